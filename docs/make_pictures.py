@@ -23,9 +23,9 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.blocks import TextLine
 from vrs_cli.render.colours import Ink, scan
 from vrs_cli.render.console import TerminalRenderer, rich_text
-from vrs_cli.repl.colours import toolbar
 from vrs_cli.repl.interactive import IDLE
 from vrs_cli.repl.place import BANNER
+from vrs_cli.repl.prompt import toolbar
 from vrs_cli.repl.terminal import ShellTerminal
 
 ROOT = Path(__file__).parents[1]

@@ -19,8 +19,8 @@ from tests.docs.examples import COPIED, PEOPLE, ROOT, blocks, typed_in
 from tests.examples import in_full
 from vrs_cli.cli.main import run
 from vrs_cli.cli.remote import once
-from vrs_cli.repl import plain
 from vrs_cli.repl.place import Local
+from vrs_cli.repl.shell import on_pipe
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 FILES = ("val2", "toml", "xml")
@@ -106,7 +106,7 @@ def test_each_session_of_the_docs_is_the_same_over_a_connection(
 ) -> None:
     here, (folder, address) = io.StringIO(), robots
     with chdir(furnished(tmp_path / "here", sitting)):
-        status = plain.run(Local(), (f"{line}\n" for line in sitting.lines), here)
+        status = on_pipe(Local(), (f"{line}\n" for line in sitting.lines), here)
     furnished(folder / sitting.robot, sitting)
     assert connected(f"{address}/robots/{sitting.robot}", sitting.lines, monkeypatch) == status
     said = capsys.readouterr()
@@ -118,7 +118,7 @@ def test_ten_megabytes_that_a_program_types_all_come(tmp_path: Path) -> None:
     typed = f"TYPE i{30 * ', $s'}"
     lines = (".PROGRAM chat", f'$s = "{100 * "x"}"', "FOR i = 1 TO 3500", typed, "END", ".END", "EXECUTE chat")
     here = io.StringIO()
-    plain.run(Local(), (f"{line}\n" for line in lines), here)
+    on_pipe(Local(), (f"{line}\n" for line in lines), here)
     assert len(here.getvalue()) > 10_000_000
     with served(tmp_path, "one") as (_, address):
         command = [sys.executable, "-m", "vrs_cli", "connect", address]

@@ -2,9 +2,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
 
 import pytest
+
+from tests.cli.conftest import Vrs
 
 VRS = [sys.executable, "-m", "vrs_cli"]
 
@@ -93,3 +96,25 @@ def test_a_file_that_cannot_be_written_on_is_refused_at_once(
     assert (ended.returncode, ended.stdout) == (status, "")
     assert told in ended.stderr
     assert (tmp_path / "bad.vrst").read_bytes() == b"x"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("EDIT pick.v2", "EDIT takes the name of a program, not of a file (LOAD pick.v2 loads a file, EDIT pick opens"),
+        ("SEE pick.pg", "SEE takes the name of a program, not of a file (LOAD pick.pg loads a file, SEE pick opens"),
+        ("quit()", "quit() (EXIT or Ctrl-D leaves)"),
+        ("exit()", "exit() (EXIT or Ctrl-D leaves)"),
+    ],
+)
+def test_what_newcomers_type_leads_to_the_right_word(
+    vrs: Vrs, monkeypatch: pytest.MonkeyPatch, line: str, said: str
+) -> None:
+    monkeypatch.setattr("sys.stdin", StringIO(line))
+    assert said in vrs("shell").out
+
+
+def test_an_argument_that_is_missing_is_named_with_all_parameters(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = (".PROGRAM pick(part, height)", "TYPE height", ".END", "EXECUTE pick(p)")
+    monkeypatch.setattr("sys.stdin", StringIO("\n".join(lines)))
+    assert "height (its argument was left out: CALL pick(part, height) gives it, or EXECUTE)" in vrs("shell").out

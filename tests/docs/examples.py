@@ -45,7 +45,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.loop import PlainTerminal
 from vrs_cli.values.diagnostics import Severity
 
 ROOT = Path(__file__).parents[2]

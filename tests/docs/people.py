@@ -12,7 +12,7 @@ from tests.net.serving import serving
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.loop import PlainTerminal
 
 
 class Terminal(PlainTerminal):

@@ -18,7 +18,7 @@ from vrs_cli.files.trajectory_file import read_trajectory
 ROOT = Path(__file__).parents[2]
 BEGIN = """
 import os, sys
-import filelock, vrs_cli.files.journal, vrs_cli.repl.plain, vrs_cli.repl.local_robot
+import filelock, vrs_cli.files.journal, vrs_cli.repl.loop, vrs_cli.repl.local_robot
 from vrs_cli.__main__ import main
 print("ready", flush=True)
 while os.read(0, 1) not in (b"\\n", b""):

@@ -42,7 +42,7 @@ from vrs_cli.net.far_end import HELD_UP, QUIET
 from vrs_cli.net.messages import Done, Refused, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.loop import PlainTerminal
 
 ROBOTS = ("python", "shell", "sender")
 LONGEST_LIFE = 1.5  # [s] between two cuts

@@ -18,8 +18,8 @@ from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.loop import PlainTerminal
 from vrs_cli.repl.place import Local
-from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.values.replies import Reply
 
 MOST_TO_APPLY, MOST_FRAMES = 1_150, 15  # from the line to `Timeline.apply`
@@ -42,7 +42,7 @@ class Counter:
         self.calls += 1
         if frame.f_code.co_qualname == "Timeline.apply":
             depth, at = 1, frame
-            while at.f_code.co_qualname != "FrontEnd.take" and at.f_back is not None:
+            while at.f_code.co_qualname != "Exchange.take" and at.f_back is not None:
                 depth, at = depth + 1, at.f_back
             self.stacks.append((self.calls, depth))
 

@@ -7,7 +7,7 @@ from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import default_ui_style, merge_styles
 
 from tests.render.contrast import LEAST, contrast
-from vrs_cli.repl.colours import STYLE, colour_depth
+from vrs_cli.repl.prompt import STYLE, colour_depth
 
 SHOWN = (
     "class:bottom-toolbar class:bottom-toolbar.text",

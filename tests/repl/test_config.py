@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.render.colours import COLOURS, Ink
-from vrs_cli.repl.config import Config, config_of, config_path, read_config, shown
+from vrs_cli.repl.config import Config, config_of, config_path, read_config, settings_text
 from vrs_cli.repl.terminal import pager_of, shown_by
 
 HOME = Path("~").expanduser()
@@ -29,10 +29,10 @@ def test_the_file_is_where_the_platform_has_such_files(platform: str, environmen
 
 def test_what_is_shown_is_a_file_that_says_the_same() -> None:
     config = config_of('keys = "vi"\npager = "less -R"\n[colours]\nnumber = "#00aa00"\n', "f")
-    again = config_of(shown(config), "f")
+    again = config_of(settings_text(config), "f")
     assert (again.keys, again.pager, again.palette) == ("vi", "less -R", config.palette)
     assert config.palette[Ink.NUMBER] == ("#00aa00", COLOURS[Ink.NUMBER][1])
-    assert tomllib.loads(shown(Config()))["pager"] is True
+    assert tomllib.loads(settings_text(Config()))["pager"] is True
 
 
 @pytest.mark.parametrize(
@@ -73,6 +73,6 @@ def test_which_pager() -> None:
 
 
 def test_a_pager_shows_a_text(tmp_path: Path) -> None:
-    assert shown_by(f"tee {tmp_path / 'shown'}", "a\nb\n")
-    assert (tmp_path / "shown").read_text() == "a\nb\n"
+    assert shown_by(f"tee {tmp_path / 'settings_text'}", "a\nb\n")
+    assert (tmp_path / "settings_text").read_text() == "a\nb\n"
     assert not shown_by("no.such.pager", "a")

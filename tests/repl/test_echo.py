@@ -10,7 +10,7 @@ import pytest
 termios = pytest.importorskip("termios")
 pty = pytest.importorskip("pty")
 
-from vrs_cli.repl.interactive import unechoed  # noqa: E402 (Windows has neither of them)
+from vrs_cli.repl.interactive import without_echo  # noqa: E402 (Windows has neither of them)
 
 
 @pytest.mark.parametrize("signals", [True, False])
@@ -21,7 +21,7 @@ def test_a_terminal_shows_nothing_meanwhile_and_takes_what_is_typed(
     with open(keyboard, "r+b", buffering=0) as typed, open(terminal) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         before = termios.tcgetattr(stdin)
-        with unechoed(signals=signals):
+        with without_echo(signals=signals):
             assert not termios.tcgetattr(stdin)[3] & termios.ECHO
             typed.write(b"LISTR\x03WHERE\n")
             assert stdin.readline() == ("WHERE\n" if signals else "LISTR\x03WHERE\n")
@@ -33,5 +33,5 @@ def test_a_terminal_shows_nothing_meanwhile_and_takes_what_is_typed(
 def test_what_is_no_terminal_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     with open(os.devnull) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
-        with unechoed(signals=True):
+        with without_echo(signals=True):
             pass

@@ -26,12 +26,12 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.repl import interactive
-from vrs_cli.repl.colours import ValLexer
 from vrs_cli.repl.config import state_folder
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.place import Local
+from vrs_cli.repl.prompt import ValLexer
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.replies import Message
 
@@ -491,13 +491,13 @@ def looks_and_pictures(seconds: float, monkeypatch: pytest.MonkeyPatch, *typed: 
     shell = run(lines(*typed, "EXIT"), clock=wall.clock())
     ends = wall.seconds + seconds
 
-    async def rested(_woken: object, seconds: float) -> None:
+    async def wait_or_wake(_woken: object, seconds: float) -> None:
         wall.seconds += seconds
         looks.append(wall.seconds)
         if wall.seconds > ends:
             raise Over
 
-    monkeypatch.setattr(interactive, "rested", rested)
+    monkeypatch.setattr(interactive, "wait_or_wake", wait_or_wake)
     monkeypatch.setattr(interactive, "monotonic", lambda: wall.seconds)
     monkeypatch.setattr(shell, "_redraw", lambda: drawn.append(wall.seconds))
     with pytest.raises(Over):
@@ -510,7 +510,7 @@ def test_a_cancelled_wait_ends_even_if_it_is_woken_at_the_same_time() -> None:
 
     async def cancelled_as_it_wakes() -> bool:
         woken = asyncio.Event()
-        resting = asyncio.create_task(interactive.rested(woken, 60.0))
+        resting = asyncio.create_task(interactive.wait_or_wake(woken, 60.0))
         await asyncio.sleep(0)
         woken.set()
         resting.cancel()

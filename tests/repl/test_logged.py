@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.repl.afar import local_front_end
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.loop import PlainTerminal
 
 LINES = (".PROGRAM p", 'TYPE "<hallo>", /S', "TYPE $CHR(27)", ".END", "EXECUTE", "MOVE nowhere", "HISTORY 2")
 HINT = "HERE nowhere or SET nowhere = TRANS(x, y, z) defines it"

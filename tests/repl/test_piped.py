@@ -17,9 +17,9 @@ import pytest
 from tests.live import PATIENCE
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.repl.piped import AHEAD, PipedLines, piped
+from vrs_cli.repl.piped import AHEAD, PipedLines, lines_of_pipe
 from vrs_cli.repl.place import Local
-from vrs_cli.repl.plain import run
+from vrs_cli.repl.shell import on_pipe as run
 
 TICKS = """\
 .PROGRAM main
@@ -111,8 +111,8 @@ def test_what_is_no_text_is_an_error(tmp_path: Path) -> None:
 
 
 def test_a_text_in_memory_has_no_reader() -> None:
-    assert piped(StringIO("WHERE\n")) is None
-    assert piped(["WHERE\n"]) is None
+    assert lines_of_pipe(StringIO("WHERE\n")) is None
+    assert lines_of_pipe(["WHERE\n"]) is None
 
 
 def test_tasks_go_on_while_a_line_is_waited_for(pipe: Pipe, tmp_path: Path) -> None:

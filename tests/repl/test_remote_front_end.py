@@ -23,13 +23,13 @@ from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
-from vrs_cli.repl import plain
 from vrs_cli.repl.connection import WORDS, Remote
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.interactive import Shell
+from vrs_cli.repl.loop import PlainTerminal
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
 from vrs_cli.repl.place import Local, Place
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.shell import on_pipe
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Message
@@ -42,7 +42,7 @@ ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13",
 def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setenv("TERM", "xterm-256color")
-    monkeypatch.setattr("vrs_cli.repl.terminal.PATIENCE", inf)  # a slow computer shows progress, here and there
+    monkeypatch.setattr("vrs_cli.repl.terminal.PROGRESS_DELAY_S", inf)  # a slow computer shows progress, here and there
     monkeypatch.chdir(tmp_path)
     return iter(())
 
@@ -110,7 +110,7 @@ def test_it_shows_the_same(
 
 def piped(line: Line, typed: list[str], told: list[str]) -> tuple[int, str]:
     sink = StringIO()
-    return plain.run(afar(line, told.append), iter(typed), sink), sink.getvalue()
+    return on_pipe(afar(line, told.append), iter(typed), sink), sink.getvalue()
 
 
 def test_a_pipe_has_its_answers_and_its_status() -> None:
@@ -125,7 +125,7 @@ def test_a_pipe_has_its_answers_and_its_status() -> None:
 def test_the_end_of_the_input_is_told_as_here() -> None:
     typed = ['PROMPT "n? ", n\n']
     sink = StringIO()
-    plain.run(Local(), iter(typed), sink)
+    on_pipe(Local(), iter(typed), sink)
     assert piped(Line(), typed, []) == (1, sink.getvalue())
 
 
@@ -136,7 +136,7 @@ def test_a_line_of_a_pipe_does_not_wait_for_a_connection() -> None:
     line, told = Line(), list[str]()
     line.cut = True
     typed = iter(["a = 2\n", "a = 3\n"])
-    assert plain.run(afar(line, told.append), typed, StringIO()) == 1
+    assert on_pipe(afar(line, told.append), typed, StringIO()) == 1
     assert told == [str(RequestRefused("there is no connection")), REST]
     assert list(typed) == ["a = 3\n"]
 
@@ -286,7 +286,7 @@ def test_who_is_alone_with_a_robot_is_not_told_how_it_is_shared() -> None:
 
 
 def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.repl.front_end.MAX_CHARS", 20)
+    monkeypatch.setattr("vrs_cli.repl.loop.MAX_CHARS", 20)
     line = Line(attended=True)
     front_end, sink = attended(line, [], [])
     front_end.take(".PROGRAM p\n" + "x = 1\n" * 20 + ".END\na = 2\nLISTR a\n")
@@ -310,7 +310,7 @@ def test_a_question_does_not_outlive_its_server() -> None:
                 welcome = messages.Welcome(1, "k", "one", "life", "supervisor", "tester", messages.Clock(0.0), model)
                 line._tell(structs.replace(welcome, resumed=resumed))
                 front_end.keep_up()
-                seen.append(front_end.withdrawn)
+                seen.append(front_end.question_is_withdrawn)
             return super().ask(question)
 
     front_end = Remote(line, lambda _text: None).front_end(Thinking(StringIO(), iter(["N\n"])))

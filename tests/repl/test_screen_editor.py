@@ -212,12 +212,12 @@ def test_without_a_screen_it_names_the_line_editor() -> None:
         Screen("").session.perform("SEE p")
 
 
-def test_words_and_the_names_of_the_text_are_suggested() -> None:
+def test_words_and_the_names_of_the_text_are_suggestions() -> None:
     editor = see(session_with(".PROGRAM p()\n    heightlimit = 5\n    READY\n.END\n"), QUIT)
     for typed, offered in (("    x = heig", "heightlimit"), ("    SIGNA", "SIGNAL")):
         document = Document(f".PROGRAM p()\n    heightlimit = 5\n{typed}")
-        assert [one.text for one in editor._suggested(document)] == [offered]
-    assert editor._suggested(Document("heig")) == []
+        assert [one.text for one in editor._suggestions(document)] == [offered]
+    assert editor._suggestions(Document("heig")) == []
 
 
 def test_the_form_of_the_word_stands_below_and_f1_explains_it() -> None:

@@ -17,7 +17,7 @@ import pytest
 from tests.repl.afar import local_front_end, remote_front_end
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.loop import PlainTerminal
 
 SESSIONS = Path(__file__).parent / "sessions"
 

@@ -9,7 +9,8 @@ from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Running
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.console import TerminalRenderer
-from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
+from vrs_cli.repl.loop import PlainTerminal
+from vrs_cli.repl.terminal import PROGRESS_DELAY_S, REFRESH, ShellTerminal
 from vrs_cli.values.questions import Confirmation, LineWanted, Parting
 from vrs_cli.values.replies import Farewell, Message, ProgramStopped, Tone
 
@@ -177,7 +178,7 @@ def test_a_long_line_of_the_prompt_shows_the_clock_too() -> None:
 def test_a_short_run_shows_no_progress() -> None:
     person = Person()
     person.terminal.progress(Running(0.0))
-    person.now = PATIENCE / 2
+    person.now = PROGRESS_DELAY_S / 2
     person.terminal.progress(Running(3.0))
     person.terminal.end_progress()
     assert person.text == ""
@@ -187,7 +188,7 @@ def test_a_long_run_shows_the_clock_now_and_then_and_takes_it_away() -> None:
     person = Person()
     person.terminal.progress(Running(0.0))
     for beat in range(10):
-        person.now = PATIENCE + beat * REFRESH * 0.501  # every second one is due
+        person.now = PROGRESS_DELAY_S + beat * REFRESH * 0.501  # every second one is due
         person.terminal.progress(Running(float(beat)))
     assert person.text.count("running") == 5
     assert "t = 8.0 s" in person.text

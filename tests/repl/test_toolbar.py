@@ -3,7 +3,7 @@
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.repl.colours import toolbar
+from vrs_cli.repl.prompt import toolbar
 from vrs_cli.values.commands import SetMonitorSpeed, SetSpeed, SpeedUnit
 
 

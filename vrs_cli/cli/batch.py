@@ -37,7 +37,7 @@ from vrs_cli.render.blocks import for_stream
 from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl.interrupt import Stoppable
-from vrs_cli.repl.piped import piped
+from vrs_cli.repl.piped import lines_of_pipe
 from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
 from vrs_cli.values.numbers import count
@@ -140,7 +140,7 @@ class Batch(Struct, frozen=True):
         running = RunProgress(self.source.path, options.max_time)
         live = options.realtime is not None or options.allow_net or options.serial  # time passes as on the wall
         with memory(options.max_memory) as enough, running as progress, self._folder() as folder:
-            lines = piped(sys.stdin) if live else None
+            lines = lines_of_pipe(sys.stdin) if live else None
             output = sys.stderr if self.aside else sys.stdout  # where TYPE and PROMPT write
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)

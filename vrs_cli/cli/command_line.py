@@ -123,6 +123,9 @@ class Parser(argparse.ArgumentParser):
         meant = _WRITING.get(os.path.splitext(beside)[1].lower(), "") if word in ("-o", "--output", "--out") else ""
         if meant in self.options():
             return CommandLineError(f"unknown option {word}", f"did you mean {meant} {beside}?")
+        if word == "--speed" and "--realtime" in self.options():
+            hint = "SPEED 50 in the program sets the speed of the arm, --realtime 0.5 that of the clock"
+            return CommandLineError(f"unknown option {word}", hint)
         if not word.startswith("-"):
             return CommandLineError(f"one argument too many: {word}", f"see {self.prog} --help")
         return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))

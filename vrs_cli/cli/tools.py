@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def config(options: Namespace) -> int:
     """Print what holds."""
-    from vrs_cli.repl.config import config_path, read_config, shown
+    from vrs_cli.repl.config import config_path, read_config, settings_text
 
     path = config_path(os.environ)
     if options.path:
@@ -30,7 +30,7 @@ def config(options: Namespace) -> int:
         return OK
     config = read_config(os.environ)
     print(f"# {path}{'' if path.exists() else ' (not there: these are the defaults)'}")
-    print(shown(config), end="")
+    print(settings_text(config), end="")
     for what in config.wrong:
         print(f"{options.prog}: {what}", file=sys.stderr)
     return FAILED if config.wrong else OK

@@ -25,7 +25,7 @@ from vrs_cli.render.arm_picture import ArmDrawing
 from vrs_cli.render.blocks import Page, TextLine
 from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.render.console import has_unicode
-from vrs_cli.repl.colours import colour_depth
+from vrs_cli.repl.prompt import colour_depth
 from vrs_cli.values.replies import ArmPicture
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 RATE = 20.0  # pictures a second
 ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another
-LEAST = 10  # rows: a smaller picture is left out
+MIN_PICTURE_ROWS = 10  # rows: a smaller picture is left out
 
 NEAR = 4  # cells between two that have changed, which are written again rather than passed over
 
@@ -66,7 +66,7 @@ class ArmWindow(Container):
 
     def preferred_height(self, width: int, max_available_height: int) -> Dimension:  # noqa: ARG002 (the interface)
         rows = get_app().output.get_size().rows - self._below()
-        return Dimension.exact(rows if rows >= LEAST else 0)
+        return Dimension.exact(rows if rows >= MIN_PICTURE_ROWS else 0)
 
     def write_to_screen(
         self,
@@ -78,7 +78,7 @@ class ArmWindow(Container):
         z_index: int | None,  # noqa: ARG002 (the interface)
     ) -> None:
         at = write_position
-        if at.height < LEAST:
+        if at.height < MIN_PICTURE_ROWS:
             return
         page = Page(at.width, colours=True, unicode=self._unicode, height=at.height + 1)
         _, *lines = self._drawing.lines(self._look(), page)  # the text tells what the first line does

@@ -102,7 +102,7 @@ SETTINGS: Mapping[str, Callable[[object], str]] = {  # what is wrong with a valu
 }
 
 
-def shown(config: Config) -> str:
+def settings_text(config: Config) -> str:
     """Return all settings, as a file would have them."""
     pager = str(config.pager).lower() if isinstance(config.pager, bool) else f'"{config.pager}"'
     rows = (

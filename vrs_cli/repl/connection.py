@@ -49,7 +49,7 @@ class ConnectionWords:
             if not self._port.one_user:
                 self._told(WORDS)
             if driver := self._port.status().driver:
-                self._told(self._named(driver))
+                self._told(self._driver_text(driver))
 
     def take(self, text: str) -> bool:
         """Carry out a line that begins with a slash; whether it does."""
@@ -60,7 +60,7 @@ class ConnectionWords:
             case ["who"]:
                 found = self.front_end.end_of(Who)
                 if isinstance(found, Present):
-                    self._told(f"there are {', '.join(found.holders)}; {self._named(found.driver)}")
+                    self._told(f"there are {', '.join(found.holders)}; {self._driver_text(found.driver)}")
             case [("ask" | "release") as act]:
                 self.front_end.do(lambda id: Drive(id, LeaseAct(act)))
             case ["give", to]:
@@ -83,10 +83,10 @@ class ConnectionWords:
                 by = f"{message.by}: " if isinstance(message, Announced) else ""
                 self._told(by + "".join(one for one in text if one.isprintable() or one == "\n"))
             case Lease(holder, notice) if self._attended:
-                text = notice_text(notice, self._port.name) or self._named(holder)
+                text = notice_text(notice, self._port.name) or self._driver_text(holder)
                 if isinstance(notice, Requested) and notice.of == self._port.name:
                     text += f": /give {notice.by}"
                 self._told(text)
 
-    def _named(self, driver: str) -> str:
+    def _driver_text(self, driver: str) -> str:
         return f"{driver or 'nobody'} drives" if driver != self._port.name else "you drive"

@@ -9,7 +9,7 @@ import asyncio
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache, partial
 from math import inf
 from textwrap import fill
@@ -18,26 +18,36 @@ from time import monotonic
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from prompt_toolkit import PromptSession
-from prompt_toolkit.application import get_app, run_in_terminal
-from prompt_toolkit.auto_suggest import AutoSuggest, Suggestion
-from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.application import run_in_terminal
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
-from prompt_toolkit.filters import Condition, completion_is_selected, emacs_insert_mode, to_filter, vi_insert_mode
+from prompt_toolkit.filters import to_filter
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.input import Input
 from prompt_toolkit.input.typeahead import get_typeahead
-from prompt_toolkit.key_binding import KeyBindings, KeyPress, KeyPressEvent
+from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.repl.colours import GAP, STYLE, ValLexer, asked_about, colour_depth, signature_row, toolbar, vi_mode
 from vrs_cli.repl.config import Config, open_history, read_config, state_folder
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
-from vrs_cli.repl.piped import KEEPING_UP, RESTING
+from vrs_cli.repl.piped import KEEPING_UP, QUESTION, RESTING
 from vrs_cli.repl.place import Place
+from vrs_cli.repl.prompt import (
+    GAP,
+    STYLE,
+    FromHistory,
+    ValLexer,
+    abort_binding,
+    asked_about,
+    colour_depth,
+    key_bindings,
+    signature_row,
+    toolbar,
+    vi_mode,
+)
 
 if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
@@ -48,9 +58,7 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 IDLE = "."
 MENU_ROWS = 6
-LATE = 2000  # lines of the history that are looked at for each key
 DROPPED = "The line is dropped"
-QUESTION = "\0"  # comes in place of a line when a program asks for one
 
 
 def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> ShellTerminal:
@@ -109,7 +117,7 @@ class Backstage(Generic[V]):
         return self._value
 
 
-# --- what prompt-toolkit asks for -----------------------------------------------------------------------------------
+# --- the shell -----------------------------------------------------------------------------------------------------
 
 
 class ValCompleter(Completer):
@@ -131,9 +139,6 @@ class ValCompleter(Completer):
         return [Completion(one.text, -one.length, display_meta=one.meta) for one in found]
 
 
-# --- the shell -----------------------------------------------------------------------------------------------------
-
-
 class Shell:
     """The loop: read a line, carry it out. Wrong lines and Ctrl-C never end it."""
 
@@ -142,6 +147,7 @@ class Shell:
         self._status: PromptStatus | None = None  # as it was when it was looked at last
         history, note = open_history(state_folder(os.environ) / "history")
         self._answers: PromptSession[str] | None = None
+        self._pages = False  # the last line was a single one: long answers may go through a pager
         config = read_config(os.environ)
         self.notes = [*filter(None, (note, *config.wrong))]
         self.backstage = Backstage(lambda: make_terminal(place, self._answer, config), self._redraw)
@@ -171,71 +177,71 @@ class Shell:
         self.prompts.app.after_render += lambda _app: self.backstage.begin()
 
     def run(self) -> int:
-        """Run until EXIT, QUIT or Ctrl-D."""
+        """Run until EXIT, QUIT or Ctrl-D; return the exit status."""
         if self.place.banner:
             print(self.place.banner)
         for note in self.notes:
             print(note)
-        with unechoed(signals=False), aborting(self._send_abort):
+        with without_echo(signals=False), aborting(self._send_abort):
             if self.place.waits:
                 terminal = self.backstage.wait()
                 with _interruptible(terminal):
                     terminal.screens.opening()
-            while self._unhurt_round():
-                pass
+            if (line := self.read()) is not None:  # the first prompt does not wait for the robot
+                exchange = self.backstage.wait().screens
+                from vrs_cli.repl.loop import run_loop
+
+                run_loop(self, exchange, line)
         if self.backstage.ready is not None and not self._hung_up:
             self.backstage.ready.screens.closing()
         return 0
 
     @property
     def _hung_up(self) -> bool:
-        """Return whether the terminal is gone: its user has not left, and is asked nothing."""
+        """Return whether the terminal is gone: its user has not left, and can be asked nothing."""
         return self.prompts.app.input.closed
 
-    def _unhurt_round(self) -> bool:
-        """Return a round; a signal between two prompts does not end the shell."""
-        try:
-            return self._round()
-        except Ended:
-            raise
-        except KeyboardInterrupt:
-            return True
+    # --- as the reader of lines ---
 
-    def _round(self) -> bool:
-        """One line; False when the user leaves."""
-        try:
-            line = self._read()
-        except Ended:
-            raise
-        except KeyboardInterrupt:
-            if self.prompts.default_buffer.text.strip():
-                print(DROPPED)
-            elif not self._leave_entry() and (ready := self.backstage.ready) is not None:
-                with _interruptible(ready):
-                    ready.screens.stop_program()
-            return True
-        except EOFError:
-            return self._leave_entry() or not self._leave()
+    def read(self) -> str | None:
+        """Return a line, or QUESTION if a program asks; None if the user leaves. Ctrl-C drops the line that is typed;
+        at an empty prompt it leaves a program that is typed, or stops the one that runs.
+        """
+        while True:
+            try:
+                status = self._look()
+                if self.place.lives and status is not None and status.asked:
+                    return QUESTION
+                line = self._prompt(self.prompts, self._message, default="" if status is None else status.indent)
+                self._pages = "\n" not in line
+                return line
+            except Ended:
+                raise
+            except KeyboardInterrupt:
+                if self.prompts.default_buffer.text.strip():
+                    print(DROPPED)
+                elif not self._leave_entry() and (ready := self.backstage.ready) is not None:
+                    with _interruptible(ready):
+                        ready.screens.stop_program()
+            except EOFError:
+                if not self._leave_entry() and self._leave():
+                    return None
+
+    def interruptible(self) -> AbstractContextManager[None]:
         terminal = self.backstage.wait()
-        with _interruptible(terminal):
-            terminal.pages = "\n" not in line
-            if line == QUESTION:
-                terminal.screens.answer()
-            else:
-                terminal.screens.take(line)
-            terminal.end_progress()
-        # lines that were typed while the connection was cut stay in the history
+        terminal.pages = self._pages
+        return _interruptible(terminal)
+
+    def goes_on(self) -> bool:
+        """End a line: tell which lines were typed while the connection was cut, and keep them in the history. Return
+        whether the user stays.
+        """
+        terminal = self.backstage.wait()
+        terminal.end_progress()
         for line in typed_ahead(self.prompts.app.input) if terminal.screens.was_cut() else ():
             self.prompts.history.append_string(line)
             terminal.screens.drop(line)
         return not terminal.leaving
-
-    def _read(self) -> str:
-        """One line, or QUESTION."""
-        status = self._look()
-        if self.place.lives and status is not None and status.asked:
-            return QUESTION
-        return self._prompt(self.prompts, self._message, default=status.indent if status is not None else "")
 
     def _prompt(self, prompts: PromptSession[str], message: Callable[[], str] | str, default: str = "") -> str:
         """One line. In real time the robot goes on meanwhile, and what its programs type stands above the prompt."""
@@ -256,7 +262,7 @@ class Shell:
             terminal = self.backstage.ready
             if terminal is not None:
                 terminal.screens.wake = partial(_soon, loop, woken.set)
-            await rested(woken, KEEPING_UP if terminal is None else terminal.screens.rest())
+            await wait_or_wake(woken, KEEPING_UP if terminal is None else terminal.screens.rest())
             if terminal is not None:
                 terminal.screens.keep_up()
                 self._turn_to_question(terminal.screens, prompts)
@@ -269,7 +275,7 @@ class Shell:
     def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
         """Leave an empty prompt for a question of a program, and a question that waits for no answer any more."""
         idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
-        withdrawn = prompts is not self.prompts and front_end.withdrawn
+        withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:
             prompts.app.erase_when_done = True
             prompts.app.exit(result=QUESTION if idle else "")
@@ -359,11 +365,11 @@ class Shell:
 @contextmanager
 def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
     """While something is done for the user, Ctrl-C stops it."""
-    with stoppable(terminal.interrupt), unechoed(signals=True):
+    with stoppable(terminal.interrupt), without_echo(signals=True):
         yield
 
 
-async def rested(woken: asyncio.Event, seconds: float) -> None:
+async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
     """Wait so long [s], or until something wakes."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
@@ -377,64 +383,11 @@ def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
         loop.call_soon_threadsafe(act)
 
 
-class FromHistory(AutoSuggest):
-    """The rest of the last line that begins so, of those that were typed of late."""
-
-    def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
-        text = document.current_line
-        if not text.strip():
-            return None
-        late = reversed(buffer.history.get_strings()[-LATE:])
-        found = next((line for line in late if line.startswith(text) and "\n" not in line), text)
-        return Suggestion(found[len(text) :]) if len(found) > len(text) else None
-
-
-def abort_binding(abort: Callable[[], None]) -> KeyBindings:
-    """Ctrl-X aborts, whatever else is typed: at once, though prompt-toolkit has keys that begin with it."""
-    bindings = KeyBindings()
-
-    @bindings.add("c-x", eager=True, save_before=lambda _event: False)
-    def stop(_event: KeyPressEvent) -> None:
-        abort()
-
-    return bindings
-
-
-def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None]) -> KeyBindings:
-    """Ctrl-D also leaves where the line holds nothing but the indent of a program. F1 explains the word at the cursor.
-    Up goes through the history unless something of the menu is chosen, which prompt-toolkit would choose from. Ctrl-U
-    deletes all of the line, wherever the cursor is; Ctrl-Y brings it back.
-    """
-    bindings = abort_binding(abort)
-
-    @bindings.add("c-u", filter=emacs_insert_mode | vi_insert_mode)
-    def clear(event: KeyPressEvent) -> None:
-        event.app.clipboard.set_text(event.current_buffer.text)
-        event.current_buffer.document = Document()
-
-    menu = Condition(lambda: get_app().current_buffer.complete_state is not None)
-
-    @bindings.add("up", filter=menu & ~completion_is_selected)
-    def back(event: KeyPressEvent) -> None:
-        event.current_buffer.cancel_completion()
-        event.current_buffer.auto_up(count=event.arg)
-
-    @bindings.add("f1")
-    def help_on_word(event: KeyPressEvent) -> None:
-        explain(event.current_buffer.document)
-
-    @bindings.add("c-d", filter=Condition(lambda: not get_app().current_buffer.text.strip()))
-    def leave(event: KeyPressEvent) -> None:
-        event.app.exit(exception=EOFError, style="class:exiting")
-
-    return bindings
-
-
 ABORT_KEY = b"\x18"  # Ctrl-X: on the keyboards of all countries, and no other program has to be left by it
 
 
 @contextmanager
-def unechoed(*, signals: bool) -> Iterator[None]:
+def without_echo(*, signals: bool) -> Iterator[None]:
     """Switch the echo off, where standard input is a terminal that has one. `signals`: Ctrl-C, Ctrl-X and the like are
     signals; they are keys otherwise, that wait for the next prompt.
     """

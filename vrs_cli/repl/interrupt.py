@@ -35,7 +35,7 @@ class Stoppable:
         self.number: int | None = None
         self.waiting = False
         self._stop = stop
-        self._handling = _handling(SAID, self._heard)
+        self._handling = _handling(SAID, self._on_signal)
 
     def __enter__(self) -> Self:
         self._handling.__enter__()
@@ -44,7 +44,7 @@ class Stoppable:
     def __exit__(self, *error: Any) -> None:
         self._handling.__exit__(*error)
 
-    def _heard(self, number: int, _frame: FrameType | None) -> None:
+    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
         again = self.number is not None
         if number in ENDINGS or not again:
             self.number = number
@@ -108,6 +108,6 @@ def ending() -> AbstractContextManager[None]:
 
 
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
-    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`unechoed`), while a line is carried out. Windows has none."""
+    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`without_echo`), while a line is carried out. Windows has none."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)

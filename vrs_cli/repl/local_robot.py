@@ -69,7 +69,7 @@ class ShellRobot:
 
             session.driver.surround(read_cell(cell))
         self.port = LocalPort(session, console)
-        self.port.typed = self._typed
+        self.port.typed = self._log_typed
         self.front_end = FrontEnd(self._terminal, self.port, lambda text: terminal.show(Message(text, Tone.ERROR)))
         self.front_end.driven = self.port
         self.front_end.opening, self.front_end.after, self.front_end.closing = self._open, self._keep, self._close
@@ -85,9 +85,9 @@ class ShellRobot:
         if self._keeper is not None:
             self._keeper.offer()
 
-    def _typed(self, text: str) -> None:
+    def _log_typed(self, text: str) -> None:
         if self._terminal.transcript is not None:
-            self._terminal.typed(self.port.status().prompt, text)
+            self._terminal.log_typed(self.port.status().prompt, text)
 
     def _keep(self) -> None:
         """Write what is in memory alone to the recovery file, wherever that can be written."""
@@ -136,7 +136,7 @@ class LoggedTerminal:
             try:
                 before.close()
             except OSError as error:
-                self._failed(before.path, error)
+                self._tell_failure(before.path, error)
         if path is not None:
             try:
                 self.transcript = Transcript(path)
@@ -144,7 +144,7 @@ class LoggedTerminal:
                 raise FileError(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
         return None if before is None else before.path
 
-    def typed(self, prompt: str, text: str) -> None:
+    def log_typed(self, prompt: str, text: str) -> None:
         """Lines were typed."""
         for line in text.splitlines():
             self._keep(lambda transcript, line=line: transcript.add_typed(prompt, line))  # type: ignore[misc]
@@ -179,9 +179,9 @@ class LoggedTerminal:
             write(self.transcript)
         except OSError as error:
             path, self.transcript = self.transcript.path, None
-            self._failed(path, error)
+            self._tell_failure(path, error)
 
-    def _failed(self, path: Path, error: OSError) -> None:
+    def _tell_failure(self, path: Path, error: OSError) -> None:
         what = f"{path} is not complete: {(error.strerror or str(error)).lower()}"
         self._terminal.show(Message(what, Tone.ERROR))
 
@@ -236,7 +236,7 @@ class Keeper:
             whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
             today = one.written.date() == datetime.now().date()
             when = f"{one.written:%H:%M}" if today else f"{one.written:%d %b %Y %H:%M}"
-            if not terminal.ask(Confirmation(f"Recovered from {when}{whose}: {_held(text)}. Load (Y/N)?")):
+            if not terminal.ask(Confirmation(f"Recovered from {when}{whose}: {_contents(text)}. Load (Y/N)?")):
                 terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
                 continue
             terminal.show(report(session.load_text(text), text))
@@ -246,7 +246,7 @@ class Keeper:
             one.remove()
 
 
-def _held(text: str) -> str:
+def _contents(text: str) -> str:
     """`programs pick, place, 2 locations`."""
     parts = parse_file(text)[0].parts
     programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))

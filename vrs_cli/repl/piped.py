@@ -11,7 +11,8 @@ from threading import Thread
 from typing import Protocol
 
 KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
-SHORTEST = 0.01  # [s] however soon the next thing is due
+MIN_WAIT_S = 0.01  # [s] however soon the next thing is due
+QUESTION = "\0"  # a reader of lines returns it in place of a line when a program asks
 AHEAD = 1000  # lines that are read before somebody wants them
 CHUNK = 65536  # bytes that are read at once
 
@@ -84,7 +85,7 @@ class PipedLines:
             self.robot.wake()
 
 
-def piped(stream: object) -> PipedLines | None:
+def lines_of_pipe(stream: object) -> PipedLines | None:
     """Return the lines of a stream; None for a stream that no thread can read by itself (a text in memory)."""
     try:
         return PipedLines(stream) if isinstance(stream, TextIOBase) else None

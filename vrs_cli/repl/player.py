@@ -20,7 +20,7 @@ from vrs_cli.interfaces.roles.supervisor import RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
-from vrs_cli.repl.colours import ABORT
+from vrs_cli.repl.prompt import ABORT
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.hand import CARTESIAN, Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.replies import Whereabouts

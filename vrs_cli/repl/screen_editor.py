@@ -38,8 +38,8 @@ from vrs_cli.interfaces.editor.buffer import INDENT, canonical, canonical_line, 
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.colours import ABORT, STYLE, ValLexer, asked_about, colour_depth, signature_row, vi_mode
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
+from vrs_cli.repl.prompt import ABORT, STYLE, ValLexer, asked_about, colour_depth, signature_row, vi_mode
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.questions import Editing, Suggestion
 
@@ -56,10 +56,10 @@ class WordCompleter(Completer):
     """Suggestions for Tab."""
 
     def __init__(self, suggested: Callable[[Document], list[Suggestion]]) -> None:
-        self._suggested = suggested
+        self._suggestions = suggested
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:  # noqa: ARG002
-        return [Completion(one.text, -one.length, display_meta=one.meta) for one in self._suggested(document)]
+        return [Completion(one.text, -one.length, display_meta=one.meta) for one in self._suggestions(document)]
 
 
 class Underlined(Processor):
@@ -98,10 +98,10 @@ class ScreenEditor:
         self.buffer = Buffer(
             multiline=True,
             document=Document(page.text, _start_of(page.text, page.row)),
-            completer=WordCompleter(self._suggested),
+            completer=WordCompleter(self._suggestions),
             complete_while_typing=False,
-            on_text_changed=lambda _: self._changed(),
-            on_cursor_position_changed=lambda _: self._moved(),
+            on_text_changed=lambda _: self._take_change(),
+            on_cursor_position_changed=lambda _: self._take_move(),
         )
         self.search = SearchToolbar(text_if_not_searching="", ignore_case=True)
         self._control = BufferControl(
@@ -111,7 +111,7 @@ class ScreenEditor:
             input_processors=[HighlightIncrementalSearchProcessor(), Underlined(self)],
             preview_search=True,
         )
-        self._changed()
+        self._take_change()
         self._touched = None
         self.app: Application[None] = Application(
             layout=self._layout(),
@@ -138,19 +138,19 @@ class ScreenEditor:
     def _row(self) -> int:
         return self.buffer.document.cursor_position_row
 
-    def _changed(self) -> None:
-        self.page.look(self.buffer.text, self._found)
+    def _take_change(self) -> None:
+        self.page.look(self.buffer.text, self._take_findings)
         self._warned = False
         if not self._quiet:
             self._touched, self.message = self._row, ""
 
-    def _found(self, findings: tuple[Diagnostic, ...]) -> None:
+    def _take_findings(self, findings: tuple[Diagnostic, ...]) -> None:
         """Show the findings of this text, or over a connection of one shortly before."""
         self.findings = findings
         if self._draws:
             self.app.invalidate()
 
-    def _moved(self) -> None:
+    def _take_move(self) -> None:
         if not self._quiet and self._touched is not None and self._touched != self._row:
             self.tidy()
 
@@ -255,7 +255,7 @@ class ScreenEditor:
         found = self._screens.signature(document.current_line_before_cursor, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
-    def _suggested(self, document: Document) -> list[Suggestion]:
+    def _suggestions(self, document: Document) -> list[Suggestion]:
         """Suggest words that may come next: those that the robot knows, and the names of this text."""
         line = document.current_line_before_cursor
         found = self._screens.suggestions(line, True) if document.cursor_position_row else []

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterable
+from typing import TextIO
 
 from vrs_cli.repl.place import Local, Place
 
@@ -40,9 +42,14 @@ def at(place: Place) -> int:
         from vrs_cli.repl.interactive import Shell
 
         return Shell(place).run()
-    from vrs_cli.repl import plain
+    return on_pipe(place, sys.stdin, sys.stdout)
 
-    return plain.run(place, sys.stdin, sys.stdout)
+
+def on_pipe(place: Place, source: Iterable[str], sink: TextIO) -> int:
+    """Run the shell at a robot without a terminal; return 1 if a line could not be carried out, else 0."""
+    from vrs_cli.repl.loop import run_on_pipe
+
+    return run_on_pipe(place.front_end, source, sink, live=place.lives and not place.remote)
 
 
 def on_terminal() -> bool:

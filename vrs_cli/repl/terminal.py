@@ -8,15 +8,15 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.render.blocks import for_stream, shorten, visible
+from vrs_cli.render.blocks import shorten, visible
 from vrs_cli.render.colours import COLOURS
-from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
+from vrs_cli.repl.loop import WANTED, yes_or_no
 from vrs_cli.values import replies
 from vrs_cli.values.questions import (
     Amendment,
@@ -29,106 +29,17 @@ from vrs_cli.values.questions import (
     Parting,
     Playing,
     Question,
-    end_of_input,
 )
-from vrs_cli.values.replies import Reply, is_error
+from vrs_cli.values.replies import Reply
 
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.front_end import FrontEnd
 
 
-PATIENCE = 0.5  # [s] a program runs before its progress is shown
+PROGRESS_DELAY_S = 0.5  # [s] a program runs before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress
 CLEAR_LINE = "\r\x1b[K"
-
-
-class Lines:
-    """The lines of an input; one that turns out to be for somebody else may be put back."""
-
-    def __init__(self, source: Iterable[str]) -> None:
-        self._source = iter(source)
-        self._back: list[str] = []
-
-    def __iter__(self) -> Iterator[str]:
-        return self
-
-    def __next__(self) -> str:
-        return self._back.pop() if self._back else next(self._source)
-
-    def put_back(self, line: str) -> None:
-        self._back.append(line)
-
-
-class PlainTerminal:
-    """Replies and what programs type in one stream, in order; `lines` is the input that questions are answered from.
-
-    A line that is no answer is left for who reads next: it is a command. `failed`: some command could not be done;
-    `leaving`: EXIT was said.
-    """
-
-    attended = False
-
-    def __init__(self, stream: TextIO, lines: Iterable[str]) -> None:
-        self.stream = stream
-        self.lines = Lines(lines)
-        self.failed = False
-        self.leaving = False
-        self._entered = ""
-
-    def show(self, reply: Reply) -> None:
-        self.failed = self.failed or is_error(reply)
-        self.leaving = self.leaving or isinstance(reply, replies.Farewell)
-        self._write(plain_text(reply))
-
-    def type(self, text: str, newline: bool) -> None:
-        self._write(text + ("\n" if newline else ""))
-
-    def _write(self, text: str) -> None:
-        self.stream.write(for_stream(text, self.stream))
-
-    def progress(self, doing: Running | Reading) -> None:
-        """Nobody watches."""
-
-    def ask(self, question: Question) -> Answer:
-        """Return the next line of the input, if it is an answer. Raises EndOfInput."""
-        if isinstance(question, LineWanted):
-            return self._line(question)
-        if not isinstance(question, Confirmation):
-            return None
-        self._write(question.text)
-        self.stream.flush()
-        line = next(self.lines, None)
-        self.stream.write("\n")
-        agreed = None if line is None else yes_or_no(line)
-        if line is not None and agreed is None:
-            self.lines.put_back(line)
-        return agreed
-
-    def _line(self, question: LineWanted) -> str | None:
-        prompt = question.text
-        if question.wrong:
-            self.lines.put_back(self._entered)
-            return None
-        if prompt:
-            self._write(prompt)
-            self.stream.flush()
-        try:
-            self._entered = next(self.lines)
-        except StopIteration:
-            raise end_of_input(question) from None
-        if prompt:
-            self.stream.write("\n")
-        return self._entered.rstrip("\r\n")
-
-
-def yes_or_no(line: str) -> bool | None:
-    """Read an answer to (Y/N)?, None for another text; a comment may follow."""
-    return ANSWERS.get(line.partition(";")[0].strip().upper())
-
-
-WANTED = "Y or N"  # what is said to another answer
-ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
 
 
 class ShellTerminal:
@@ -287,8 +198,10 @@ class ShellTerminal:
         elif isinstance(question, Jogging):
             from vrs_cli.repl.player import JogPanel
 
-            JogPanel(screens.hand(question), question.speed, screens.watched(), self._abort, screens.port.world).run()
-        elif (watched := screens.watched()) is not None:
+            JogPanel(
+                screens.hand(question), question.speed, screens.watched_robot(), self._abort, screens.port.world
+            ).run()
+        elif (watched := screens.watched_robot()) is not None:
             show_motion(watched, screens.keep_up, self._abort, screens.port.world)
         else:
             return None
@@ -311,7 +224,7 @@ class ShellTerminal:
         """Show it in place of the last, not too often, and not before a while."""
         now = self._clock()
         self._since = now if self._since is None else self._since
-        if now - self._since < PATIENCE or now - self._refreshed < REFRESH:
+        if now - self._since < PROGRESS_DELAY_S or now - self._refreshed < REFRESH:
             return
         self._refreshed = now
         self._progress_shown = True

@@ -16,7 +16,7 @@ from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Role
-from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.repl.loop import PlainTerminal
 from vrs_cli.values.acts import KeepDraft, Kept, ReadDraft
 from vrs_cli.values.diagnostics import LineRefused
 

@@ -16,7 +16,7 @@ from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.colours import toolbar
+from vrs_cli.repl.prompt import toolbar
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.replies import ClockReport, Message, Whereabouts

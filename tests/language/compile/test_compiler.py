@@ -366,7 +366,7 @@ def test_an_argument_left_out_is_undefined_until_it_is_assigned() -> None:
     assert run(program("CALL sub(1)") + sub).value("x") == 6.0
     assert run(program("CALL sub(1,,2)") + sub).value("x") == 6.0
     error = run(program("CALL sub(, 2)") + sub).error
-    assert str(error) == "*Undefined value* a (its argument was left out: CALL and EXECUTE give it in parentheses)"
+    assert str(error) == "*Undefined value* a (its argument was left out: CALL sub(a, b, c) gives it, or EXECUTE)"
 
 
 @pytest.mark.parametrize(

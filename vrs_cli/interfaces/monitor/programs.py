@@ -188,7 +188,11 @@ def _program_to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
     step = whole(real_or(station, it, 1, 1.0))
     if step < 1:
         raise IllegalValue(f"step {step}", "steps count from 1")
-    return (named_program(last or "") if given is None else asked_program(given)), step
+    program = named_program(last or "") if given is None else asked_program(given)
+    if program.name.lower().endswith((".v2", ".pg")) and program.key not in station.environment.programs:
+        hint = f"LOAD {program.name} loads a file, {it.word} {program.name[:-3]} opens a program of it"
+        raise UsageError(f"{it.word} takes the name of a program, not of a file", hint)
+    return program, step
 
 
 # --- variables -------------------------------------------------------------------------------------------------------

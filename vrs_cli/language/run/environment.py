@@ -273,7 +273,8 @@ class Executable:
         is_array = parameter.key in self.compilation.array_parameters
         if given is None:
             array = parameter.indexes is not None
-            return new_variable(self._memory.spelling, typed, kind, array=array, omitted=typed)
+            form = f"{self.name}({', '.join(one.sigil + one.name for one in self.program.parameters)})"
+            return new_variable(self._memory.spelling, typed, kind, array=array, omitted=form)
         if given.cells.kind is not kind:
             wanted = kind.value if parameter.sigil else "real or a transformation"
             raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"a {wanted} is wanted")

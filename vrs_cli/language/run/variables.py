@@ -50,8 +50,8 @@ class Cells(dict[str | Index, Value]):
     """Values of one kind: all simple variables of the kind by key, or the elements of one `array` by index.
 
     Reading a missing value raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `spelling`: the first spelling of
-    names, by key. `others`: the cells of the other kind that a bare name can have. `omitted` names the parameter whose
-    argument a CALL left out, in the cells that stand for it. `changed`: the set of changed variables, if changes are
+    names, by key. `others`: the cells of the other kind that a bare name can have. `omitted`: the form of the call, in
+    the cells of a parameter whose argument a CALL left out. `changed`: the set of changed variables, if changes are
     recorded.
     """
 
@@ -74,8 +74,8 @@ class Cells(dict[str | Index, Value]):
 
     def __missing__(self, key: str | Index) -> Value:
         if self.omitted is not None:
-            hint = "its argument was left out: CALL and {EXECUTE} give it in parentheses"
-            raise UndefinedValue(self.omitted, hint)
+            hint = f"its argument was left out: CALL {self.omitted} gives it, or {{EXECUTE}}"
+            raise UndefinedValue(self.name(key), hint)
         if self.array is not None and not isinstance(key, str):
             rounded = self.round_indexes(key if isinstance(key, tuple) else (key,))
             exact: Index = rounded if len(rounded) > 1 else rounded[0]

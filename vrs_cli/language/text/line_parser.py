@@ -484,6 +484,8 @@ class Complaint:
         if last.text.upper() in ("AT", "IN") and not self._type:
             return self._say(IllegalExpression, f"a value is missing after {last.text.upper()}", _SECONDS)
         closed = self._type == "RPAR" and last.type == "LPAR"
+        if closed and len(self._before) == 2 and self._before[0].text.upper() in ("EXIT", "QUIT", "BYE"):
+            return self._say(CannotInterpret, f"{self._before[0].text}()", "EXIT or Ctrl-D leaves", self._before[0])
         detail = "nothing stands in the parentheses" if closed else f"a value is missing after {last.text.upper()}"
         return self._say(IllegalExpression, detail, _PARAMETERS if self._start == "header" else "")
 

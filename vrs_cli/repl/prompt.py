@@ -7,10 +7,14 @@ import re
 from collections.abc import Callable, Container, Iterator
 from typing import TYPE_CHECKING, Any
 
-from prompt_toolkit.application import Application
+from prompt_toolkit.application import Application, get_app
+from prompt_toolkit.auto_suggest import AutoSuggest, Suggestion
+from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
+from prompt_toolkit.filters import Condition, completion_is_selected, emacs_insert_mode, vi_insert_mode
 from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.key_binding.vi_state import InputMode
 from prompt_toolkit.lexers import Lexer
 from prompt_toolkit.output import ColorDepth
@@ -82,7 +86,7 @@ class ValLexer(Lexer):
 GAP = " | "
 ABORT = "^X ABORT"
 ACTIVE = "class:argument"
-LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
+MIN_MESSAGE_COLUMNS = 12  # columns: a shorter rest of the line says nothing
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
@@ -117,7 +121,7 @@ def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
     room = width - 1 - len(found.form) - len(GAP)
     if room < 0:
         return [(style, text) for (style, _), text in zip(pieces, _cut(pieces, width), strict=True)]
-    return [*pieces, ("", f"{GAP}{shorten(found.summary, room)}")] if room >= LEAST_MESSAGE else pieces
+    return [*pieces, ("", f"{GAP}{shorten(found.summary, room)}")] if room >= MIN_MESSAGE_COLUMNS else pieces
 
 
 def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
@@ -131,7 +135,7 @@ def _message(last: str, room: int) -> str:
     from vrs_cli.render.blocks import shorten
 
     room -= len(GAP)
-    if not last or room < min(len(last), LEAST_MESSAGE):
+    if not last or room < min(len(last), MIN_MESSAGE_COLUMNS):
         return ""
     return GAP + shorten(last, room)
 
@@ -171,3 +175,62 @@ def asked_about(document: Document) -> str:
     here = document.cursor_position_col
     at = [word[0] for word in words if word.start() <= here <= word.end() and word[0].upper() in ALL_NAMES]
     return next(iter((*at, *(word[0] for word in words))), "")
+
+
+# --- completion, suggestions and keys ---------------------------------------------------------------------------------
+
+
+MAX_SUGGESTION_LINES = 2000  # lines of the history that are looked at for each key
+
+
+class FromHistory(AutoSuggest):
+    """The rest of the last line that begins so, of those that were typed of late."""
+
+    def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
+        text = document.current_line
+        if not text.strip():
+            return None
+        late = reversed(buffer.history.get_strings()[-MAX_SUGGESTION_LINES:])
+        found = next((line for line in late if line.startswith(text) and "\n" not in line), text)
+        return Suggestion(found[len(text) :]) if len(found) > len(text) else None
+
+
+def abort_binding(abort: Callable[[], None]) -> KeyBindings:
+    """Ctrl-X aborts, whatever else is typed: at once, though prompt-toolkit has keys that begin with it."""
+    bindings = KeyBindings()
+
+    @bindings.add("c-x", eager=True, save_before=lambda _event: False)
+    def stop(_event: KeyPressEvent) -> None:
+        abort()
+
+    return bindings
+
+
+def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None]) -> KeyBindings:
+    """Ctrl-D also leaves where the line holds nothing but the indent of a program. F1 explains the word at the cursor.
+    Up goes through the history unless something of the menu is chosen, which prompt-toolkit would choose from. Ctrl-U
+    deletes all of the line, wherever the cursor is; Ctrl-Y brings it back.
+    """
+    bindings = abort_binding(abort)
+
+    @bindings.add("c-u", filter=emacs_insert_mode | vi_insert_mode)
+    def clear(event: KeyPressEvent) -> None:
+        event.app.clipboard.set_text(event.current_buffer.text)
+        event.current_buffer.document = Document()
+
+    menu = Condition(lambda: get_app().current_buffer.complete_state is not None)
+
+    @bindings.add("up", filter=menu & ~completion_is_selected)
+    def back(event: KeyPressEvent) -> None:
+        event.current_buffer.cancel_completion()
+        event.current_buffer.auto_up(count=event.arg)
+
+    @bindings.add("f1")
+    def help_on_word(event: KeyPressEvent) -> None:
+        explain(event.current_buffer.document)
+
+    @bindings.add("c-d", filter=Condition(lambda: not get_app().current_buffer.text.strip()))
+    def leave(event: KeyPressEvent) -> None:
+        event.app.exit(exception=EOFError, style="class:exiting")
+
+    return bindings

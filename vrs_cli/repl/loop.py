@@ -1,0 +1,470 @@
+"""The loop of the shell: read a line, send it, show what is said, ask what is asked, until the user leaves.
+
+`run_loop` reads lines, at a prompt or from a pipe, and gives each to `Exchange.take`. The exchange sends it to the
+port of the robot, takes the messages that come back (`_hear`), shows replies and puts questions at the terminal, until
+the line has ended. Ctrl-C stops the line that is waited for (`interrupt`), Ctrl-X the robot (`abort`). While no line is
+carried out, `keep_up` shows what comes by itself.
+
+No line is sent twice: if the connection was cut while a line was on its way, the user is told what became of it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
+from functools import partial
+from typing import Protocol, TextIO
+
+from vrs_cli.engine.feed import Inbox
+from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
+from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to
+from vrs_cli.render.blocks import for_stream
+from vrs_cli.render.text import plain_text
+from vrs_cli.repl.interrupt import Ended, stoppable
+from vrs_cli.repl.piped import QUESTION, Driven, lines_of_pipe
+from vrs_cli.values import replies
+from vrs_cli.values.acts import Attend, LeaveEntry, Say, StopProgram
+from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Question, end_of_input
+from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, refusal
+from vrs_cli.values.tagged import Act
+from vrs_cli.wire import messages
+from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, ServerMessage
+
+MAX_CHARS = 50_000  # of one message over a connection
+
+
+class LineReader(Protocol):
+    """Reads the lines of a user, at a prompt or from a pipe."""
+
+    def read(self) -> str | None:
+        """Return the next line, or QUESTION; None if the user leaves or the input ends."""
+
+    def interruptible(self) -> AbstractContextManager[object]:
+        """Return a context in which Ctrl-C stops what is waited for."""
+
+    def goes_on(self) -> bool:
+        """Call after each line; return whether another one is to be read."""
+
+
+def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
+    """Have lines carried out, from the first `line` on, until the user leaves. No error of a line ends the loop. At a
+    prompt Ctrl-C does not end it either.
+    """
+    while line is not None:
+        try:
+            with reader.interruptible():
+                if line == QUESTION:
+                    exchange.answer()
+                else:
+                    exchange.take(line)
+            line = reader.read() if reader.goes_on() else None
+        except Ended:
+            raise
+        except KeyboardInterrupt:  # between two lines
+            if not exchange.terminal.attended:
+                raise
+            line = reader.read()
+
+
+class Lines:
+    """The lines of an input; one that turns out to be for somebody else may be put back."""
+
+    def __init__(self, source: Iterable[str]) -> None:
+        self._source = iter(source)
+        self._back: list[str] = []
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        return self._back.pop() if self._back else next(self._source)
+
+    def put_back(self, line: str) -> None:
+        self._back.append(line)
+
+
+class PlainTerminal:
+    """Replies and what programs type in one stream, in order; `lines` is the input that questions are answered from.
+
+    A line that is no answer is left for who reads next: it is a command. `failed`: some command could not be done;
+    `leaving`: EXIT was said.
+    """
+
+    attended = False
+
+    def __init__(self, stream: TextIO, lines: Iterable[str]) -> None:
+        self.stream = stream
+        self.lines = Lines(lines)
+        self.failed = False
+        self.leaving = False
+        self._entered = ""
+
+    def show(self, reply: Reply) -> None:
+        self.failed = self.failed or is_error(reply)
+        self.leaving = self.leaving or isinstance(reply, replies.Farewell)
+        self._write(plain_text(reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        self._write(text + ("\n" if newline else ""))
+
+    def _write(self, text: str) -> None:
+        self.stream.write(for_stream(text, self.stream))
+
+    def progress(self, doing: Running | Reading) -> None:
+        """Nobody watches."""
+
+    def ask(self, question: Question) -> Answer:
+        """Return the next line of the input, if it is an answer. Raises EndOfInput."""
+        if isinstance(question, LineWanted):
+            return self._line(question)
+        if not isinstance(question, Confirmation):
+            return None
+        self._write(question.text)
+        self.stream.flush()
+        line = next(self.lines, None)
+        self.stream.write("\n")
+        agreed = None if line is None else yes_or_no(line)
+        if line is not None and agreed is None:
+            self.lines.put_back(line)
+        return agreed
+
+    def _line(self, question: LineWanted) -> str | None:
+        prompt = question.text
+        if question.wrong:
+            self.lines.put_back(self._entered)
+            return None
+        if prompt:
+            self._write(prompt)
+            self.stream.flush()
+        try:
+            self._entered = next(self.lines)
+        except StopIteration:
+            raise end_of_input(question) from None
+        if prompt:
+            self.stream.write("\n")
+        return self._entered.rstrip("\r\n")
+
+
+ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
+WANTED = "Y or N"  # what is said to another answer
+
+
+def yes_or_no(line: str) -> bool | None:
+    """Read an answer to (Y/N)?, None for another text; a comment may follow."""
+    return ANSWERS.get(line.partition(";")[0].strip().upper())
+
+
+class PipeReader:
+    """Reads the lines of a pipe, and writes answers to `sink`. `live`: the robot of this process goes on while a line
+    is waited for.
+    """
+
+    def __init__(self, make: MakeExchange, source: Iterable[str], sink: TextIO, live: bool) -> None:
+        lines = lines_of_pipe(source) if live else None
+        self._sink, self.terminal = sink, PlainTerminal(sink, _without_byte_order_mark(lines or source))
+        self.exchange = make(self.terminal)
+        if lines is not None:
+            lines.robot, lines.after = self.exchange.driven, self._show_changes
+
+    def _show_changes(self) -> None:
+        self.exchange.keep_up()
+        self._sink.flush()
+
+    def read(self) -> str | None:
+        line = next(self.terminal.lines, None)
+        return None if line is None else line.rstrip("\r\n")
+
+    def interruptible(self) -> AbstractContextManager[object]:
+        return stoppable(self.exchange.interrupt)
+
+    def goes_on(self) -> bool:
+        self._sink.flush()
+        if self.exchange.was_cut():
+            self.exchange.drop("the lines after this one")
+            return False
+        return not (self.terminal.leaving or self.exchange.interrupted)
+
+
+def run_on_pipe(make: MakeExchange, source: Iterable[str], sink: TextIO, *, live: bool) -> int:
+    """Run the shell without a terminal: nothing is echoed, and questions are answered by the next line. Return 1 if a
+    line could not be carried out, else 0.
+
+    A wrong line does not stop the lines after it; EXIT does, and so do Ctrl-C and a connection that is cut. Raises
+    KeyboardInterrupt for a Ctrl-C while the next line is waited for.
+    """
+    reader = PipeReader(make, source, sink, live)
+    exchange = reader.exchange
+    with reader.interruptible():
+        exchange.opening()
+    run_loop(reader, exchange, reader.read())
+    with reader.interruptible():
+        exchange.leave_entry("the input ended: ")
+    exchange.closing()
+    return int(reader.terminal.failed or exchange.failed or exchange.interrupted)
+
+
+def _without_byte_order_mark(source: Iterable[str]) -> Iterator[str]:
+    """Yield lines without the byte order mark that some systems put before the first."""
+    for number, line in enumerate(source):
+        yield line if number else line.removeprefix("\ufeff")
+
+
+class Exchange:
+    """Sends the lines of one user to a port, shows what is said and asks what is asked at a terminal.
+
+    `told` gets messages about the connection. `interrupted`: Ctrl-C came during the last line. `failed`: something was
+    not done, and `told` got the reason. `noted`: an error that cannot be shown now.
+    """
+
+    def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
+        self.terminal, self.port, self.told = terminal, port, told
+        self.interrupted = self.failed = False
+        self.noted = ""
+        # lines that are no VAL-II: each function carries out a line that is its own, and returns whether it did
+        self.own_lines: list[Callable[[str], bool]] = []
+        self.taken: Callable[[], None] = lambda: None  # is called when a line has been carried out
+        self.kept_up: Callable[[], None] = lambda: None  # is called after `keep_up`, unless a line is carried out
+        # `repl/connection.py`: hears messages about the connection
+        self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
+        self.driven: Driven | None = None  # a robot of this process, whose time goes on while a line is waited for
+        self.opening: Callable[[], None] = lambda: None  # what comes before the first line
+        self.after: Callable[[], None] = lambda: None  # is called after each command
+        self.closing: Callable[[], None] = port.close  # the user has left
+        self._heard: Inbox[ServerMessage] = Inbox()
+        self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
+        self._waits = self._asks = False
+        self._breaks = self._count_breaks()  # when the last line was taken
+        self._withdrawn: set[int] = set()
+        self._question = 0  # that is before the user
+        self.wake: Callable[[], object] = int  # is called, from any thread, when `keep_up` has something to do
+        port.listen(self.come)
+
+    # --- what is done: each returns when it is done, and whatever went wrong has been shown ---
+
+    def take(self, text: str) -> None:
+        """Carry out a line, or several that were pasted together."""
+        self.interrupted = False
+        self._breaks = self._count_breaks()
+        if any(take(text) for take in self.own_lines):
+            return
+        *parts, last = _parts(text) if self.port.name else [text]
+        for part in parts:
+            end = self.do(partial(Line, text=part, more=True), part)
+            if end is None or not end.seq or self.interrupted:
+                return
+        self.do(partial(Line, text=last), last)
+        self.taken()
+
+    def answer(self) -> None:
+        """Put the questions that programs have."""
+        self.act(Attend())
+
+    def was_cut(self) -> bool:
+        """Return whether the connection is cut, or was since the last line was taken: what was typed meanwhile is not
+        to be taken, for it would be done later than whoever typed it expects.
+        """
+        return not self.port.open or self._breaks != self._count_breaks()
+
+    def _count_breaks(self) -> int:
+        """Return a person expects nothing any more of a line that is quiet for long; a pipe waits."""
+        return self.port.cuts + self.port.stalls * self.terminal.attended
+
+    def drop(self, what: str) -> None:
+        """Tell that this was typed and is not taken."""
+        self.lose(f"not given, for the connection was cut meanwhile: {what}")
+
+    def leave_entry(self, why: str = "") -> None:
+        """Forget what is typed of a program, unless a user who is asked wants to go on with it."""
+        if self.port.open:  # else the server forgets it by itself
+            self.act(LeaveEntry(why))
+
+    def leave(self) -> None:
+        """Ctrl-D: as EXIT, from which no error keeps the user. A robot behind a connection goes on for others: nothing
+        is lost.
+        """
+        end = None if self.port.name else self.do(lambda id: At(id, Say("EXIT")), None)
+        if end is None or end.refusal is not None:
+            self.terminal.show(Farewell())
+
+    def stop_program(self) -> None:
+        """Stop the program that runs beside an empty line; its end is told when the arm stands."""
+        self.act(StopProgram())
+
+    def abort(self) -> None:
+        """Stop the robot before all else that is asked of it; `keep_up` shows what was stopped. Safe in a signal
+        handler.
+        """
+        self.port.post(Abort, self.come)
+
+    def act(self, act: Act[None]) -> None:
+        self.do(lambda id: At(id, act))
+
+    def do(self, make: MakeRequest, line: str | None = "") -> Done | Refused | None:
+        """Send a command; show what is said of it, and ask what is asked, until it has ended. Return its end; None if
+        that was not waited for. A refusal of a `line` is shown; None: it is not shown.
+        """
+        self.noted = ""
+        self._waits = True
+        try:
+            id = self.port.begin(make, self.come)
+            while True:
+                message = self._later.popleft() if self._later else self.port.take(self._heard)
+                assert message is not None, "it waits as long as that takes"
+                if isinstance(message, Done | Refused) and message.id == id:
+                    if line is not None:
+                        self._show_end(message, line)
+                    return message
+                self._hear(message)
+        except RequestRefused as error:
+            self.lose(str(error))
+        except BrokenPipeError:
+            raise  # whoever read us has gone
+        except (Exception, KeyboardInterrupt) as error:
+            self.interrupted |= isinstance(error, KeyboardInterrupt)
+            if why := self.port.give_up(error):
+                self.lose(why)
+            self.keep_up()
+        finally:
+            self._waits = False
+            self.after()
+        return None
+
+    def _show_end(self, end: Done | Refused, line: str) -> None:
+        if end.refusal is None:
+            return
+        if end.seq or not self.port.name:
+            self._show(_refusal_reply(end, line))
+        else:  # no robot has said it
+            self.lose(str(end.refusal.error()))
+
+    def lose(self, why: str) -> None:
+        """Tell that something was not done."""
+        self.failed = True
+        self.told(why)
+
+    # --- what comes ---
+
+    def _hear(self, message: ServerMessage) -> None:
+        match message:
+            case messages.Told(reply):
+                self._show(reply)
+            case messages.Typed(text, newline):
+                self.terminal.type(text, newline)
+            case Asked(number):
+                if number not in self._withdrawn:
+                    self._ask(message)
+            case messages.Withdrawn(number):
+                self._withdrawn.add(number)
+            case messages.Status(around):
+                if self._waits and around.running:
+                    self.terminal.progress(Running(around.clock))
+            case Done() | Refused():
+                self._show_end(message, "")
+            case _:
+                self.hear_connection(message)
+
+    def _show(self, reply: Reply) -> None:
+        """Show a reply; if that fails, show the error of vrs in its place."""
+        try:
+            self.terminal.show(reply)
+        except BrokenPipeError:
+            raise
+        except Exception as error:
+            self.terminal.show(internal_error(error))
+
+    def forget_questions(self) -> None:
+        """The robot has forgotten the questions that were asked over an earlier connection, and counts them anew."""
+        self._withdrawn = {self._question} - {0}
+
+    def _ask(self, asked: Asked) -> None:
+        """Have a question answered."""
+        self._asks, self._question = True, asked.number
+        try:
+            answer = answer_to(asked, self._ask_terminal)
+        finally:
+            self._asks, self._question = False, 0
+        self.interrupted |= answer.how is How.INTERRUPTED
+        self.port.tell(answer)
+
+    def _ask_terminal(self, question: Question) -> Answer:
+        """Ask a question; a screen that cannot be filled is told, and counts as left."""
+        try:
+            return self.terminal.ask(question)
+        except (EndOfInput, BrokenPipeError):
+            raise
+        except VrsError as error:
+            self.terminal.show(Message(str(error), Tone.ERROR))
+        except Exception as error:
+            self.terminal.show(internal_error(error))
+        return True
+
+    # --- Ctrl-C ---
+
+    def interrupt(self) -> bool:
+        """Stop what is waited for; whether it comes to an end by itself. A question that is open is answered with
+        Ctrl-C. Safe in a signal handler.
+        """
+        if not self._waits or self._asks:
+            return False
+        self.interrupted = True
+        return self.port.interrupt()
+
+    # --- while no line is carried out ---
+
+    def note(self, error: Exception) -> None:
+        """Keep an error for the toolbar."""
+        self.noted = internal_error(error).text
+
+    @property
+    def question_is_withdrawn(self) -> bool:
+        """Return whether the question that is before the user waits for no answer any more."""
+        return self._question in self._withdrawn
+
+    def come(self, message: ServerMessage) -> None:
+        """Something is there to be looked at, perhaps in the thread of a connection."""
+        self._heard.put(message)
+        self.wake()
+
+    def keep_up(self) -> None:
+        """Let happen, or show, what has become due while nobody was looking. What belongs to a command whose question
+        is before the user comes after it.
+        """
+        try:
+            while (message := self.port.take(self._heard, 0.0)) is not None:
+                if isinstance(message, Asked) or (self._waits and isinstance(message, Done | Refused)):
+                    self._later.append(message)
+                else:
+                    self._hear(message)
+            if not self._waits:
+                self.kept_up()
+        except BrokenPipeError:
+            raise
+        except Exception as error:
+            self.note(error)
+
+
+def _refusal_reply(end: Done | Refused, line: str) -> Reply:
+    """Return the reply for a refusal."""
+    assert end.refusal is not None, "it was refused"
+    try:
+        return refusal(end.refusal.error(), line)
+    except Exception as error:  # an error of vrs in this process
+        return internal_error(error)
+
+
+def _parts(text: str) -> list[str]:
+    """Divide pasted text into messages of whole lines."""
+    parts, size = [""], 0
+    for line in text.splitlines(keepends=True):
+        if size and size + len(line) > MAX_CHARS:
+            parts.append("")
+            size = 0
+        parts[-1] += line
+        size += len(line)
+    return parts
+
+
+MakeExchange = Callable[[Terminal], Exchange]
