@@ -5,7 +5,7 @@ A closed form is preferred, then a search that finds all solutions, then the num
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from math import atan2
@@ -144,22 +144,6 @@ def _along_axis(T: Transform) -> bool:
     return T.az > 0.0 and max(map(abs, (T.px, T.py, T.ax, T.ay, T.nz, T.sz))) <= NOTHING
 
 
-def _there_and_back(signs: Joints, zeros: Joints) -> tuple[Callable[[Joints], Joints], Callable[[Joints], Joints]]:
-    """Return `Chain.of` for six joints that turn, and its inverse, both written out for speed."""
-    s1, s2, s3, s4, s5, s6 = signs
-    z1, z2, z3, z4, z5, z6 = zeros
-
-    def there(q: Joints) -> Joints:
-        q1, q2, q3, q4, q5, q6 = q
-        return s1 * q1 + z1, s2 * q2 + z2, s3 * q3 + z3, s4 * q4 + z4, s5 * q5 + z5, s6 * q6 + z6
-
-    def back(q: Joints) -> Joints:
-        q1, q2, q3, q4, q5, q6 = q
-        return s1 * (q1 - z1), s2 * (q2 - z2), s3 * (q3 - z3), s4 * (q4 - z4), s5 * (q5 - z5), s6 * (q6 - z6)
-
-    return there, back
-
-
 class MappedArm(RobotArm):
     """An arm that asks an inner arm with the links of a closed form. See `arm.RobotArm`.
 
@@ -178,9 +162,20 @@ class MappedArm(RobotArm):
         self._same_senses = all(sign > 0.0 for sign in way.chain.signs)
         zeros = tuple([link.theta for link in way.chain.links])
         self.senses = tuple(zip(way.chain.signs, zeros, strict=True))
-        self._inner_joints, self._back = _there_and_back(way.chain.signs, zeros)
         self._order = tuple([i ^ swapped for i in range(len(self.ways))])
         self._inner_tool = lru_cache(TOOLS)(partial(compose, way.chain.flange))
+        s1, s2, s3, s4, s5, s6 = way.chain.signs
+        z1, z2, z3, z4, z5, z6 = zeros
+
+        def inner_joints(q: Joints) -> Joints:  # `Chain.of` and its inverse, written out for speed
+            q1, q2, q3, q4, q5, q6 = q
+            return s1 * q1 + z1, s2 * q2 + z2, s3 * q3 + z3, s4 * q4 + z4, s5 * q5 + z5, s6 * q6 + z6
+
+        def back(q: Joints) -> Joints:
+            q1, q2, q3, q4, q5, q6 = q
+            return s1 * (q1 - z1), s2 * (q2 - z2), s3 * (q3 - z3), s4 * (q4 - z4), s5 * (q5 - z5), s6 * (q6 - z6)
+
+        self._inner_joints, self._back = inner_joints, back
 
     @property
     def constants(self) -> Mapping[str, float]:

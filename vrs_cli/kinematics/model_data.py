@@ -55,16 +55,31 @@ Rows = list[tuple[float, ...]]
 
 
 def fitting_task(model: RobotModel) -> ArmTask | None:
-    """Return the task that fits an arm; None if it has too few joints and must name its task."""
+    """Return the task that fits an arm; None if it has too few joints and must name its task.
+
+    The whole pose counts for four or five joints only if they could not use less: the place is not free, or joints do
+    the same.
+    """
     count = model.joint_count
     if count >= ALL_PARTS:
         return ArmTask.POSE
-    if count >= FEWEST:
-        return _of_four_or_five(model)
-    planar = axes_parallel(model) and JointKind.PRISMATIC not in model.units.kinds
-    if planar:
-        return {2: ArmTask.POINT, 3: ArmTask.PLANE}.get(count)
-    return ArmTask.POSITION if count == sum(ArmTask.POSITION.counts) else None
+    if count < FEWEST:
+        planar = axes_parallel(model) and JointKind.PRISMATIC not in model.units.kinds
+        if planar:
+            return {2: ArmTask.POINT, 3: ArmTask.PLANE}.get(count)
+        return ArmTask.POSITION if count == sum(ArmTask.POSITION.counts) else None
+    if flange_steady(model):
+        return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
+    if model.joint_count == ArmTask.POINTING.size:
+        second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
+        # joints 2 to 4 only tilt the tool in the plane of the arm, so that it points nowhere else
+        keeps_plane = model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
+            max(map(abs, cross(second, other))) < PARALLEL for other in (third, fourth)
+        )
+        if not keeps_plane and _mean(model, ArmTask.POINTING) > WELL:
+            return ArmTask.POINTING
+    places, all_parts = _mean(model, ArmTask.POSITION), _mean(model, ArmTask.POSE)
+    return ArmTask.STEADY if min(places, all_parts) > NOTHING else ArmTask.POSE
 
 
 def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
@@ -85,25 +100,6 @@ def task_notes(model: RobotModel) -> tuple[str, ...]:
     if not FEWEST <= model.joint_count < ALL_PARTS or model.task not in SAID:
         return ()
     return (f"{model.joint_count} joints: the task is {model.task.value}, {SAID[model.task]}; --task names another",)
-
-
-def _of_four_or_five(model: RobotModel) -> ArmTask:
-    """Return the task of four or five joints.
-
-    The whole pose counts only if the arm could not use less: its place is not free, or joints do the same.
-    """
-    if flange_steady(model):
-        return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
-    if model.joint_count == ArmTask.POINTING.size:
-        second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
-        # joints 2 to 4 only tilt the tool in the plane of the arm, so that it points nowhere else
-        keeps_plane = model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
-            max(map(abs, cross(second, other))) < PARALLEL for other in (third, fourth)
-        )
-        if not keeps_plane and _mean(model, ArmTask.POINTING) > WELL:
-            return ArmTask.POINTING
-    places, all_parts = _mean(model, ArmTask.POSITION), _mean(model, ArmTask.POSE)
-    return ArmTask.STEADY if min(places, all_parts) > NOTHING else ArmTask.POSE
 
 
 def _mean(model: RobotModel, task: ArmTask) -> float:

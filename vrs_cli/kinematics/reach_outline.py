@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.arrays import Flags
 from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.transform import Vector, inverse
 
@@ -92,19 +91,15 @@ def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
         np.bincount(cells, weights, shape[0] * shape[1]).reshape(shape).astype(float)
         for weights in (np.ones_like(far), np.cos(angle), np.sin(angle))
     )
-    pieces = _march_squares(_blur(_fill_holes(count > 0.0).astype(float)))
+    hit = count > 0.0
+    for combined in (np.logical_or, np.logical_and):  # fill chance holes: add the neighbours, then remove the rim
+        for axis in (0, 1):
+            hit = combined.reduce(tuple(_shift(hit, axis)))
+    pieces = _march_squares(_blur(hit.astype(float)))
     nearest = np.clip(np.rint(pieces).astype(np.intp), 0, np.array(shape) - 1)
     turned = np.arctan2(_blur(s), _blur(c))[nearest[..., 0], nearest[..., 1]]
     middles = size * (pieces + 0.5)
     return np.stack([middles[..., 0], low + middles[..., 1], turned], axis=2)
-
-
-def _fill_holes(hit: Flags) -> Flags:
-    """Fill the holes that chance has left: add the neighbours, then remove the rim."""
-    for combined in (np.logical_or, np.logical_and):
-        for axis in (0, 1):
-            hit = combined.reduce(tuple(_shift(hit, axis)))
-    return hit
 
 
 def _blur(grid: Grid) -> Grid:

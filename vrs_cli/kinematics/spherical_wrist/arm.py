@@ -152,8 +152,7 @@ class SphericalWristArm(RobotArm):
         if tx or ty:  # off the axis of joint 6
             c6, s6 = cos(q6), sin(q6)
             along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
-            x = c4 * c5 * along - s4 * across
-            y = s4 * c5 * along + c4 * across
+            x, y = c4 * c5 * along - s4 * across, s4 * c5 * along + c4 * across
             z = -s5 * along
             e = c23 * x + s23 * z
             rx += c1 * e - s1 * y
@@ -230,19 +229,15 @@ def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:
         c6, s6 = cos(q6), sin(q6)
         # approach a and x axis n in frame 3, then turned by q23 in the arm's plane, then by q1 about the
         # waist
-        x = c4 * s5
-        y = s4 * s5
+        x, y = c4 * s5, s4 * s5
         e = c23 * x + s23 * c5
-        ax = c1 * e - s1 * y
-        ay = s1 * e + c1 * y
+        ax, ay = c1 * e - s1 * y, s1 * e + c1 * y
         az = c23 * c5 - s23 * x
         t = c5 * c6
-        x = c4 * t - s4 * s6
-        y = s4 * t + c4 * s6
+        x, y = c4 * t - s4 * s6, s4 * t + c4 * s6
         t = s5 * c6
         e = c23 * x - s23 * t
-        nx = c1 * e - s1 * y
-        ny = s1 * e + c1 * y
+        nx, ny = c1 * e - s1 * y, s1 * e + c1 * y
         nz = -c23 * t - s23 * x
         u = a1 + a2 * cos(q2) + a3 * c23 + d4 * s23
         return _new(

@@ -141,8 +141,7 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
-    bars = a2 * a2 + forearm * forearm
-    twice = 1.0 / (2.0 * a2 * forearm)
+    bars, twice = a2 * a2 + forearm * forearm, 1.0 / (2.0 * a2 * forearm)
     f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
     wrist_rest = min(max(0.0, model.lower[3]), model.upper[3])
     middles = [(low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True)]
@@ -151,8 +150,7 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
 
     def branches(T: Transform) -> tuple[Joints | None, ...]:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-        x = px - d6 * ax
-        y = py - d6 * ay
+        x, y = px - d6 * ax, py - d6 * ay
         v = d1 + d6 * az - pz
         across = x * x + y * y
         u2 = across - side2
@@ -173,8 +171,7 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                     continue
                 k = 1.0 if k > 0.0 else -1.0
             if across > ON_AXIS:
-                c1 = (u * x + side * y) / across
-                s1 = (u * y - side * x) / across
+                c1, s1 = (u * x + side * y) / across, (u * y - side * x) / across
             else:  # joint 1 may stand anywhere
                 c1, s1 = 1.0, 0.0
             q1 = atan2(s1, c1)
@@ -182,41 +179,32 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                 q1 += TURN if q1 < low1 else -TURN
             psi = acos(k) * -arm
             # the rotation seen in the arm's plane: radial, across (here) and vertical
-            ar = c1 * ax + s1 * ay
-            ac = c1 * ay - s1 * ax
-            nr = c1 * nx + s1 * ny
-            nc = c1 * ny - s1 * nx
-            sr = c1 * sx + s1 * sy
-            sc = c1 * sy - s1 * sx
-            m = a2 + forearm * k
-            t = forearm * sqrt((1.0 - k) * (1.0 + k)) * -arm
+            ar, ac = c1 * ax + s1 * ay, c1 * ay - s1 * ax
+            nr, nc = c1 * nx + s1 * ny, c1 * ny - s1 * nx
+            sr, sc = c1 * sx + s1 * sy, c1 * sy - s1 * sx
+            m, t = a2 + forearm * k, forearm * sqrt((1.0 - k) * (1.0 + k)) * -arm
             rho = h * h + v * v
             if rho == 0.0:
                 found += NOWHERE
                 continue
             for _ in (1, 2):  # ABOVE, then BELOW
-                c2 = (h * m + v * t) / rho
-                s2 = (v * m - h * t) / rho
+                c2, s2 = (h * m + v * t) / rho, (v * m - h * t) / rho
                 q2 = atan2(s2, c2)
                 if not low2 <= q2 <= high2:
                     q2 += TURN if q2 < low2 else -TURN
                 q3 = beta + psi
                 if not low3 <= q3 <= high3:
                     q3 += TURN if q3 < low3 else -TURN
-                c2 = h - a2 * c2
-                s2 = v - a2 * s2
-                c23 = f3 * c2 - f4 * s2
-                s23 = f4 * c2 + f3 * s2
+                c2, s2 = h - a2 * c2, v - a2 * s2
+                c23, s23 = f3 * c2 - f4 * s2, f4 * c2 + f3 * s2
                 # approach in frame 3
-                X = c23 * ar - s23 * az
-                Z = s23 * ar + c23 * az
+                X, Z = c23 * ar - s23 * az, s23 * ar + c23 * az
                 s5 = sqrt(X * X + ac * ac)
                 if s5 > ON_BOUNDARY:
                     q4 = atan2(ac, X)
                     q5 = atan2(s5, Z)
                     q6 = atan2(X * nc - ac * (c23 * nr - s23 * nz), X * sc - ac * (c23 * sr - s23 * sz))
-                    o4 = q4 - pi if q4 > 0.0 else q4 + pi
-                    o6 = q6 - pi if q6 > 0.0 else q6 + pi
+                    o4, o6 = q4 - pi if q4 > 0.0 else q4 + pi, q6 - pi if q6 > 0.0 else q6 + pi
                     o5 = -q5
                     if not low4 <= q4 <= high4:
                         q4 += TURN if q4 < low4 else -TURN
@@ -235,8 +223,7 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                     rows = (X, ac, Z, c23 * nr - s23 * nz, nc, c23 * sr - s23 * sz, sc)
                     q = (q1, q2, q3, *singular_wrist(wrist_rest, *rows))
                     found += (q, q)
-                psi = -psi
-                t = -t
+                psi, t = -psi, -t
         return found
 
     return branches
@@ -255,16 +242,14 @@ def make_branch(geometry: Geometry) -> Branch:
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
-    bars = a2 * a2 + forearm * forearm
-    twice = 1.0 / (2.0 * a2 * forearm)
+    bars, twice = a2 * a2 + forearm * forearm, 1.0 / (2.0 * a2 * forearm)
     f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
     most = 1.0 + BOUNDARY
 
     def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         arm, elbow, wrist = configuration.signs
-        x = px - d6 * ax
-        y = py - d6 * ay
+        x, y = px - d6 * ax, py - d6 * ay
         v = d1 + d6 * az - pz
         across = x * x + y * y
         u2 = across - side2
@@ -283,26 +268,19 @@ def make_branch(geometry: Geometry) -> Branch:
             else (cos(near[0]), sin(near[0]))  # joint 1 may stand anywhere: it stays
         )
         fold = -arm * elbow
-        m = a2 + forearm * cosine
-        t = forearm * sqrt((1.0 - cosine) * (1.0 + cosine)) * fold
-        c2 = (h * m + v * t) / rho
-        s2 = (v * m - h * t) / rho
-        q1 = atan2(s1, c1)
-        q2 = atan2(s2, c2)
+        m, t = a2 + forearm * cosine, forearm * sqrt((1.0 - cosine) * (1.0 + cosine)) * fold
+        c2, s2 = (h * m + v * t) / rho, (v * m - h * t) / rho
+        q1, q2 = atan2(s1, c1), atan2(s2, c2)
         psi = acos(cosine) * fold
         q3 = beta + psi
-        fh = h - a2 * c2
-        fv = v - a2 * s2
-        c23 = f3 * fh - f4 * fv
-        s23 = f4 * fh + f3 * fv
+        fh, fv = h - a2 * c2, v - a2 * s2
+        c23, s23 = f3 * fh - f4 * fv, f4 * fh + f3 * fv
         out = c1 * ax + s1 * ay
         X = wrist * (c23 * out - s23 * az)
         Y = wrist * (c1 * ay - s1 * ax)
         Z = s23 * out + c23 * az
-        nX = c23 * (c1 * nx + s1 * ny) - s23 * nz
-        nY = c1 * ny - s1 * nx
-        sX = c23 * (c1 * sx + s1 * sy) - s23 * sz
-        sY = c1 * sy - s1 * sx
+        nX, nY = c23 * (c1 * nx + s1 * ny) - s23 * nz, c1 * ny - s1 * nx
+        sX, sY = c23 * (c1 * sx + s1 * sy) - s23 * sz, c1 * sy - s1 * sx
         s5 = sqrt(X * X + Y * Y)
         c4, s4, q4, sine = (
             (X, Y, atan2(Y, X), wrist * s5)

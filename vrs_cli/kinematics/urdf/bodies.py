@@ -80,18 +80,11 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
         values: Mapping[str, str] = {} if inertia is None else inertia.attrib
         rows = [tree.numbers(inertial, f"inertia {key}", values.get(key, "0"), 1)[0] for key in INERTIA_KEYS]
         xx, yy, zz, xy, xz, yz = rows
-        return _Solid(mass, transform.position(placed), _rotate_inertia(placed, (xx, yy, zz, xy, xz, yz)))
+        half = [transform.rotate(placed, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
+        turned = (transform.rotate(placed, row) for row in zip(*half, strict=True))  # R I R^T, by the rows of R I
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = turned
+        return _Solid(mass, transform.position(placed), (xx, yy, zz, xy, xz, yz))
     return None
-
-
-def _rotate_inertia(T: Transform, inertia: link_data.Inertia) -> link_data.Inertia:
-    """Return R I R^T with the rotation R of T."""
-    xx, yy, zz, xy, xz, yz = inertia
-    half = [transform.rotate(T, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]  # columns of R I
-    (a, d, e), (_, b, f), (_, _, c) = (
-        transform.rotate(T, row) for row in zip(*half, strict=True)
-    )  # rows of R I, turned
-    return a, b, c, d, e, f
 
 
 def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
