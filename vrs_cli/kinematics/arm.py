@@ -126,7 +126,7 @@ class RobotArm:
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
 
     @cached_property
-    def forward(self) -> Callable[[Joints], Transform]:  # a function by itself: read once, called often
+    def forward(self) -> Callable[[Joints], Transform]:  # a stored function: read once, called often
         """Return T_base_flange of joints."""
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
@@ -187,7 +187,7 @@ class RobotArm:
         """Return the lengths [m] and angles [rad] of a closed form by their symbols; none for a search."""
         return {}
 
-    # how joints of a closed form become those of the robot, joint = sign (theta - offset [rad]); empty: they are them
+    # the robot's joints from those of a closed form, joint = sign (theta - offset [rad]); empty: they are the same
     senses: tuple[tuple[float, float], ...] = ()
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
@@ -203,14 +203,14 @@ class RobotArm:
         """Return the variables that `branch_joints` computes, as far as it comes; none without a closed form."""
         return steps_of(self.branch_joints, self.step_names, T, configuration, near) if self.step_names else {}
 
-    redundancy = 0  # joints more than a task takes: a straight line needs as many guides
-    still_joints: tuple[int, ...] = ()  # such joints, by index, that stand still where nothing guides them
+    redundancy = 0  # joints beyond those that the task needs: a straight line needs as many guides
+    still_joints: tuple[int, ...] = ()  # redundant joints, by index, that stand still without a guide
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
         """Return the joints near `near` that reach T and meet the demands, whatever the limits (redundant arms)."""
         raise NotImplementedError
 
-    guesses = False  # joints are found by `guided_state` if they are near: it is worth guessing where they will be
+    guesses = False  # whether a good guess of the joints saves a search (`guided_state`)
 
     def guided_state(
         self,
@@ -379,7 +379,7 @@ class RobotArm:
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
         levers = ((y, z), (z, x), (x, y))  # of a turn about X, Y, Z
-        steady = self.unchanging.approach is not None  # then only turns about it happen at all
+        steady = self.unchanging.approach is not None  # then only turns about the approach axis are possible
         for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
             if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
                 raise IllegalValue(
@@ -389,8 +389,8 @@ class RobotArm:
 
     # --- clearances --------------------------------------------------------------------------------------
 
-    hand: Hand | None = None  # what the clearances follow; None where there is no closed form, and they are not known
-    boundary = Clearance()  # within which a pose is on the boundary of the reach, or its wrist straight
+    hand: Hand | None = None  # the point that clearances follow; None without a closed form
+    boundary = Clearance()  # clearances below which a pose is on a boundary, or its wrist straight
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
         """Return how far a pose is from where the closed form of one branch ends or is singular."""
@@ -411,7 +411,7 @@ class RobotArm:
         """
         return Clearance()
 
-    # the joint (by index) that folds the arm, and where it is stretched or folded flat [rad], as half a turn on again
+    # the joint (by index) that folds the arm, and its value where the arm is straight or folded flat [rad]
     fold: tuple[int, float] | None = None
 
     def outward(self, q: Joints) -> float:  # noqa: ARG002 (others look at q)
@@ -421,10 +421,10 @@ class RobotArm:
         """
         return inf
 
-    # what proves that joints go on between samples of a way; None for closed forms
+    # the proof that joints are continuous between samples of a line; None for closed forms
     continuation: LineProof | None = None
 
-    # the arm itself where its rates need the pose that is asked for beside the one that it has; else None
+    # the arm itself if its joint rates depend on the desired pose; else None
     steady: Steady | None = None
 
     def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (another place of the tip, for some)
@@ -527,7 +527,7 @@ class RobotArm:
     @cached_property
     def batch(self) -> SerialBatch:
         """Return the same functions over arrays, for whole timelines at once."""
-        # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
+        # Imported here because it loads numpy, most of the start-up time of a shell without arrays.
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
         return SerialBatch(self.model, self.ways, self.unchanging, self.array_formula)

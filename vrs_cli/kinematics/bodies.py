@@ -17,12 +17,12 @@ from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import TURN, Vector, along, dot, inverse, moved_point, position, rotate, translation
 
-SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
+SHAPES = ROBOTS / "shapes"  # of built-in robots, in separate files because programs run without them
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
 UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
-MIN_REACH_M = 0.05  # [m] an arm is drawn as one that reaches so far at least
-SHORT = 1e-6  # [m] no distance to draw
+MIN_REACH_M = 0.05  # [m] the smallest reach for drawing
+SHORT = 1e-6  # [m] shorter distances are not drawn
 
 
 def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
@@ -68,7 +68,7 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
     first, r = radii[0], radii[n]
     if model.base.az < UPRIGHT:  # the first axis does not stand upright: a block
         found = [LinkShape(0, Box((3.0 * first, 3.0 * first, 2.0 * first)), "dark")]
-    else:  # a pedestal, down to where the arm reaches below it at READY or NEST
+    else:  # a pedestal, down to the lowest point of the arm at READY or NEST
         frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
         lowest = min(T.pz for T in frames) - model.base.pz  # of joints and flange, above frame 0 [m]
         low = min(0.0, (lowest if lowest < -SHORT else inf) - 2.0 * first)
@@ -81,7 +81,7 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
         found += _link(model, i, (radii[i - 1], radii[i]))
     found.append(LinkShape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"))
     found.append(LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), translation(0.0, 0.0, 0.35 * r)), "dark"))
-    for side in (-1.0, 1.0):  # two fingers; closed they touch
+    for side in (-1.0, 1.0):  # two fingers, which touch when closed
         finger = Box((0.3 * r, 0.7 * r, 2.0 * r), translation(side * 0.15 * r, 0.0, 1.7 * r))
         found.append(LinkShape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
     return tuple(found)
@@ -99,7 +99,7 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     thick, thin = radii
     found: list[LinkShape] = []
     if slides:
-        # a rod, from the end of the link to wherever its sleeve may be, which stands on the link before
+        # a rod from the end of the link through its sleeve, which is fixed to the link before
         sleeve, rod = 1.1 * thick, 0.6 * thin
         found.append(LinkShape(i - 1, Cylinder((0.0, 0.0, -thick), (0.0, 0.0, thick), (sleeve, sleeve)), "dark"))
         reaches = 0.0, -run, upper - model.lower[i - 1] - run
@@ -116,9 +116,9 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
 
 
 POSE_COUNT = 500  # poses to begin from
-DIRECTIONS = 32  # a plane: the outline between two of them is at most 0.5 % of the reach too small
+DIRECTIONS = 32  # in a plane: between two of them the outline is at most 0.5 % too small
 SWEEPS = 20  # over all joints, for one direction
-MIN_GAIN_M = 1e-4  # [m] that a sweep has to gain for another one
+MIN_GAIN_M = 1e-4  # [m] the last sweep gains less
 
 
 Far = Callable[[Joints], float]  # how far joints bring the tip in one direction [m]
@@ -133,7 +133,7 @@ def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
     arm = arm_for(model)
     found = {moved_point(arm.forward(q), p_flange_tip): q for q in _spread_poses(model)}  # joints by their tip
     for u in _directions():
-        best, latest = found[_best(found, u)], next(reversed(found.values()))  # that of the direction beside it
+        best, latest = found[_best(found, u)], next(reversed(found.values()))  # the start of the neighbouring direction
         for begin in (best, latest):
             q = _farthest(arm, _far(arm, p_flange_tip, u), begin)
             found[moved_point(arm.forward(q), p_flange_tip)] = q

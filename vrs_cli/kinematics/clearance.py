@@ -27,7 +27,7 @@ from vrs_cli.kinematics.transform import Transform, Vector
 AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not
+CONSTANT = 1e-9  # [m, sine] smaller changes are none
 
 
 class Forbidden(NamedTuple):
@@ -56,7 +56,7 @@ class Unchanging(NamedTuple):
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
             points = upright if abs(approach[2]) > 1.0 - CONSTANT else "in one direction"
             what = f"keeps its tool {points}; the location tilts it by {degrees(tilt):.2f} deg"
-            z = axis_of(T).direction  # turned the shortest way until it lies along the approach
+            z = axis_of(T).direction  # turned the shortest way to the approach axis
             axis = (
                 transform.any_normal(z)
                 if dist(transform.cross(z, approach), STILL) < CONSTANT
@@ -113,10 +113,10 @@ def _angle(a: Vector, b: Vector) -> float:
     return sine if transform.dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(transform.dot(a, b), -1.0), 1.0))
 
 
-SINGULAR = 1e-10  # sine, or [m]: below it a joint's angle is noise
-BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at the axis of joint 1: rounding beyond the reach that is forgiven
-ON_BOUNDARY = 1e-9  # [m, rad] within which a pose is on the boundary of the reach, or two axes of a wrist are one
-UNKNOWN = -inf  # the least clearance where a clearance that it depends on may be 0
+SINGULAR = 1e-10  # sine or [m] below which a joint's angle is noise
+BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at axis 1: rounding beyond the reach that is allowed
+ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundary, or two wrist axes as one
+UNKNOWN = -inf  # the least clearance if another one that it depends on may be 0
 
 
 class Hand(NamedTuple):
@@ -161,7 +161,7 @@ class Clearance(NamedTuple):
         return self.shoulder, self.outer, self.inner, self.wrist
 
 
-SHOULDER, WRIST = 0, 3  # among the sizes
+SHOULDER, WRIST = 0, 3  # places in `sizes`
 
 
 class TwoBars(NamedTuple):
@@ -256,7 +256,7 @@ def from_shoulder(
     """
     far = sqrt(max(bars.outer - min(a.outer, b.outer) + beside, 0.0)) + 0.5 * speed * h
     quarter = 0.25 * h * h
-    outer = min(a.outer, b.outer) - quarter * far * bend  # a straight way bulges inward only
+    outer = min(a.outer, b.outer) - quarter * far * bend  # a straight path bulges inward only
     return outer, min(a.inner, b.inner) - quarter * (speed * speed + far * bend)
 
 

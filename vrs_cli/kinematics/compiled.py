@@ -25,7 +25,7 @@ Entry = float | str  # a number that is known, or the name of a variable
 Column = tuple[Entry, Entry, Entry]
 
 STILL: Column = (0.0, 0.0, 0.0)
-NOTHING = 1e-15  # an entry so small is the rounding of a right angle
+NOTHING = 1e-15  # entries below it are rounding of right angles
 
 
 class Formulas(NamedTuple):
@@ -153,7 +153,7 @@ class Writer:
             else:
                 moved = self.add_crosses(moved, (w1, p), (w, p1))
         entries = ", ".join(map(text_of, (*moved, *(w2 if jerk else w1))))
-        names, needed = set(re.findall(r"t\d+", entries)), list[str]()  # assignments that the result asks for
+        names, needed = set(re.findall(r"t\d+", entries)), list[str]()  # assignments that the result needs
         for line in reversed(self.lines):
             if line.partition(" ")[0] in names:
                 names.update(re.findall(r"t\d+", line))
@@ -270,10 +270,10 @@ def function(head: str, lines: Iterable[str]) -> str:
     return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
 
 
-LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
-SMALL = 1e-4  # [m, 1] a pivot from which on it is looked more closely
-LARGE = 0.1  # [m, 1] a pivot that does where what is found is made better again
-DEMAND = 1e-9  # what an equation without unknowns left may ask for, in its own unit
+LOST = 1e-10  # part of the largest coefficient: smaller pivots are rounding
+SMALL = 1e-4  # [m, 1] smaller pivots count as singular
+LARGE = 0.1  # [m, 1] pivots above it are taken without a search
+DEMAND = 1e-9  # greatest residual of an equation without unknowns, in its own unit
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:

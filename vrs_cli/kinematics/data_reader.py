@@ -10,8 +10,8 @@ from typing import NamedTuple
 from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.transform import Transform, from_oat
 
-HUGE = 1e9  # no length, angle or rate of a robot; keeps infinity and NaN out as well
-TINY = 1e-9  # of what is above zero: slower is no motion
+HUGE = 1e9  # above any length, angle or rate of a robot; excludes infinity and NaN
+TINY = 1e-9  # least positive number
 
 
 class Quantity(NamedTuple):

@@ -38,7 +38,7 @@ def arm_for(model: RobotModel) -> RobotArm:
     return NumericArm(model)
 
 
-# A form is imported when a robot may be of it: most are of the first.
+# A form is imported only when a robot may have it: most have the first.
 
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
@@ -88,7 +88,7 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
     return None if bars is None else ParallelAxesArm(model, bars)
 
 
-TOOLS = 4  # whose place behind the inner arm is remembered
+TOOLS = 4  # tools with remembered poses at the inner arm
 
 
 class Canonical(NamedTuple):

@@ -67,7 +67,7 @@ class JointUnits:
 TURNING = JointUnits()
 
 TURN = 2 * pi
-LIMIT_TOLERANCE = 1e-9  # [rad] rounding that a joint at its very limit is forgiven
+LIMIT_TOLERANCE = 1e-9  # [rad] rounding allowed beyond a limit
 
 
 def nearest_turn(angle: float, reference: float) -> float:
@@ -134,11 +134,11 @@ def largest_change(a: Joints, b: Joints) -> float:
 # --- rates ---------------------------------------------------------------------------------------------------------
 
 Twist = tuple[float, float, float, float, float, float]
-Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n
-Demands = tuple[tuple[Joints, float], ...]  # of joints that are too many: a sum of all of them by weights, what it is
+Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n numbers
+Demands = tuple[tuple[Joints, float], ...]  # of redundant joints: weights of a sum of all joints, and its value
 
 MAX_RATE_ERROR = 1e-5  # part of the joint rates that may be wrong while a line is planned
-AT_REST = 1e-9  # [m/s, rad/s] a demand on a lost direction that is rounding and no motion
+AT_REST = 1e-9  # [m/s, rad/s] smaller demands on a lost direction are rounding
 
 
 class Singularity(NamedTuple):
@@ -165,7 +165,7 @@ def beyond(rate: Twist, bias: Twist) -> Twist:
 
 # --- walks along a line, of joints that are too many (`numeric.arm`) ------------------------------------------
 
-Asked = tuple[tuple[int, float], ...]  # joints, by index, and where each is to end: there its own guide leads
+Asked = tuple[tuple[int, float], ...]  # joints, by index, with their values at the end: each is then its own guide
 
 
 class Walk(NamedTuple):
@@ -273,9 +273,9 @@ class Configuration:
         return " ".join(flag.name for flag in self.flags if flag is not None)
 
 
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 this near to straight: FLIP and NOFLIP meet
-NONE = Configuration()  # of an arm that has one way, or too many to be told by words
-SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # of an arm that has no other choice, as a SCARA
+WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below it: FLIP and NOFLIP meet
+NONE = Configuration()  # for an arm with one configuration, or too many for words
+SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # for an arm without another choice, such as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
 
 

@@ -143,7 +143,7 @@ KINDS: Mapping[str, Keys] = {
     "cylinder": Keys(("from", "to", "radius")),
     "capsule": Keys(("from", "radius"), ("to",)),
     "slab": Keys(("from", "to", "across", "radius", "thickness")),
-    "mesh": Keys(("file",), ("at", "scale", "glb")),  # `glb`: where a server has it for clients
+    "mesh": Keys(("file",), ("at", "scale", "glb")),  # `glb`: its address at a server, for clients
 }
 BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the word of a kind, and a key for each of its fields
     Box: ("box", "size", "at"),
@@ -235,10 +235,12 @@ class ShapeReader(DataReader):
         if kind == "box":
             return Box(self.three(table["size"], f"{key}: size", SIZE), at)
         if kind == "mesh":
-            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)  # below zero it mirrors
+            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)  # a negative scale mirrors
             if min(map(abs, scale)) < TINY:
                 raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
-            file = self.word(table["file"], f"{key}: file")  # a person's: the whole path; in a robot's data: as it is
+            file = self.word(
+                table["file"], f"{key}: file"
+            )  # in a user's file the whole path; in a robot's data unchanged
             return MeshFile(str(Path(self.file).absolute().parent / file) if self.human else file, at, scale)
         start = self.point(table["from"], f"{key}: from")
         end = self.point(table["to"], f"{key}: to") if "to" in table else start

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
 
-PARALLEL = 1e-8  # [rad] two axes that are
-EXACT = 1e-9  # [rad, m] how near an angle or a length must be to the one that a closed form needs
+PARALLEL = 1e-8  # [rad] angle between axes that count as parallel
+EXACT = 1e-9  # [rad, m] tolerance for angles and lengths of a closed form
 
 
 class AxisLine(NamedTuple):
@@ -191,7 +191,7 @@ def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha
 
 
 ALL_PARTS = 6
-FEWEST = 4  # joints of an arm that may have the whole pose count, though it cannot take every one
+FEWEST = 4  # least joints of an arm whose whole pose may count, though it cannot reach every one
 
 
 class ArmTask(Enum):
@@ -233,7 +233,7 @@ class ArmTask(Enum):
 _PARTS = {
     ArmTask.POSE: "111111",
     ArmTask.POINTING: "111110",
-    ArmTask.STEADY: "111111",  # the turns as far as they can be had
+    ArmTask.STEADY: "111111",  # turns as nearly as possible
     ArmTask.UPRIGHT: "111001",
     ArmTask.POSITION: "111000",
     ArmTask.PLANE: "110001",
@@ -242,12 +242,12 @@ _PARTS = {
 _COUNTS = {task: tuple(letter == "1" for letter in letters) for task, letters in _PARTS.items()}
 
 
-PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
+PROFILES = tuple(Profile.__members__)  # the first one is the default
 STILL = (0.0, 0.0, 0.0)
-LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
+LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] allowed distance from the arm's plane, and tilt: three decimals stay below
 SEED = 560
 MEASURED = 16  # poses over which freedoms are measured
-SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
+SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # parts of joint ranges: poses that show what an arm cannot change
 
 
 class Origin(NamedTuple):
@@ -292,7 +292,9 @@ class RobotModel:
     angular_speed: float
     angular_acceleration: float
     angular_jerk: float
-    poses: Mapping[str, Joints] = field(hash=False)  # a dictionary has no hash; the rest tells models apart
+    poses: Mapping[str, Joints] = field(
+        hash=False
+    )  # not hashed: a dictionary has no hash, and the other fields tell models apart
     base: Transform = IDENTITY
     flange: Transform = IDENTITY
     task: ArmTask = ArmTask.POSE

@@ -37,11 +37,11 @@ from vrs_cli.kinematics.transform import IDENTITY, Vector, cross, dot
 if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
-NOTHING = 1e-6  # of the volume that rows of a length of 1 could span: what no pose of an arm exceeds it cannot do
-WELL = 0.1  # of that, on the mean: what an arm does well
+NOTHING = 1e-6  # part of the volume of perpendicular unit rows: less on all poses means that an arm cannot do it
+WELL = 0.1  # part of that volume on the mean from which an arm does something well
 PARALLEL = 1e-6  # sine
 
-SAID = {  # of a location
+SAID = {  # what counts of a location
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
     ArmTask.POINTING: "its place counts and where the tool points, not how it is turned about that",
     ArmTask.UPRIGHT: "its place counts and the turn about the tool's axis, which keeps its direction",
@@ -153,7 +153,7 @@ URDF_OPTIONS = (
     *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
     *("collision", "hand", "masses", "xacro", "flange"),
 )
-CLOSED = ("lower", "upper")  # at which end of its joints a hand is closed
+CLOSED = ("lower", "upper")  # the end of its joints at which a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
 
 

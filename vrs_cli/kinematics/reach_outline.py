@@ -12,11 +12,11 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.transform import Vector, inverse
 
-POSES = 40_000  # that are tried
-BEYOND = 0.12  # of a range: so much of the poses is at its very ends
-CELLS = 44  # of the grid, across the reach
-LEVEL = 0.5  # share of a cell and those round it that is reached, where the boundary is
-FLAT = 1e-3  # [m] of height: a reach that has none is a plane
+POSES = 40_000  # sample poses
+BEYOND = 0.12  # part of a range: so many samples are at its very ends
+CELLS = 44  # cells of the grid across the reach
+LEVEL = 0.5  # reached share of a cell and its neighbours at the boundary
+FLAT = 1e-3  # [m] height below which a reach is a plane
 
 Grid = NDArray[np.float64]  # (distance from the first axis, height)
 Points = NDArray[np.float64]  # (N, 3) [m]

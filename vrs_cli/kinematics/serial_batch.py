@@ -120,9 +120,9 @@ class SerialBatch:
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         """Return joints (N, n) for poses (N, 3, 4), on the turns nearest to `near` (N, n) or (n,); NaN out of reach."""
-        assert self.formula is not None  # a search has its own class
+        assert self.formula is not None  # numerical arms have their own class
         near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
-        with np.errstate(invalid="ignore", divide="ignore"):  # in rows whose other choice is taken
+        with np.errstate(invalid="ignore", divide="ignore"):  # in rows for which the other choice holds
             for part in chunks(len(T)):
                 q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T
         if self.unchanging != Unchanging():

@@ -21,7 +21,7 @@ Vector = tuple[float, float, float]
 
 RIGHT_ANGLE = pi / 2
 TURN = 2 * pi
-POLE = 1e-10  # [rad] tool axis this near to vertical: yaw and roll are one angle, and roll takes all of it
+POLE = 1e-10  # [rad] below it the tool is vertical: yaw and roll are one angle, and roll takes all of it
 
 
 class Transform(NamedTuple):
@@ -254,7 +254,7 @@ def axis_angle(T: Transform) -> tuple[Vector, float]:
     """
     w, x, y, z = quaternion(T)
     length = hypot(x, y, z)
-    if length < 1e-300:  # below it digits are missing
+    if length < 1e-300:  # smaller numbers lose digits
         return (0.0, 0.0, 1.0), 0.0
     if w < 0.0:
         w, x, y, z = -w, -x, -y, -z
@@ -360,7 +360,7 @@ def rotated_back(T: Transform, a: Vector) -> Vector:
     )
 
 
-ORTHONORMAL = 1e-6  # products of the axes of a rotation
+ORTHONORMAL = 1e-6  # allowed error of products of a rotation's axes
 
 
 def is_rotation(rows: Sequence[Sequence[float]]) -> bool:

@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.continuation import Continuation
 
 
-PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
-MIN_MARGIN = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
-ROUNDING = 1e-9  # of a range
-MIN_DIRECTION = 1e-6  # of a direction that counts
-BEYOND = 0.02  # of a range: a walk, which is coarse, may leave it by so much where the line does not
-THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
-WALK_DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
+PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # parts of the gradient over the whole walk
+MIN_MARGIN = 0.03  # part of a range: walks with this margin are taken at once
+ROUNDING = 1e-9  # part of a range
+MIN_DIRECTION = 1e-6  # least length of a direction
+BEYOND = 0.02  # part of a range that a coarse walk may leave it by, though the line does not
+THERE = 0.01  # [m, rad] a walk with a larger error at its end does not arrive
+WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
 
 
@@ -66,9 +66,11 @@ class NumericArm(RobotArm):
     def __init__(self, model: RobotModel) -> None:
         super().__init__(model)
         self._all = tuple(range(model.joint_count))
-        self.short = model.joint_count < model.task.size  # of joints: most poses are out of its task
+        self.short = (
+            model.joint_count < model.task.size
+        )  # fewer joints than the task needs: most poses are out of reach
         self.redundancy = max(0, model.joint_count - model.task.size)
-        self.guesses = self.redundancy > 0  # others may end a line in a singular pose, which a guess passes by
+        self.guesses = self.redundancy > 0  # a line of other arms may end in a singular pose, which a guess would pass
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
@@ -137,7 +139,9 @@ class NumericArm(RobotArm):
             if largest > search.SHORT:
                 return None
             q = tuple(map(add, q, step))
-            shrunk = (largest / before) ** 2  # what is left of steps that shrink so, and of the rates what is wrong
+            shrunk = (
+                largest / before
+            ) ** 2  # the remaining part of the step, and the error of the rates, if steps shrink quadratically
             if shrunk < MAX_RATE_ERROR and shrunk * largest < search.CONVERGED:
                 return q, qd
             before = largest

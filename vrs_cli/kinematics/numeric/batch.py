@@ -14,7 +14,7 @@ from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LA
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
-SINGULAR = 5e-9  # [m, rad] an error that steps do not lessen in a singular pose, and that is none all the same
+SINGULAR = 5e-9  # [m, rad] allowed error in a singular pose, where steps do not lessen it
 
 
 class NumericBatch(SerialBatch):
@@ -77,16 +77,16 @@ class NumericBatch(SerialBatch):
             done = np.abs(error).max(axis=1) < CONVERGED
             before = q[rows]
             q[rows] = self._next_joints(before, J, error, bounded=bounded)
-            found[rows[done]] = q[rows[done]]  # one step more: what converges by chance a step later differs by nothing
+            found[rows[done]] = q[rows[done]]  # one step more: then rows that converge a step later do not differ
             rows, before = rows[~done], before[~done]
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
                 missing = self._missing(self.forward(q[stuck]), T[stuck])
                 away, turned = np.linalg.norm(missing[:, :3], axis=1), np.linalg.norm(missing[:, 3:], axis=1)
-                there = stuck[(away <= LEVEL) & (turned <= STRAIGHT)]  # what is missed is less than three decimals tell
+                there = stuck[(away <= LEVEL) & (turned <= STRAIGHT)]  # the error is less than three decimals show
                 found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
-        if guides is None and len(rows):  # a place, and no part of a line
+        if guides is None and len(rows):  # a single pose, not a line
             there = rows[np.abs(self.error(q[rows], T[rows])[1]).max(axis=1) < SINGULAR]
             found[there] = q[there]
         return found
@@ -156,7 +156,7 @@ def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
     """Return vectors (N, 3) as long as the angles whose sines they had as lengths."""
     sine = np.linalg.norm(v, axis=1)
     factor = np.arctan2(sine, cosine) / np.maximum(sine, 1e-12)
-    half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: about any axis, the next step sees which
+    half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: take any axis, the next step corrects it
     turn = v * np.where(sine < 1e-12, 1.0, factor)[:, None]
     turn[half] = (1e-3, 0.0, 0.0)
     return turn

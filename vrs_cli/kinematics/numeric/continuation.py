@@ -35,11 +35,11 @@ from vrs_cli.kinematics.joints import MAX_RATE_ERROR
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 
-LENGTH = 0.4  # of the longest lever: the proof is easiest about there
-MAX_KANTOROVICH = 0.5  # of beta L eta
+LENGTH = 0.4  # part of the longest lever at which the proof is easiest
+MAX_KANTOROVICH = 0.5  # bound of beta L eta
 LOST = 0.9  # of |1 - A F'|: F' has an inverse where it is less than 1
-HERMITE = 1.0 / 384.0  # of a fourth derivative: what the cubic is off at most
-SLOPES = 8.0 / 27.0  # of an error of the slopes at both ends: the same
+HERMITE = 1.0 / 384.0  # part of a fourth derivative by which the cubic is off at most
+SLOPES = 8.0 / 27.0  # part of an error of the slopes at both ends by which the cubic is off at most
 
 
 class Cubic(NamedTuple):
@@ -74,9 +74,9 @@ class Gaps(NamedTuple):
     """The gaps between neighbouring samples; derivatives are by the part of the time between them."""
 
     way: Cubic  # of the joints (k, n) [rad, m] between the samples
-    place: Floats  # (k,) bounds: of the fourth derivative of the place that is asked for [m]
-    turn: Floats  # (k, 4) of the first four of the angles of the turn that is asked for, together [rad]
-    guide: Floats  # (k,) of the fourth of the guides
+    place: Floats  # (k,) bounds of the fourth derivative of the desired place [m]
+    turn: Floats  # (k, 4) bounds of the first four derivatives of the desired turn's angles, together [rad]
+    guide: Floats  # (k,) bounds of the fourth derivative of the guides
     weights: Floats  # of r guides (r, n)
 
     def some(self, which: Rows) -> Gaps:
@@ -99,14 +99,16 @@ class Continuation:
         self.turns = batch.turning
         _, reached = levers(model)
         self.length = LENGTH * reached[0]
-        sliding = np.cumsum(~batch.turning[::-1])[::-1]  # joints beyond their ranges, by a length at most
+        sliding = np.cumsum(~batch.turning[::-1])[::-1]  # joints up to a length beyond their ranges
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
-        self.longest = np.maximum.accumulate(self.levers[::-1])[::-1]  # of a joint and those behind it
+        self.longest = np.maximum.accumulate(self.levers[::-1])[
+            ::-1
+        ]  # the longest lever of a joint and those behind it
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.counts[:3])
         n = model.joint_count
         first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
-        # a bound of the second derivatives of the flange's place: of two joints the later one's lever counts
+        # a bound of the second derivatives of the flange's place: the lever of the later joint counts
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
     def prove(self, gaps: Gaps, pieces: int) -> Flags:
@@ -170,7 +172,7 @@ def inverse_or_nan(J: Floats) -> Floats:
         return np.asarray(np.linalg.pinv(J), dtype=np.float64)
     try:
         return np.asarray(np.linalg.inv(J), dtype=np.float64)
-    except np.linalg.LinAlgError:  # in one of them at least
+    except np.linalg.LinAlgError:  # at least one matrix is singular
         inverse = np.asarray(np.linalg.pinv(J), dtype=np.float64)
         inverse[np.linalg.matrix_rank(J) < J.shape[-1]] = np.nan
         return inverse

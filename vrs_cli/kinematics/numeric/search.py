@@ -37,17 +37,17 @@ from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot, inverse
 
-CONVERGED = 1e-10  # [m, rad] an error that is none
-STEPS = 60  # of one search
-FREE_STEPS = 30  # in which one without limits is there, if it ever is
-LARGEST_STEP = 0.5  # [rad, m] of a joint
-DAMPING, LEAST_DAMPING = 0.1, 1e-13  # of the squared error; and beside that
-HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
-NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
-SHORT, FEW = 0.35, 6  # [rad, m], of steps of Newton's method alone, which converges from there
-LAST = 1e-6  # [rad, m] of a step after which the error is none
-ROUNDS = (40, 160, 640)  # starts, of which later ones are tried where earlier ones found nothing
-FEW_JOINTS = 2  # rounds of an arm that reaches few poses, and those by the first starts: most of its searches find none
+CONVERGED = 1e-10  # [m, rad] allowed error of a result
+STEPS = 60  # most steps of a search within the limits
+FREE_STEPS = 30  # most steps of a search without limits
+LARGEST_STEP = 0.5  # [rad, m] change of a joint in one step
+DAMPING, LEAST_DAMPING = 0.1, 1e-13  # part of the squared error; least damping
+HOPELESS = 1e-3  # part of the error: smaller steps that do not grow lead nowhere
+NEWTON = 1e-3  # [m2, rad2] with less damping take Newton's step, which costs half
+SHORT, FEW = 0.35, 6  # [rad, m] and number of steps for Newton's method alone, which converges from there
+LAST = 1e-6  # [rad, m] a step after which there is no error
+ROUNDS = (40, 160, 640)  # starts in each round; later rounds are tried if earlier ones find nothing
+FEW_JOINTS = 2  # rounds for an arm that reaches few poses: most of its searches find none
 
 
 def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
@@ -92,14 +92,14 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
 def as_long_as_angle(v: Vector, cosine: float) -> Vector:
     """Return a rotation vector as long as its angle, from one as long as the sine of the angle."""
     sine = hypot(*v)
-    if sine < 1e-12:  # no turn, or half a turn: about any axis, the next step sees which
+    if sine < 1e-12:  # no turn, or half a turn: take any axis, the next step corrects it
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
     factor = atan2(sine, cosine) / sine
     return v[0] * factor, v[1] * factor, v[2] * factor
 
 
 SEEN_FROM = 2  # the frame with the axis of the third joint
-SIDES = 2  # of the equations: what is missing, and the rates
+SIDES = 2  # right sides of the equations: the error, and the rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 Table = list[list[compiled.Entry]]
@@ -166,7 +166,7 @@ class _StepWriter(compiled.Writer):
         ]
         n, s, a, _ = self.columns
         v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        twist = *self.add_crosses(v, (self.flange[3], w)), *w  # of the flange as one of the origin
+        twist = *self.add_crosses(v, (self.flange[3], w)), *w  # the flange's twist at the origin
         wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
         columns = list[
             tuple[compiled.Entry, ...]
@@ -212,7 +212,7 @@ class _StepWriter(compiled.Writer):
             self.lines += compiled.elimination_lines(n, SIDES)
             return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
         row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
-        others = list[list[compiled.Entry]]()  # each less so much of that row that it has none of its unknown
+        others = list[list[compiled.Entry]]()  # each row without this unknown
         for other in (*table[:r], *table[r + 1 :]):
             pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
             others.append([self.sum([(1.0, x), (compiled.minus(other[c]), y)]) for x, y in pairs])
@@ -223,16 +223,16 @@ class _StepWriter(compiled.Writer):
         return [*found[:c], own, *found[c:]]
 
 
-LEVER = 0.1  # of the arm's length: by that a turn [rad] weighs as much as a way [m]
-SLIGHT = 0.05  # of that, where the tool is to be turned as nearly as can be: the place is not given up for it
-NEAREST_STEPS = 6  # at most, of one search
-FLAT = 1e-4  # of the squared miss: a step that gains less is the last
-CLOSE = 1e-18  # [m2] a miss that is none
-NEAREST_DAMPING = 0.05  # of the squared miss
+LEVER = 0.1  # part of the arm's length: a turn [rad] counts as a way [m] by this lever
+SLIGHT = 0.05  # part of that lever for an arm that turns its tool as nearly as it can: the place comes first
+NEAREST_STEPS = 6  # most steps of a search for the nearest pose
+FLAT = 1e-4  # part of the squared error: a smaller gain ends the search
+CLOSE = 1e-18  # [m2] allowed squared error
+NEAREST_DAMPING = 0.05  # part of the squared error
 MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2]
-HEAVY = 100.0  # times the weight of a way, to stay on a side
-DIFFERENCE = 1e-7  # [rad, m] of a joint, to see a slope
-DAMPING_GROWTH = 10.0  # times as much, after a step that led uphill
+HEAVY = 100.0  # weight of leaving the side, as a multiple of a way
+DIFFERENCE = 1e-7  # [rad, m] change of a joint for a difference quotient
+DAMPING_GROWTH = 10.0  # factor of the damping after a step uphill
 
 
 class Miss(NamedTuple):
@@ -368,7 +368,7 @@ def bounded_step(
         part, blocking = (
             1.0,
             0,
-        )  # of the way that is within the room, and the joint that ends it, counted from 1, signed
+        )  # part of the step inside the room, and the joint that limits it, counted from 1, with a sign
         for i, x in zip(free, best, strict=True):
             low, high = room[i]
             if x < low and (low - d[i]) > part * (x - d[i]):

@@ -212,7 +212,7 @@ def make_branch(offsets: Offsets) -> Branch:
     return branch
 
 
-CLEAR = 1e-3  # of the measures of singularities, from which on the rates are these
+CLEAR = 1e-3  # measures of singularities above which the rates are in closed form
 
 
 class OffsetWristArm(RobotArm):
@@ -336,7 +336,7 @@ class OffsetWristArm(RobotArm):
         swing, swing_bend = (
             rate / wrist,
             change / wrist + 3.0 * (rate / wrist) ** 2,
-        )  # of z, a vector made of length one
+        )  # derivatives of z, a normalised vector
         d5, beside = abs(self.offsets.d5), self.reach.side * self.reach.side
         speed, bend = pace.speed + d5 * swing, pace.bend + d5 * swing_bend
         return bounds.Clearance(shoulder, *bounds.from_shoulder(self.reach, a, b, speed, bend, h, beside), wrist)

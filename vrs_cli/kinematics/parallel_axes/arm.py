@@ -116,7 +116,7 @@ STEPS = (
     "t",
     "first",
 )  # variables of a branch, as `render/symbols.py` shows them
-CLEAR = 1e-3  # of the measure of the singularity, from which on the rates are in closed form
+CLEAR = 1e-3  # measure of the singularity above which the rates are in closed form
 
 
 class ParallelAxesArm(RobotArm):

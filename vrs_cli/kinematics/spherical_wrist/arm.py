@@ -99,12 +99,12 @@ class SphericalWristArm(RobotArm):
             outer = inner = bounds.UNKNOWN
         if turns is None or outer <= 0.0 or inner <= 0.0:
             return bounds.Clearance(shoulder, outer, inner, bounds.UNKNOWN)
-        # joints 2 and 3 turn the bars as a2 and forearm, square to them, make the velocity of the wrist's centre, and
-        # their derivatives its acceleration
+        # joints 2 and 3 turn the bars a2 and forearm and so make the velocity of the wrist centre; their
+        # derivatives make its acceleration
         fold = bars.fold(outer, inner)
         upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # greatest rates of both bars
         fore_bend = (bend + bars.upper * upper * upper + bars.fore * fore * fore) / (bars.fore * fold)
-        spin = hypot(turns.rate, fore)  # of the forearm, whose axes of turning are square to each other
+        spin = hypot(turns.rate, fore)  # of the forearm, which turns about two perpendicular axes
         swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
         wrist = bounds.shortest(
             a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h
@@ -182,7 +182,7 @@ class SphericalWristArm(RobotArm):
             if reach < bounds.SINGULAR or abs(out * h + down * v) > AT_REST * reach:
                 raise _singular("elbow", "the arm is stretched or folded flat")
             qd2 = qd23 = (down * h - out * v) / (reach * reach)
-        # what is left for the wrist to turn
+        # the rest of the turn, for the wrist
         x += s23 * qd1
         y -= qd23
         z -= c23 * qd1
@@ -191,8 +191,8 @@ class SphericalWristArm(RobotArm):
         if s5 > bounds.ON_BOUNDARY or s5 < -bounds.ON_BOUNDARY:
             qd6 = lost / s5
             return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
-        # a vector so short has no direction: joint 4 is held. Where it would have to turn, joints jump to the next
-        # sample, which no velocity explains
+        # so short a vector has no direction: joint 4 stands still. If it had to turn, joints would jump to the
+        # next sample, which no velocity explains
         if -bounds.SINGULAR <= s5 <= bounds.SINGULAR and not -AT_REST < lost < AT_REST:
             raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
         return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5

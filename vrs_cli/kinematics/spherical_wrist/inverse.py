@@ -326,7 +326,7 @@ def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
 
 
 CIRCLE_ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)
-SKEW = 0.1  # the sine of an angle between axes of the wrist, at least
+SKEW = 0.1  # least sine of an angle between axes of the wrist
 
 
 class Circle(NamedTuple):

@@ -136,7 +136,7 @@ def link_shapes(
     `collision`: the shapes for contacts instead.
     """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
-    colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
+    colours = {name: colour for name, colour in said if colour is not None}  # at any place in the file
     found, other = list[link_data.LinkShape](), not collision
     for link in tree.robot.findall("link"):
         for tag in ("collision", "visual") if collision else ("visual",):

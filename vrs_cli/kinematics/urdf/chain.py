@@ -34,12 +34,12 @@ GRASPS = (
     "ee_link",
     "tool0",
 )
-ARM, FINGER = 4, 4  # an arm that fingers may hang on has so many joints at least, a finger so many at most
-MAX_NAMED_ENDS = 10  # ends that a message names
+ARM, FINGER = 4, 4  # least joints of an arm before fingers, and most joints of a finger
+MAX_NAMED_ENDS = 10  # most ends that a message names
 
 _FINGER_LINK = re.compile(r"finger|fngr|thumb|knuckle|jaw|claw", re.IGNORECASE)
 _FINGER_JOINT = re.compile(rf"{_FINGER_LINK.pattern}|grip", re.IGNORECASE)
-_WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECASE)  # as gripper_roll is one
+_WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECASE)  # for example gripper_roll
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     if _is_hand(tree, link, joints):
         ways = [[link, *(joint.child for joint in tree.way(link, finger.parent))] for finger in nexts]
         parting = [links[0] for links in zip(*ways, strict=False) if len(set(links)) == 1][-1]
-        # where that link holds one that is named as the place between the fingers, that
+        # prefer a link fixed to it that is named as the place between the fingers
         tip = min(tree.together(parting), key=lambda end: _rank(end, GRASPS))
         if len(nexts) > 1:
             return [(tip,)]
@@ -143,8 +143,8 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
     nexts = tree.nearest(link)
     if (
         len(nexts) == 1
-    ):  # a jaw: by its names, unless the one before is a finger's too (in a file of one finger alone), or
-        (last,) = nexts  # as it does not move the place between the fingers
+    ):  # one branch is a jaw by its names, unless the joint before is a finger's too (a file of one finger), or
+        (last,) = nexts  # because it does not move the place between the fingers
         if any(_counts(after) for after in tree.moving_below(last) if after is not last):
             return False
         if _is_finger(last):
@@ -208,7 +208,7 @@ def _drives(tree: Tree, joint: Joint) -> bool:
     return joint.type in LOOSE or (MOVING.get(joint.type) is JointKind.PRISMATIC and tree.range(joint).endless)
 
 
-NEARER = 1e-4  # [m] fingers that come nearer to each other by less do not
+NEARER = 1e-4  # [m] smaller changes of the distance between fingers do not count
 
 
 class Travel(NamedTuple):
@@ -286,7 +286,7 @@ class _Gauge:
     def all_values(self, own: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all joints, also of those that mimic others."""
         values, left = dict(own), [joint for joint in self.joints if joint.mimics and joint.type in MOVING]
-        for _ in self.joints:  # one that mimics may be mimicked itself
+        for _ in self.joints:  # a joint that mimics may be mimicked too
             left = [joint for joint in left if joint.name not in values]
             for joint in left:
                 with suppress(FileDamaged):  # an arm moves without this finger
@@ -321,8 +321,8 @@ class _Gauge:
         return T
 
 
-CLEAR = 0.7  # cosine of the angle between where fingers point and an axis: farther off it is none
-SHORT = 1e-3  # [m] no direction
+CLEAR = 0.7  # least cosine of the angle between the fingers and an axis
+SHORT = 1e-3  # [m] shorter vectors have no direction
 
 Z = (0.0, 0.0, 1.0)
 

@@ -65,12 +65,12 @@ from vrs_cli.kinematics.urdf.tree import (
     robot_element,
 )
 
-WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
+WHOLE_TURNS = 2 * pi  # [rad] limits of a joint that turns without end
 
-# what a URDF file need not say
-USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] where none is given
-FULL_SPEED_IN = 0.3  # [s] accelerations: full velocity in this time
-FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
+# figures that a URDF file may omit
+USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s]
+FULL_SPEED_IN = 0.3  # [s] time to full velocity, for accelerations
+FULL_ACCELERATION_IN = 0.1  # [s] time to full acceleration, for jerks
 USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
 
 
@@ -115,7 +115,7 @@ def robot_of(
         notes.append(f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint")
     at = {link: transform.position(place.T) for link, place in arm.places.items()}
     last, turned = at.get(arm.joints[-1].child), None
-    if last is not None and len(arm.joints) >= FEWEST:  # an arm of fewer joints could not go along another axis
+    if last is not None and len(arm.joints) >= FEWEST:  # an arm with fewer joints could not move along another axis
         turned = other_than_z(last, [at[link] for link in arm.fingers.tips if link in at])
     if turned is not None:
         notes.append(pointing_note(arm.choice.tip, turned))
@@ -171,7 +171,7 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
         axes.append(axis)
         scales.append(1.0)
     chain = chain_of(axes, [tree.kind(joint) for joint in joints], transform.compose(T, flange))
-    assert chain is not None  # without angles to meet every chain has links
+    assert chain is not None  # without prescribed alphas every chain has links
     fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
     places = _places(tree, chosen.base, joints, chain, fingers)
     return UrdfArm(chosen, tuple(joints), tuple(scales), chain, fingers, places)
@@ -209,7 +209,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
         for joint in tree.below.get(parent, ()):
             try:
                 before, T_base_joint = found[parent], transform.compose(T_base_parent, tree.origin(joint.element))
-            except FileDamaged:  # the arm itself does without
+            except FileDamaged:  # the arm does not need this link
                 continue
             body = before.body + (joint in joints[before.body : before.body + 1])
             opens = before.opens
@@ -281,19 +281,19 @@ def _model(
     return ModelReader(reader.file, human=False).model({**data, **options})
 
 
-MAX_JOINTS = 12  # of an arm whose pose is looked for
-SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
-END = 0.01  # of a joint's range: so near to an end it is there
-STEP = pi / 12  # [rad] of the joints of a pose that is looked for
-FAR = 2 * pi / 3  # [rad] no joint is turned farther for it
-MARGIN = 0.05  # of a joint's range, at either end
-STARTS, TRIED, SWEEPS = 150, 3, 3  # poses looked at first, those of them that are bettered, and how often
+MAX_JOINTS = 12  # most joints of an arm that gets another READY
+SINGULAR = 0.02  # isotropy below which a pose is too singular for READY
+END = 0.01  # part of a joint's range that counts as its end
+STEP = pi / 12  # [rad] steps of the joints of READY
+FAR = 2 * pi / 3  # [rad] greatest turn of a joint
+MARGIN = 0.05  # part of a joint's range that stays free at either end
+STARTS, TRIED, SWEEPS = 150, 3, 3  # first poses, how many of them are improved, and how often
 
-# what a pose is worth beside its isotropy: few joints turned, and little; the tool pointing down, in front, and high
-TURNED, TURNS = 0.05, 0.03  # for each joint, and for each half turn
+# terms of a pose's worth beside its isotropy: few and small turns; the tool pointing down, in front, and high
+TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of each half turn
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
-STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # the Z of where it points; what that may cost
-NEAR = 0.3  # of the reach: nearer to the first axis is too near
+STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # greatest Z of a tool that points down, and the cost that this may have
+NEAR = 0.3  # part of the reach: places nearer to the first axis cost more
 
 
 class Ready(NamedTuple):
@@ -348,7 +348,7 @@ class _Wanted:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
         margin = MARGIN * (upper - lower)
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
-            return [min(max(rest, lower + margin), upper - margin)]  # it turns all alike
+            return [min(max(rest, lower + margin), upper - margin)]  # joint 1 changes nothing but the direction
         if self.model.links[i].kind is JointKind.PRISMATIC:
             return [rest, 0.5 * (lower + upper)]
         low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)

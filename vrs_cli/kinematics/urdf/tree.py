@@ -38,9 +38,9 @@ from vrs_cli.kinematics.transform import (
 )
 
 XACRO = "xacro:"
-MEMORY, SECONDS = 1 << 30, 30  # of address space [bytes], and on the wall, for the macros of a file
-REFUSED, TOO_LARGE = 3, 4  # statuses of the process
-SOURCES = ("urdf", "xacro", "robots", "models")  # folders of a package that robots are in
+MEMORY, SECONDS = 1 << 30, 30  # limits of address space [bytes] and of wall time [s] for macros
+REFUSED, TOO_LARGE = 3, 4  # exit statuses of the process
+SOURCES = ("urdf", "xacro", "robots", "models")  # folders of a package that have robots
 
 
 def has_macros(file: str, root: Element) -> bool:
@@ -66,7 +66,7 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
     if done.returncode == 0:
         return done.stdout
     what, _, hint = done.stderr.strip().partition("\n")
-    if done.returncode != REFUSED:  # the system ended it
+    if done.returncode != REFUSED:  # ended by the system
         what, hint = f"xacro: its macros take more than {MEMORY >> 20} MB", expanding(file)
     raise FileDamaged(f"{file}: {what}", hint)
 
@@ -82,11 +82,14 @@ def _expand(file: str, *pairs: str) -> int:
     arguments = {name: value for name, _, value in (pair.partition("=") for pair in pairs)}
     hint = "arguments of its macros are given by xacro in a TOML file"
     try:
-        with _packages_beside(Path(file).absolute()), redirect_stderr(StringIO()):  # its warnings are for its author
+        with (
+            _packages_beside(Path(file).absolute()),
+            redirect_stderr(StringIO()),
+        ):  # its warnings are for the file's author
             text = xacro.process_file(file, mappings=arguments, verbosity=0).toxml()
     except _NoPackage as lost:
         what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
-    except Exception as error:  # whatever the macros of a file run into
+    except Exception as error:  # any error of the macros
         if any(isinstance(one, MemoryError) for one in _behind(error)):
             return TOO_LARGE
         what = "xacro: " + (" ".join(f"{error}".split()) or type(error).__name__)
@@ -130,7 +133,7 @@ def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
     beside = package_folder(path, name)
     try:
         return str(usual(name) if beside is None else beside)
-    except Exception:  # each version of ROS has its own, and where there is none it cannot be asked
+    except Exception:  # each version of ROS raises another one
         raise _NoPackage(f"no folder above it, or beside one of these, is the package {name!r}") from None
 
 
@@ -146,17 +149,20 @@ def package_folder(path: Path, name: str) -> Path | None:
     return next(iter((*found, *own)), None)
 
 
-MAX_FILE_CHARS = 20_000_000  # characters: no arm is described by more
-HUGE = 1e6  # [m, rad] no figure of an arm; keeps infinity and NaN out as well
+MAX_FILE_CHARS = 20_000_000  # most characters of a file
+HUGE = 1e6  # [m, rad] above any figure of an arm; excludes infinity and NaN
 EXPRESSION = re.compile(r"\$[{(]")  # of xacro
 
-MAX_FILE_JOINTS = 1000  # of a file, and of the way from base to tip
-ENDLESS = 1e3  # [rad, m] files print 999999 where a joint has no end
-STEP, ROUNDED = pi / 12, 1e-5  # [rad] files say 1.5708 for a right angle: so near to a multiple of 15 deg it is one
+MAX_FILE_JOINTS = 1000  # most joints of a file, and between base and tip
+ENDLESS = 1e3  # [rad, m] files write 999999 for a joint without an end
+STEP, ROUNDED = (
+    pi / 12,
+    1e-5,
+)  # [rad] angles this near to a multiple of 15 deg are exact: files write 1.5708 for a right angle
 
 MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "prismatic": JointKind.PRISMATIC}
 FIXED = "fixed"
-LOOSE = ("floating", "planar")  # what a whole robot stands on
+LOOSE = ("floating", "planar")  # joints of a vehicle
 _CHAIN = "an arm is a chain without loops"
 
 _DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
@@ -348,7 +354,7 @@ class Tree:
 
     def mimic(self, joint: Joint) -> Mimic:
         found = joint.element.find("mimic")
-        assert found is not None  # who asks has looked
+        assert found is not None  # callers have checked it
         (factor,) = self.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
         (offset,) = self.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
         return Mimic(name_of(found, "joint"), factor, offset)

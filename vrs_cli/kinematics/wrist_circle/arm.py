@@ -40,7 +40,7 @@ from vrs_cli.kinematics.transform import Transform
 if TYPE_CHECKING:
     from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch
 
-REMEMBERED = 64  # poses whose solutions are
+REMEMBERED = 64  # poses with remembered solutions
 
 
 class WristCircleArm(NumericArm):

@@ -23,10 +23,10 @@ from vrs_cli.kinematics.spherical_wrist.inverse import Circle
 from vrs_cli.kinematics.transform import Transform, inverse
 
 GRID = 96  # values of joint 6 in a turn
-CLOSER = 16  # pieces of what is looked at again
-LOOKS, MORE = 2, 4  # before solutions are taken, and at most after that, where joint 1 turns quickly
-QUICK = 0.1  # the sine of half the angle by which it does, from one value of joint 6 to the next
-NEAR = 0.1  # f, and what is out of reach, next to a solution
+CLOSER = 16  # pieces of an interval that is searched again
+LOOKS, MORE = 2, 4  # searches before solutions are taken, and the most after that, where joint 1 turns quickly
+QUICK = 0.1  # sine of half the turn of joint 1 between neighbours from which it is quick
+NEAR = 0.1  # f and `beyond` near a solution
 FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # shoulder and fold: the ways of joints 1 to 3
 
 Indices = NDArray[np.intp]
@@ -90,7 +90,7 @@ def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
     """Return joints (K, 6) that include some near every solution of poses (N, 3, 4), and the pose of each (K,)."""
     count, step = len(T), 2.0 * pi / GRID
     rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
-    ends = np.full(len(rows), pi + step)  # a step more at either end: as it were round
+    ends = np.full(len(rows), pi + step)  # one step beyond a whole turn at either end
     arcs, pieces = Arcs(rows, ways, -ends, ends), GRID + 2
     for _ in range(LOOKS):
         arcs, pieces = _closer(circle, T, arcs, pieces), CLOSER
@@ -117,14 +117,14 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
     a, b, c = (np.where(inside, np.abs(at.f), np.inf)[:, k : k + pieces - 1] for k in range(3))
     same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
-    # of three neighbours on the same side of 0: whether the middle one is nearest, and 0 may be between
+    # of three neighbours on the same side of 0: is the middle one nearest, and may 0 be between
     with np.errstate(invalid="ignore"):
         turns = same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf)
     turns &= ~(quick[:, 1:] & quick[:, :-1])
-    middle = inside[:, 1:-1]  # one of three neighbours is in reach, another is not
+    middle = inside[:, 1:-1]  # one of three neighbours is in reach and another is not
     edges = (middle != inside[:, 2:]) | (middle != inside[:, :-2])
     a, b, c = at.beyond[:, :-2], at.beyond[:, 1:-1], at.beyond[:, 2:]
-    # of three neighbours: whether the reach may end, or not end, between them, against what the three say
+    # of three neighbours: may the reach end, or not end, between them
     turns_at_0 = ((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c))
     d, i = np.nonzero(edges | turns | turns_at_0)
     both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
@@ -136,9 +136,9 @@ def _quick(q1: Floats) -> Flags:
     return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
 
 
-POSES = 64  # at once, which stay in the processor's cache
-STEPS = 12  # of Newton's method, from next to a solution
-SAME = 1e-5  # [rad] two solutions that are one: rounding, where two are about to meet
+POSES = 64  # poses at once, which stay in the processor's cache
+STEPS = 12  # steps of Newton's method from joints near a solution
+SAME = 1e-5  # [rad] distance of solutions that count as one
 
 
 class WristCircleBatch(NumericBatch):
@@ -175,7 +175,7 @@ class WristCircleBatch(NumericBatch):
         there = there[np.argsort(rows[there], kind="stable")]
         q, rows = q[there], rows[there]
         q = self.turned_near(q, self.middle)
-        first = np.ones(len(q), dtype=np.bool_)  # no solution before it is the same
+        first = np.ones(len(q), dtype=np.bool_)  # whether no solution before it is the same
         for apart in range(1, len(q)):
             same_pose = rows[apart:] == rows[:-apart]
             if not same_pose.any():

@@ -52,21 +52,21 @@ from vrs_cli.kinematics.numeric.steady.conditions import (
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform, length, position
 
-STEPS = 25  # of one search: nearly all end sooner
-FOLLOWING = 12  # steps of Newton's method from joints that are near
-SETTLED = 1e-7  # [rad, m] after a step so small the next one would be rounding: they shrink with the square
-THERE, TURNED = 1e-10, 5e-10  # [m, rad] of a pose: nothing is missing, though in singular joints steps shrink slowly
-BRANCH = 0.5  # [rad, m] from joints that are near: farther off is another branch
-ROUNDING = 1e-12  # [rad, m] of a joint at a limit
-POSES = 64  # whose searches go on at once
-DAMPING = 1e-13  # [m2, rad2] of the way to a place, which matters in singular joints alone
-NEARER, WAITS = 0.7, 5  # steps without coming so much nearer to the place, after which a search is given up
-LONGER, SHORTER = 1.5, 0.5  # radius after a step that goes on, and after one that goes back
-FAR = 0.05  # [rad] of a turn that is missing, where another search of the pose has ended
-ALIKE = 0.03  # [rad, m] joints of searches for one pose that go the same way from then on
-MERGED = 6, 3  # the first step after which such searches are made one, and how many later again
-FLAT = 1e-12  # a bend or a determinant that is none
-OVER = 1e-9  # [rad, m] that a step may leave the box, by rounding
+STEPS = 25  # most steps of a search: nearly all end sooner
+FOLLOWING = 12  # most steps of Newton's method from near joints
+SETTLED = 1e-7  # [rad, m] after a smaller step the next one would be rounding
+THERE, TURNED = 1e-10, 5e-10  # [m, rad] allowed error of a pose; in singular joints steps shrink slowly
+BRANCH = 0.5  # [rad, m] from near joints: farther off is another branch
+ROUNDING = 1e-12  # [rad, m] distance of a joint at a limit
+POSES = 64  # poses that are searched at once
+DAMPING = 1e-13  # [m2, rad2] damping of the way to a place, which matters in singular joints only
+NEARER, WAITS = 0.7, 5  # a search is given up after so many steps without a gain by this factor
+LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step ahead and after a step back
+FAR = 0.05  # [rad] missing turn from which a search ends if another search of the pose has arrived
+ALIKE = 0.03  # [rad, m] joints of searches for one pose that will take the same way
+MERGED = 6, 3  # the first step after which such searches are merged, and the steps until the next time
+FLAT = 1e-12  # smaller bends and determinants count as 0
+OVER = 1e-9  # [rad, m] a step may leave the box by rounding
 
 
 class Found(NamedTuple):
@@ -222,7 +222,7 @@ class SteadyBatch(SerialBatch):
             shorter, longer = SHORTER * np.minimum(radius[rows], size), np.minimum(LONGER * radius[rows], LARGEST_STEP)
             radius[rows], before[rows] = np.where(back, shorter, longer), step
             ended = done | settled | (waited[rows] > WAITS)
-            if pose is not None:  # where a pose itself is reached, searches that are far from it lead to no other way
+            if pose is not None:  # if a pose is reached exactly, searches far from it are not needed
                 had = pose[rows[done & bounded[rows] & (turned < STRAIGHT)]]
                 ended |= np.isin(pose[rows], had) & (turned > FAR)
             rows = rows[~ended]
@@ -242,10 +242,10 @@ class SteadyBatch(SerialBatch):
         ways = np.zeros((len(place), self.joints, 2))
         ways[:, :, : self.joints - PLACES] = np.linalg.qr(place, mode="complete")[0][
             :, :, PLACES:
-        ]  # they keep the place
+        ]  # directions that keep the place
         bent = bend @ ways
         curve = np.swapaxes(ways, 1, 2) @ bent
-        curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one way
+        curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one direction
         pull = (at.turn @ at.sine[:, :, None])[:, :, 0]
         slope = (np.swapaxes(bent, 1, 2) @ to_place[:, :, None] - np.swapaxes(ways, 1, 2) @ pull[:, :, None])[:, :, 0]
         return np.clip(to_place + least_in_box(ways, slope, curve, low - to_place, high - to_place), low, high)
@@ -255,10 +255,10 @@ class SteadyBatch(SerialBatch):
         conditions, n = self.conditions, self.joints
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
         table = conditions.system(at, bend)
-        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # a place that no joint changes asks for nothing
+        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # keeps the table regular if no joint changes the place
         try:
             solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
-        except np.linalg.LinAlgError:  # of one row at least: a singular pose
+        except np.linalg.LinAlgError:  # at least one row is singular
             solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
         return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
 
@@ -282,9 +282,7 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
     x = bend[:, 0, 1] * slope[:, 1] - bend[:, 1, 1] * slope[:, 0]
     y = bend[:, 0, 1] * slope[:, 0] - bend[:, 0, 0] * slope[:, 1]
     z = np.stack((x, y), axis=1) / np.where(upwards, determinant, np.nan)[:, None]
-    step = np.asarray(
-        (ways @ z[:, :, None])[:, :, 0]
-    )  # to where the slope is none; NaN where that is not a least value
+    step = np.asarray((ways @ z[:, :, None])[:, :, 0])  # to where the slope is 0; NaN if that is not a minimum
     rows = np.flatnonzero(~(_over(step, low, high) <= OVER))
     if len(rows):
         step[rows] = _on_sides(*(some[rows] for some in (ways, slope, bend, low, high, step)))
@@ -334,9 +332,9 @@ def _corners(ways: Floats, ends: Floats) -> Floats:
     return np.stack((x, y), axis=-1).reshape(len(ways), -1, 2)
 
 
-CHORD = 1.0 / 96.0  # of the fourth derivative of F: how far F is from its chord on a gap of one piece
-AROUND = 0.5  # of the multipliers: how far from the cubic those that solve F can be
-BLOCKS = 1.155  # of the bilinear part of a derivative of third order: at most so much of it on unit vectors
+CHORD = 1.0 / 96.0  # part of the fourth derivative of F: distance of F from its chord on a gap of one piece
+AROUND = 0.5  # distance from the cubic of multipliers that can solve F
+BLOCKS = 1.155  # bound of the bilinear part of a third derivative on unit vectors
 PROOF_ROUNDING = 1e-12
 
 
@@ -350,8 +348,8 @@ class SteadyGaps(NamedTuple):
     begin: Floats  # joints (k, n)
     end: Floats
     twists: Floats  # of the tool at both ends (k, 2, 6), by the part
-    place: Floats  # (k,) a bound of the fourth derivative of the place that is asked for [m]
-    turn: Floats  # (k, 4) of the first four of the angles of the turn that is asked for, together [rad]
+    place: Floats  # (k,) bounds of the fourth derivative of the desired place [m]
+    turn: Floats  # (k, 4) bounds of the first four derivatives of the desired turn's angles, together [rad]
     poses: Callable[[Rows, Floats], Floats]
 
     def some(self, which: Rows) -> SteadyGaps:
@@ -371,7 +369,7 @@ class SteadyContinuation:
         self.n, turning = conditions.joints, batch.turning
         reached = np.array(levers(batch.model)[1]) + length(position(conditions.tool))
         self.length = continuation.LENGTH * reached[0]
-        sliding = np.cumsum(~turning[::-1])[::-1]  # joints beyond their ranges, by a length at most
+        sliding = np.cumsum(~turning[::-1])[::-1]  # joints up to a length beyond their ranges
         self.levers = np.where(turning, reached / self.length + sliding, 1.0)
         i = np.arange(self.n)
         later = np.maximum.outer(i, i)
@@ -426,7 +424,7 @@ class SteadyContinuation:
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
         greatest = (
             np.maximum(np.abs(cubic.begin), np.abs(cubic.end)) + cubic.most()[1] / 8.0
-        )  # of the unknowns themselves
+        )  # bounds of the unknowns themselves
         pull = [np.linalg.norm(order[:, self.n :], axis=1) for order in (greatest, *cubic.most())]
         own = _of_turn(pace)
         turned = _of_turn([mine + asked for mine, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)])

@@ -47,8 +47,8 @@ from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
 PLACES = 3
-LEAST_CURVATURE = 1e-4  # of the cosine by the joints: below it a turn is next to free
-FEW = 20  # rows
+LEAST_CURVATURE = 1e-4  # second derivative of the cosine by the joints: below it a turn is nearly free
+FEW = 20  # rows up to which formulas for floats are faster
 
 
 class Terms(NamedTuple):
@@ -161,9 +161,9 @@ OFFSETS = np.arange(-3.0, 4.0)
 # Difference Formulas on Arbitrarily Spaced Grids", Mathematics of Computation 51 (1988), table 1
 SECOND = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
 THIRD = np.array([1 / 8, -1.0, 13 / 8, 0.0, -13 / 8, 1.0, -1 / 8])
-STRIDE = 0.02  # [rad, m] of a joint from one of these times to the next at most
+STRIDE = 0.02  # [rad, m] greatest change of a joint between these times
 MAX_STEP_S = 0.005  # [s] between them
-LOST = 1e-12  # of the largest singular value of K: a lesser one is none
+LOST = 1e-12  # part of the largest singular value of K: smaller ones count as 0
 
 
 class CannotFollow(Exception):
@@ -181,7 +181,7 @@ class Way:
     @property
     def freedom(self) -> float:
         """Return how well the joints move the place, times how well they turn the tool while it stays."""
-        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # where nothing is missing
+        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # the bend if no turn is missing
         table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
 
@@ -222,18 +222,18 @@ class Way:
         return tuple(x[: len(self.q)].tolist())
 
 
-FIRST = 4  # joints: one turns the plane, three move in it
-PARALLEL = 0.01  # [rad] between axes that are parallel enough
-MIN_BAR_M = 1e-3  # [m] a bar
+FIRST = 4  # joints of the plane: one turns it, three move in it
+PARALLEL = 0.01  # [rad] angle between axes that count as parallel
+MIN_BAR_M = 1e-3  # [m] shortest bar
 ROLLS, DIRECTIONS = 24, 24  # angles of the last joint; directions of the hand on either side of the shoulder
-# of the way from one end of the directions to the other: dense near the ends, where the bars turn fast, and without
-# these, where they are stretched or folded and a search does not know which way to bend them
+# parts of the range of directions: dense near the ends, where the bars turn fast, and without
+# the ends, where they are straight and a search cannot choose a bend
 PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
-BEYOND = 0.02  # of the length of both bars: a place so little out of reach may be in reach between two entries
-OUTSIDE = 8.0  # [rad/rad] turn that outweighs an angle outside of its range
-WORSE = 0.5  # [rad] entries that miss so much more than the best one do not lead to a lesser turn
+BEYOND = 0.02  # part of the length of both bars: a place may be so far out of reach at an entry
+OUTSIDE = 8.0  # [rad/rad] missing turn that counts as much as an angle outside its range
+WORSE = 0.5  # [rad] entries that miss more than the best one by this lead nowhere
 MAX_STARTS = 16
-ON_AXIS = 1e-6  # [m] of the tip from axis 1: joint 1 may stand anywhere
+ON_AXIS = 1e-6  # [m] distance of the tip from axis 1 below which joint 1 may stand anywhere
 
 
 def is_planar(batch: SerialBatch) -> bool:
@@ -304,7 +304,7 @@ class PlanarStarts:
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
         least = _least(within) | _least(missed + OUTSIDE * outside)
-        # where the bars just reach a place, all directions are one: its copies may not crowd out the others
+        # if the bars just reach a place, all directions give the same joints: keep one
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MAX_STARTS]
@@ -377,8 +377,8 @@ def _least(missed: Floats) -> Flags:
 
 
 SAMPLES = 512
-FIRST_SAMPLES, OTHERS = 16, 32  # starts of one pose
-TURN_COUNTS = 0.1  # [lengths of the arm/rad] of a turn that is missing, beside the way
+FIRST_SAMPLES, OTHERS = 16, 32  # starts of one pose: the first ones, and more
+TURN_COUNTS = 0.1  # [lengths of the arm/rad] weight of a missing turn against the way
 
 
 class SampledStarts:
