@@ -12,6 +12,7 @@ from tests.twin.servo_arm import STEP
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.twin.divergence import BLOCK, LOAD_WINDOW, DivergenceWatch, exponent, load_threshold, threshold
+from vrs_cli.values.commands import JointTarget, Move
 from vrs_cli.values.measured import BodyMode, DivergenceCause, Report
 
 
@@ -46,6 +47,20 @@ def test_false_alarms_of_a_load_are_no_more_frequent_than_stated() -> None:
         products, squares = products + load * error, squares + load**2
         over |= (products**2 / squares).sum(axis=1) > limit
     assert 0 < over.sum() <= 10 * 20
+
+
+def test_a_joint_that_alone_is_to_move_and_does_not_is_blocked() -> None:
+    """In its first motion: nothing was learned of healthy errors so far."""
+    engine, watch = standing()
+    ready, random = np.array(engine.position().joints), np.random.default_rng(3)
+    engine.begin(Move(JointTarget((ready[0] + 0.9, *ready[1:].tolist())), straight=False), program=False)
+    alarms = []
+    for t in np.arange(0.0, 1.0, 0.01).tolist():
+        row = tuple((ready + random.normal(0.0, 3e-5, len(ready))).tolist())
+        alarms.append(watch.take(engine.timeline, Report(t, row)))
+    (alarm,) = filter(None, alarms)
+    assert alarm.cause is DivergenceCause.BLOCKED
+    assert alarm.detail == "joint 1 stands still at 0.0 deg, and it alone is to move"
 
 
 def standing() -> tuple[Engine, DivergenceWatch]:

@@ -58,8 +58,9 @@ class Sample(NamedTuple):
 
 class Evidence(NamedTuple):
     """Samples from shortly before the onset `since` [s] on: `measured` joints (N, n), g at their times, the residuals
-    of a `healthy` body (N, n), and the standard deviation of the `noise` of each joint (n,). `befores`: the timelines
-    before the last changes, the newest first.
+    of a `healthy` body (N, n), and their standard deviations by joint (n,): `noise` includes the errors of a healthy
+    model that has learned little, `pure_noise` does not. `befores`: the timelines before the last changes, the newest
+    first.
     """
 
     arm: RobotArm
@@ -70,6 +71,7 @@ class Evidence(NamedTuple):
     g: PositionArrays
     healthy: Floats
     noise: Floats
+    pure_noise: Floats
     mode: BodyMode
 
     @property
@@ -155,6 +157,7 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
 
 def _standing(it: Evidence) -> Likely | None:
     """Test for joints that stand still though the timeline moves them, while the others are where they should be."""
+    it = it._replace(noise=it.pure_noise)  # a joint that stands needs no model of its motion
     back = it.measured[::-1]
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
     samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # so many samples each joint has stood until now
@@ -171,7 +174,8 @@ def _standing(it: Evidence) -> Likely | None:
         return DivergenceCause.STOPPED, "all joints stand still, and the timeline moves"
     if len(joints) == 1:
         here = it.arm.model.joint_text(joints[0], float(it.measured[-1, joints[0] - 1]), 1)
-        return DivergenceCause.BLOCKED, f"joint {joints[0]} stands still at {here}, and the others move"
+        rest = "the others move" if moving.sum() > 1 else "it alone is to move"
+        return DivergenceCause.BLOCKED, f"joint {joints[0]} stands still at {here}, and {rest}"
     return DivergenceCause.BLOCKED, f"joints {', '.join(map(str, joints))} stand still, and the others move"
 
 
@@ -423,6 +427,6 @@ class DivergenceWatch:
         load = np.array([*map(self.healthy.load, g.joints, g.velocity, g.acceleration)])
         healthy = self.healthy.predict(Blocks(times, measured, velocity, acceleration, load))
         befores = tuple(before for _, before in reversed(self._befores))
-        noise: Floats = SAMPLE_NOISE * healthy.deviation.mean(axis=0)
+        noise, pure = (SAMPLE_NOISE * one.mean(axis=0) for one in (healthy.deviation, healthy.noise))
         mode = samples[-1].mode
-        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, mode)
+        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, pure, mode)
