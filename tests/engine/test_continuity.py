@@ -138,13 +138,13 @@ def test_joints_of_one_branch_are_proved_and_a_jump_is_not(name: str) -> None:
     there = arm.branch_joints(goal, arm.ways[0], q)
     assert there is not None
     weights = np.eye(len(q))[list(arm.still_joints)]
-    assert proof.proved(between(q, there, there, weights), 1).tolist() == [True]
+    assert proof.prove(between(q, there, there, weights), 1).tolist() == [True]
     jumped = tuple(x + 0.3 for x in there)
     for pieces in (1, 64):
-        assert proof.proved(between(q, there, jumped, weights), pieces).tolist() == [False]
+        assert proof.prove(between(q, there, jumped, weights), pieces).tolist() == [False]
     if arm.redundancy:
         moved = tuple(x + 0.3 * w for x, w in zip(there, weights[0], strict=True))
-        assert proof.proved(between(q, there, moved, weights), 64).tolist() == [False]
+        assert proof.prove(between(q, there, moved, weights), 64).tolist() == [False]
 
 
 def between(a: tuple[float, ...], b: tuple[float, ...], found: tuple[float, ...], weights: np.ndarray) -> Gaps:
