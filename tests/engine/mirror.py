@@ -1,4 +1,4 @@
-"""What somebody has who was given a snapshot, and then every change."""
+"""Rebuild a timeline from a snapshot and all later changes, as a subscriber does."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 def mirrored(events: Iterable[TimelineChange | MissedEvents], timeline: Timeline | None = None) -> Timeline:
-    """The timeline after these events, by what they say alone. The first one brings it, where there is none yet."""
+    """Return the timeline after these events, from the events alone. The first event brings the timeline, if there is
+    none yet.
+    """
     for event in events:
         if isinstance(event, TimelineReplaced):
             timeline = Snapshot.of(event.timeline, event.settings).timeline()
@@ -25,7 +27,7 @@ def mirrored(events: Iterable[TimelineChange | MissedEvents], timeline: Timeline
 
 
 def windowed(snapshot: Snapshot, begin: float, end: float = inf) -> Snapshot:
-    """The same for the times from `begin` to `end` [s] alone: the robot is there as it was, to the bit."""
+    """Rebuild only the times from `begin` to `end` [s]; there the robot is at the same place, to the bit."""
     timeline = snapshot.timeline()
     first, last = timeline.index_at(begin), timeline.index_at(end)
     part = Snapshot.part(timeline, snapshot.settings, first, last + 1)

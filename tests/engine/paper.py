@@ -1,4 +1,4 @@
-"""A journal in memory, for tests of who writes into it."""
+"""A journal in memory, for tests of code that writes into it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 
 class Paper:
-    """A journal in memory, of the changes after the first `since`. `torn`: nothing can be written; `owed`: changes that
-    happened all the same.
+    """A journal in memory of the changes after the first `since`. `torn`: nothing can be written. `owed`: changes that
+    took place although they could not be written.
     """
 
     def __init__(self, book: Book, since: int = 0) -> None:
@@ -22,7 +22,7 @@ class Paper:
     unsettled = False
 
     def settle(self) -> None:
-        """All is on the paper."""
+        """Do nothing: all changes are written already."""
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
         assert self.book.timeline.version == deltas[0].version, "it has happened already"

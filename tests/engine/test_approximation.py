@@ -1,4 +1,4 @@
-"""The way of the tool as lines: never farther from g than is allowed, and with few points."""
+"""Tests of the tool's way as lines: never farther from g than allowed, and with few points."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DENSE = 20  # looks a line, and more where it is long
 
 
 def wandering(name: str, profile: str, seed: int) -> Engine:
-    """Motions that cut each other, a pause, a tool and a base."""
+    """Make motions that cut each other, a pause, a tool and a base."""
     engine, random = Engine(load_robot(name)), Random(seed)
     engine.perform(SetParameter("PROFILE", profile))
     if name.startswith("puma"):
@@ -44,7 +44,7 @@ def tip(engine: Engine, t: float) -> Vector:
 
 
 def farthest(engine: Engine, line: ToolLine) -> float:
-    """How far g goes from a line [m]."""
+    """Return how far g goes from a line [m]."""
     looks = DENSE + 2 * len(line.points)
     times = (line.begin + (line.end - line.begin) * k / looks for k in range(looks + 1))
     pairs = list(pairwise(line.points))
@@ -101,7 +101,7 @@ def test_a_line_is_parted_where_the_tip_is() -> None:
 
 
 def test_what_has_not_changed_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A motion far ahead, and a shift of all that comes after one: no line of the others is made anew."""
+    """Add a motion far ahead, and shift everything after one motion: no other line is made again."""
     engine = Engine(load_robot("puma560"))
     for k in range(300):
         goal = JointTarget(tuple(map(radians, (40.0 if k % 2 else -40.0, -90, 90, 0, 0, 0))))
@@ -119,7 +119,7 @@ def test_what_has_not_changed_is_not_looked_at_again(monkeypatch: pytest.MonkeyP
 
 
 def steered(seconds: float) -> Engine:
-    """A hand draws circles, fifty times a second."""
+    """Let a hand draw circles, at 50 Hz."""
     engine = Engine(load_robot("puma560"), clock=ManualWall().clock())
     ready = engine.model.poses["ready"]
     steering = Steering(engine)

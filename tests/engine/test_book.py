@@ -1,4 +1,6 @@
-"""Every change is written down before it happens; what cannot be written down does not happen, but for braking."""
+"""Tests of the book: every change is written before it takes place, and only braking takes place without
+being written.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +61,7 @@ def drive(joint: int, degrees: float, at: float | None = None) -> Move:
 
 
 def state(engine: Engine) -> object:
-    """All that a command may change."""
+    """Return everything that a command may change."""
     left = engine.bookmark()
     book = left.book.copy()
     return (
@@ -122,7 +124,7 @@ def test_the_robot_brakes_whether_that_can_be_written_down_or_not(engine: Engine
 
 @pytest.mark.parametrize("stop", [Engine.stop, lambda engine: engine.perform(Brake())], ids=["stop", "BRAKE"])
 def test_the_robot_brakes_whatever_goes_wrong_with_the_writing(engine: Engine, stop: Callable) -> None:
-    """Who is to be told that it cannot be written down may be gone."""
+    """The listener that should hear of the failure may be gone."""
     engine.perform(drive(1, -60.0, at=engine.now))
     end, sheet, events = engine.end, paper(engine), engine.events.subscribe()
     engine.clock.advance(engine.now + 0.1)
@@ -246,7 +248,7 @@ def scheduled(*times: float) -> Engine:
 
 
 def spliced(engine: Engine, lasting: float, at: float = 0.6, angle: float = 60.0) -> Displacement | None:
-    """What becomes of the others when a motion comes for a time, and lasts so long."""
+    """Return what becomes of other motions when a motion of some duration comes at a time."""
     before = engine.timeline
     engine.perform(SetDuration(lasting))
     engine.perform(to(angle, at))
@@ -328,7 +330,7 @@ def test_a_motion_that_came_meanwhile_counts_from_the_time_that_it_was_given() -
 
 
 class Length:
-    """A row of so many segments."""
+    """A row of that many segments."""
 
     def __init__(self, length: int) -> None:
         self.length, self.closed = length, False
@@ -360,7 +362,7 @@ class Rows:
 
 
 def test_the_last_row_may_grow_to_a_full_one_and_those_before_it_to_half_of_one() -> None:
-    """So that no row becomes far longer by what comes next, nor by a smaller one that joins it."""
+    """So no row becomes far longer by new segments, or by a smaller row that joins it."""
     for last in (ROW_LENGTH - 1, ROW_LENGTH):
         rows = [Length(ROW_LENGTH // 2 - 1), Length(ROW_LENGTH // 2), Length(last)]
         window = MemoryWindow(Store(), WindowSize(changes=200, segments=10**6, checkpoint=10**6))

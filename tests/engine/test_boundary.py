@@ -1,4 +1,6 @@
-"""Lines that leave the reach between two samples, or touch its boundary: refused, or stopped at the kink."""
+"""Tests of lines that leave the reach between two samples, or touch its boundary: they are refused, or stop at the
+kink.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ PLACES = 40  # of a stretch, at which a bound is checked
 
 
 def at_nest(robot: str = "puma560", profile: str = "LSPB") -> Engine:
-    """NEST: its wrist is in the plane that touches the cylinder round joint 1, before the line where it does."""
+    """Move to NEST: its wrist is in the plane that touches the cylinder around joint 1, before the place where the line
+    touches.
+    """
     engine = Engine(load_robot(robot))
     engine.perform(SetParameter("PROFILE", profile))
     engine.perform(Move(NamedTarget("nest"), straight=False))
@@ -48,7 +52,7 @@ def at_nest(robot: str = "puma560", profile: str = "LSPB") -> Engine:
 
 
 def by(engine: Engine, x: float, y: float, z: float = 0.0) -> Move:
-    """Straight, by so many mm."""
+    """Move straight by these distances [mm]."""
     here = engine.position().T_world_tool
     return Move(PoseTarget(here._replace(px=here.px + 1e-3 * x, py=here.py + 1e-3 * y, pz=here.pz + 1e-3 * z)), True)
 
@@ -59,7 +63,7 @@ def straight(engine: Engine) -> tuple[Segment, ...]:
 
 
 def stops(segments: tuple[Segment, ...]) -> list[Transform]:
-    """Where a line comes to rest on its way."""
+    """Return where a line comes to rest on its way."""
     return [
         b.path.pose(0.0)
         for a, b in pairwise(segments)
@@ -104,8 +108,8 @@ def test_a_line_on_a_tangent_stops_where_it_touches(robot: str, profile: str, sp
 
 
 def past_the_fold(profile: str, off: float) -> Engine:
-    """A UR5e on a straight line of 100 mm, past the place where its forearm would lie folded on the upper arm: so far
-    from it [m], square to the bars.
+    """Plan a straight line of 100 mm for a UR5e, past the place where its forearm would lie folded on the upper arm, at
+    this distance [m] perpendicular to both.
     """
     arm = arm_for(load_robot("ur5e"))
     folded = (0.3, -1.0, pi, -0.7, 1.2, 0.4)
@@ -124,7 +128,7 @@ def past_the_fold(profile: str, off: float) -> Engine:
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("off", [0.0, 1e-10])
 def test_a_line_through_a_folded_elbow_stops_where_it_folds(profile: str, off: float) -> None:
-    """The elbow folds and opens again the same way: joint 3 turns back at once."""
+    """The elbow folds and opens again the same way, so joint 3 turns back at once."""
     engine = past_the_fold(profile, off)
     (stop,) = stops(straight(engine))
     assert engine.arm.clearance(stop, engine.arm.configuration(engine.position().joints)).inner < 1e-9
@@ -142,7 +146,7 @@ def test_a_line_beside_a_folded_elbow_is_too_fast_or_out_of_reach(profile: str) 
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize(("robot", "stretched"), [("ur5e", (0.3, -1.0, 0.0, -0.7, 1.2, 0.4)), ("planar2", (0.3, 0.0))])
 def test_a_line_out_of_a_stretched_elbow_is_refused(robot: str, stretched: tuple[float, ...], profile: str) -> None:
-    """Joint 3 would go like the square root of the way."""
+    """Joint 3 would move with the square root of the way."""
     engine = Engine(load_robot(robot), start=stretched)
     engine.perform(SetParameter("PROFILE", profile))
     shoulder, *_, flange = (position(T) for T in engine.arm.frames(stretched)[robot == "ur5e" :])
@@ -153,7 +157,7 @@ def test_a_line_out_of_a_stretched_elbow_is_refused(robot: str, stretched: tuple
 
 @pytest.mark.parametrize("off", [-0.9e-9, -1e-12, 1e-12, 0.9e-9])
 def test_on_the_boundary_is_within_a_billionth_of_a_metre(off: float) -> None:
-    """The line comes that near where it passes the axis, 60.9 of 120 mm after NEST."""
+    """The line comes that near where it passes the axis, at 60.9 of the 120 mm from NEST."""
     engine = at_nest()
     engine.perform(by(engine, 121.893924889978, 2e3 * off))
     segments = straight(engine)
@@ -169,7 +173,7 @@ def test_more_than_a_billionth_of_a_metre_inside_is_out_of_reach() -> None:
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_line_square_to_the_cylinder_is_refused_where_it_starts_and_where_it_ends(profile: str) -> None:
-    """Joint 1 would go like the square root of the way: it would be in motion at once."""
+    """Joint 1 would move with the square root of the way, so it would be in motion at once."""
     engine = at_nest(profile=profile)
     engine.perform(by(engine, 60.946962444989046, 0.0))
     with pytest.raises(StraightLineSingular, match=r"shoulder singularity. joint . would have to change its speed"):
@@ -187,7 +191,7 @@ def test_a_line_square_to_the_cylinder_is_refused_where_it_starts_and_where_it_e
 def test_a_line_out_of_motion_touches_no_boundary(
     profile: str, first: tuple[float, float], then: tuple[float, float], kinks: int
 ) -> None:
-    """A blend goes over where there is room; along the tangent the arm comes to rest first, and stops at the kink."""
+    """A blend is planned where there is room. Along the tangent the arm comes to rest first, and stops at the kink."""
     engine = at_nest(profile=profile)
     engine.perform(by(engine, *first), program=True)
     corner = engine.timeline[-1].motion.pose
@@ -221,7 +225,7 @@ def test_no_clearance_on_a_way_is_less_than_its_bound(robot: str) -> None:
 
 
 def test_the_pace_of_a_tool_that_turns_evenly_is_that_of_a_circle() -> None:
-    """Round its tip, which stands or goes straight: v = w r, v' = w^2 r."""
+    """The tool turns about its tip, which stands or moves straight: v = w r, v' = w^2 r."""
     arm, reach, w = arm_for(load_robot("puma560")), 0.3, 0.7
     hand = arm.hand
     assert hand is not None
@@ -288,7 +292,7 @@ def test_a_path_far_from_all_boundaries_needs_few_looks() -> None:
 
 
 def test_a_path_that_comes_again_is_not_looked_at_again() -> None:
-    """As for a key that is held where the arm cannot go on: whatever joints it is followed from."""
+    """The path comes again while a key is held and the arm cannot go on, from whatever joints it is followed."""
     engine = at_nest()
     pose, joints = engine.position().T_world_tool, engine.position().joints
     x, y, z = position(pose)

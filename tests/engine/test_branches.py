@@ -1,4 +1,4 @@
-"""Branches: tried beside main, merged to the bit or planned again, dropped; what listeners hear."""
+"""Tests of branches: tried beside main, merged to the bit or planned again, dropped; what listeners hear."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def drive(joint: int, degrees: float, at: float | None = None) -> Move:
 
 
 def go(*degrees: float, at: float | None = None) -> Move:
-    """To joints, whatever stands before: the same on any timeline."""
+    """Move to joints, the same on any timeline."""
     stamp = None if at is None else Stamp(at)
     return Move(JointTarget(tuple(map(radians, degrees))), straight=False, stamp=stamp, text="MOVE")
 
@@ -48,12 +48,12 @@ def branches() -> Branches:
 
 
 def bits(timeline: Timeline) -> str:
-    """Times and paths to the last bit, without the numbers of motions."""
+    """Return times and paths to the last bit, without the numbers of motions."""
     return repr([(s.start, s.finish, s.path, s.phase) for s in timeline])
 
 
 def heard(engine: Engine) -> list[TimelineDelta]:
-    """What the journal of the present book is given from here on."""
+    """Record what the journal of the present book is given from here on."""
     engine.book.journal = paper = Paper(engine.book, engine.timeline.version)
     return paper.lines
 

@@ -1,4 +1,4 @@
-"""The laws of a timeline: each is broken once, by a segment that keeps all others."""
+"""Tests of the laws of a timeline: each is broken once, by a segment that keeps all others."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOVE = Motion(1, MotionKind.JOINT, Start.AT, goal=STAND)
 
 
 def of_joint_1(*pieces: tuple[float, tuple[float, ...]], gap: float = 0.0, phase: Phase = Phase.CRUISE) -> list[str]:
-    """What is wrong with a timeline in which joint 1 follows these polynomials, so many seconds each."""
+    """Return the breaches of a timeline in which joint 1 follows these polynomials, each for some seconds."""
     segments, t = [initial()], 0.0
     for duration, polynomial in pieces:
         others = tuple((q,) + (0.0,) * (len(polynomial) - 1) for q in STAND[1:])
@@ -55,7 +55,7 @@ def test_what_is_wrong_is_told(pieces: list, told: str) -> None:
 
 
 def test_how_far_a_joint_is_beyond_its_range_and_its_speed_is_what_looking_closely_shows() -> None:
-    """Of any cubic, also of one that turns back twice."""
+    """Check any cubic, also one that turns back twice."""
     random, (lower, upper), most = Random(6), (puma().lower[0], puma().upper[0]), puma().max_velocity[0]
     told = 0
     for _ in range(25):
@@ -78,7 +78,7 @@ def test_how_far_a_joint_is_beyond_its_range_and_its_speed_is_what_looking_close
 
 
 def test_a_joint_that_swings_out_of_its_range_and_back_is_seen() -> None:
-    """Beyond its range between two ends that are inside."""
+    """The joint leaves its range between two ends that are inside."""
     upper = puma().upper[0]
     there = Segment(0.0, 4.0, still_but(1, (0.0, 0.0, 3 * upper / 16, -upper / 32)), Phase.CRUISE, MOVE)
     swing = Segment(4.0, 6.0, still_but(1, (upper, 0.1, -0.05, 0.0)), Phase.CRUISE, MOVE)
@@ -110,7 +110,7 @@ def test_a_stream_of_targets_may_break_off() -> None:
 
 
 def with_line(**changes: object) -> Timeline:
-    """A planned timeline with the first straight line of some length changed."""
+    """Return a planned timeline in which the first straight line of some length is changed."""
     timeline = planned(6, seed=1)[0]
     segments = list(timeline)
     at = next(i for i, s in enumerate(segments) if isinstance(s.path, CartesianPath) and s.duration > 0.1)
@@ -144,7 +144,9 @@ def test_a_line_whose_seeds_turn_a_joint_about_is_told() -> None:
     [("LSPB", "times the acceleration"), ("SCURVE", "times the jerk"), ("QUINTIC", "times the acc")],
 )
 def test_a_line_that_is_too_fast_is_told(profile: str, told: str) -> None:
-    """As planned nothing is wrong; in less time it is, though each joint is inside its velocity."""
+    """The planned line keeps all laws. The same line in less time does not, though each joint keeps its
+    velocity limit.
+    """
     engine = Engine(puma(), start=tuple(map(radians, (0.0, -45.0, 150.0, 0.0, 40.0, 0.0))))
     engine.perform(SetParameter("PROFILE", profile))
     here = engine.position().T_world_tool
@@ -156,7 +158,7 @@ def test_a_line_that_is_too_fast_is_told(profile: str, told: str) -> None:
 
 
 def sooner(segment: Segment, factor: float) -> Segment:
-    """The same way in less time."""
+    """Return the same way in less time."""
     path = segment.path
     if not isinstance(path, CartesianPath):
         return segment

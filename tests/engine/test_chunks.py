@@ -1,4 +1,4 @@
-"""Chunks of time-stamped joints: whatever they ask for, no limit is exceeded, and what can be met is met."""
+"""Tests of chunks of time-stamped joints: whatever they ask, limits are kept, and what can be followed is followed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MODELS = {name: load_robot(name) for name in ("puma560", "cobra600", "planar2")}
 
 
 def waves(model: RobotModel, start: Joints, times: np.ndarray, size: float, rate: float) -> list[Joints]:
-    """Joints that leave `start` slowly and swing by a part of each range."""
+    """Return joints that leave `start` slowly and swing by a part of each range."""
     span = np.minimum(np.array(start) - model.lower, np.array(model.upper) - start)
     swing = 0.5 * (1.0 - np.cos(rate * (times - times[0])))
     return [tuple(row) for row in (np.array(start) + size * span * swing[:, None]).tolist()]
@@ -122,7 +122,7 @@ def test_a_chunk_takes_the_place_of_the_rest_of_the_one_before() -> None:
 
 
 def long_chunk(engine: Engine) -> Chunk:
-    """A chunk of several parts."""
+    """Make a chunk of several parts."""
     times = np.arange(0.5, 5.0, 0.02)
     return Chunk(engine.model, times.tolist(), waves(engine.model, engine.position().joints, times, 0.2, 1.5))
 

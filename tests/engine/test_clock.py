@@ -1,4 +1,4 @@
-"""Clocks: virtual, and those that follow a clock on the wall."""
+"""Tests of clocks: virtual ones, and those that follow a wall clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two courses of events side by side, against what a pencil says of them."""
+"""Tests of the comparison of two courses of events, against results computed by hand."""
 
 from __future__ import annotations
 

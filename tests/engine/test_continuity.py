@@ -1,4 +1,4 @@
-"""Lines of arms without a closed form: what may leave the reach between two samples is refused, the rest goes on."""
+"""Tests of lines of arms without a closed form: a line that may leave the reach between two samples is refused."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ CLOSELY = 1e-4  # [s] between two readings
 
 @cache
 def crooked_puma() -> RobotModel:
-    """A PUMA 560 whose wrist has an offset of 1 mm: no closed form. NEST is where the wrist passes the cylinder
-    round joint 1 on a tangent, 60.947 mm before the point where it touches.
+    """Return a PUMA 560 whose wrist has an offset of 1 mm, so it has no closed form. At NEST the wrist passes the
+    cylinder around joint 1 on a tangent, 60.947 mm before the point where it touches.
     """
     model = load_robot("puma560")
     links = list(model.links)
@@ -40,7 +40,7 @@ def crooked_puma() -> RobotModel:
 
 
 def line_from_nest(x: float, y: float, speed: float, profile: str = "LSPB") -> Engine:
-    """From NEST straight, by so many mm."""
+    """Move straight from NEST by these distances [mm]."""
     engine = Engine(crooked_puma())
     engine.perform(SetParameter("PROFILE", profile))
     engine.perform(Move(NamedTarget("nest"), straight=False))
@@ -102,7 +102,7 @@ def test_a_line_may_end_in_a_singular_pose() -> None:
 
 
 def check_velocities(engine: Engine) -> None:
-    """That no joint of the last motion is over its velocity limit at any place."""
+    """Check that no joint of the last motion exceeds its velocity limit anywhere."""
     motion = engine.book.deltas[-1].motion.number
     begin = min(segment.start for segment in engine.timeline if segment.motion.number == motion)
     q = joints_over(engine.arm, engine.timeline, np.arange(begin, engine.end, CLOSELY))
@@ -112,7 +112,7 @@ def check_velocities(engine: Engine) -> None:
 
 @pytest.mark.parametrize("seed", range(some(24)))
 def test_lines_on_the_edge_of_the_reach_keep_the_velocities(seed: int) -> None:
-    """Lines that pass the cylinder, nanometres to a millimetre beyond it or clear of it."""
+    """The lines pass the cylinder, from nanometres to a millimetre beyond it or clear of it."""
     random = Random(seed)
     way = random.uniform(61.5, 160.0)
     beside = random.choice((-1.0, 1.0, 1.0)) * 10.0 ** random.uniform(-7.0, 0.5)
@@ -148,7 +148,7 @@ def test_joints_of_one_branch_are_proved_and_a_jump_is_not(name: str) -> None:
 
 
 def between(a: tuple[float, ...], b: tuple[float, ...], found: tuple[float, ...], weights: np.ndarray) -> Gaps:
-    """A short way from a to b at constant speed, at whose end other joints may have been found."""
+    """Return a short way from a to b at constant speed. At its end joints of another branch may have been found."""
     way = (np.array(b) - np.array(a))[None]
     turned = np.array([[1e-5, 0.0, 0.0, 0.0]])
     return Gaps(Cubic(np.array([a]), np.array([found]), way, way), np.zeros(1), turned, np.zeros(1), weights)
@@ -164,7 +164,7 @@ def between(a: tuple[float, ...], b: tuple[float, ...], found: tuple[float, ...]
 def test_a_line_that_nothing_proves_is_refused_soon(
     monkeypatch: pytest.MonkeyPatch, start: tuple[float, ...], way: tuple[float, float, float]
 ) -> None:
-    """The finest ways first, and no more samples than a line that is possible takes."""
+    """The finest gaps come first, with no more samples than a possible line takes."""
     halved, halves = list[Gap](), Gap.halves
 
     def counted(gap: Gap, follower: Follower) -> tuple[Gap, Gap]:

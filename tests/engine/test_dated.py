@@ -1,4 +1,4 @@
-"""What becomes of dated events after edits, one rule at a time; the engine's commands that make them."""
+"""Tests of dated events after edits, one rule at a time, and of the engine's commands that make them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def signal(engine: Engine, at: float | None = None, on: bool = True, channel: in
 
 
 def there_and_back(engine: Engine) -> None:
-    """Two motions to places of their own: after an edit before both, the second is shifted as it is."""
+    """Make two motions to absolute places. After an edit before both, the second is only shifted."""
     ready = engine.model.poses["ready"]
     for at, joints in ((2.0, (1.5, *ready[1:])), (4.0, ready)):
         engine.perform(Move(JointTarget(joints), False, stamp=Stamp(at), text=f"MOVE AT {at}"))

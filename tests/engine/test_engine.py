@@ -1,4 +1,4 @@
-"""The engine: time stamps, speeds, continuous path, configuration, undo, settings."""
+"""Tests of the engine: time stamps, speeds, continuous path, configuration, undo, settings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Subscribers hear of all that happens, in order; none of them can harm whoever tells, or keep it waiting."""
+"""Tests of feeds: subscribers hear of everything in order, and none can harm the publisher or keep it waiting."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_bell_that_rang_for_what_was_taken_ends_no_wait() -> None:
 
 @pytest.fixture
 def alarm() -> Iterator[list[int]]:
-    """The first alarm is handled for longer than the wait lasts; another one ends a wait that does not end."""
+    """Handle the first alarm longer than the wait lasts; another alarm ends a wait that does not end."""
     heard: list[int] = []
 
     def hear(number: int, _frame: FrameType | None) -> None:
@@ -125,7 +125,7 @@ def test_what_was_left_out_is_counted_to_the_end() -> None:
 
 
 def test_what_has_happened_together_is_told_or_left_out_together() -> None:
-    """What makes up for events has all of them: none may come after it."""
+    """The event that makes up for missed ones stands for all of them, so none of them may come after it."""
     feed = numbers()
     slow = feed.subscribe(most=3)
     feed.publish([1, 2])

@@ -1,4 +1,4 @@
-"""The samples of a line: so near to one another that they explain what lies between them."""
+"""Tests of the samples of a line: neighbours explain what lies between them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ SHORTEST = 2.0**-9  # of a stretch: nearer samples are as near as they get
 
 @pytest.mark.parametrize("slow", [1.0, 50.0], ids=["fast", "slow"])
 def test_neighbours_differ_by_little_that_their_velocities_do_not_explain(slow: float) -> None:
-    """Joints by 0.15 rad, and by 0.002 beyond their mean velocity, however slow the line: rates say nothing then."""
+    """Joints differ by at most 0.15 rad, and by 0.002 rad beyond their mean velocity, also on a slow line, where rates
+    say nothing.
+    """
     model, random, seen = load_robot("puma560"), Random(2), 0
     arm = arm_for(model)
     for _ in range(40):
@@ -46,7 +48,7 @@ def test_neighbours_differ_by_little_that_their_velocities_do_not_explain(slow: 
 
 
 def test_an_easy_line_has_no_more_samples_than_it_is_asked_for() -> None:
-    """A centimetre in a second: the joints hardly turn, and almost evenly."""
+    """On a centimetre in a second the joints hardly turn, and almost evenly."""
     model = load_robot("puma560")
     arm, start = arm_for(model), (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
     x, y, z = position(arm.forward(start))
@@ -67,7 +69,9 @@ def test_a_seed_is_next_to_the_joints_of_its_instant() -> None:
 
 
 def test_where_a_line_is_refused_anyway_speed_takes_few_samples() -> None:
-    """Past a wrist that is straight but for three tenths of a milliradian, looked at closely, in a second."""
+    """The line passes a wrist that is straight to within three tenths of a milliradian in one second, and is sampled
+    closely.
+    """
     model = load_robot("ur5e")
     arm, middle = arm_for(model), (0.2, -1.2, 1.6, -0.5, 3e-4, 0.1)
     pose = arm.forward(middle)
@@ -100,7 +104,7 @@ def test_the_refusal_of_a_kink_names_the_joint_that_turns_most_and_the_place() -
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_joints_are_expected_where_an_even_acceleration_leads(count: int) -> None:
-    """One sample tells a velocity alone."""
+    """From one sample only the velocity is used."""
     q, v, a = (0.3, -1.0), (0.5, 0.2), (-0.4, 2.0)
 
     def at(s: float) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -1,4 +1,4 @@
-"""What is forgotten cannot be undone by its content, but counts; the rest is untouched."""
+"""Tests of forgotten commands: they count, but cannot be undone; the others stay as they are."""
 
 from __future__ import annotations
 

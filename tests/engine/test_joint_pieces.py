@@ -1,4 +1,4 @@
-"""Straight lines as cubic pieces of joints are where g is, within the tolerance, at any time."""
+"""Tests of straight lines as cubic pieces of joints: they are within the tolerance of g at any time."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def lines_of(engine: Engine) -> list[Segment]:
 
 
 def farthest(engine: Engine, segment: Segment, found: tuple[JointPiece, ...]) -> float:
-    """The greatest distance of a joint from g, at the ends of the pieces and densely between them."""
+    """Return the greatest distance of a joint from g, at the ends of the pieces and densely between them."""
     begin, worst = 0.0, 0.0
     for piece in found:
         for k in range(DENSE + 1):
@@ -61,7 +61,7 @@ def test_no_joint_leaves_its_pieces_by_more_than_the_tolerance(model: RobotModel
 
 
 def plain_line(profile: str = "LSPB") -> Engine:
-    """A line of 400 mm of the PUMA 560, from rest to rest."""
+    """Plan a line of 400 mm of the PUMA 560, from rest to rest."""
     engine = Engine(MODELS[0])
     engine.perform(SetParameter("PROFILE", profile))
     engine.perform(Move(JointTarget(tuple(map(radians, (0.0, -45.0, 180.0, 0.0, 45.0, 0.0)))), straight=False))
@@ -90,7 +90,7 @@ def test_pieces_join_smoothly_and_have_the_velocity_of_the_line() -> None:
 
 
 def test_a_path_without_joints_has_no_pieces() -> None:
-    """As it may be in a damaged file."""
+    """A damaged file may have such a path."""
     engine = plain_line()
     first = lines_of(engine)[0]
     path = first.path

@@ -1,4 +1,4 @@
-"""What a line asks of the joints, told from a few samples, against the same at a great many places."""
+"""Tests of the load of a line on the joints: from a few samples it is what very many samples show."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FAR = 0.97  # of a limit: what asks for less need not be known better
 
 
 def line(seed: int, profile: Profile) -> tuple[Segment, ...]:
-    """A line from rest that ends with a wrist that is nearly straight, if there is one."""
+    """Plan a line from rest that ends with a nearly straight wrist, if there is one."""
     source = Random(seed)
     start = tuple(
         low + source.uniform(0.2, 0.8) * (high - low) for low, high in zip(MODEL.lower, MODEL.upper, strict=True)
@@ -55,7 +55,7 @@ def asked(path: CartesianPath, duration: float, profile: Profile) -> Load:
 
 
 def greatest(path: CartesianPath, duration: float) -> tuple[float, float, float]:
-    """Velocity, acceleration and jerk of the joint that is nearest to its limit, as parts of the limits."""
+    """Return velocity, acceleration and jerk of the joint nearest to its limit, as parts of the limits."""
     worst = [0.0, 0.0, 0.0]
     for k in range(PLACES):
         s = duration * (k + 0.5) / PLACES
@@ -93,7 +93,7 @@ def test_no_peak_between_samples_is_missed(profile: Profile) -> None:
 
 
 def test_a_joint_that_begins_at_its_greatest_velocity_does_not_go_beyond_it_before_it_slows_down() -> None:
-    """Joint 1 would, by a part in fifteen thousand, between the first two samples of the line."""
+    """Joint 1 would exceed it by a part in fifteen thousand between the first two samples of the line."""
     rows = (
         (0.5364333591111787, -1.4311698434783597),
         (-2.254457745248211, 0.014799122483738023),
@@ -118,14 +118,14 @@ def test_a_joint_that_begins_at_its_greatest_velocity_does_not_go_beyond_it_befo
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_the_greatest_velocity_of_a_parabola_before_the_second_sample(sense: float) -> None:
-    """v = 1 + 0.6 t - t2 for a second: greatest at 0.3, where it is 1.09; the mean rate is -0.4."""
+    """v = 1 + 0.6 t - t^2 for a second is greatest at 0.3 s, where it is 1.09; the mean rate is -0.4."""
     assert _first_peak(sense, sense * 0.6, sense * -0.4, 1.0) == pytest.approx(sense * 1.09)
     assert _first_peak(sense, sense * -0.1, sense * -0.2, 1.0) == sense, "it slows down from the start"
 
 
 @pytest.mark.parametrize("limit", [0.1, 10.0])
 def test_a_joint_near_its_limit_is_looked_at_closely_however_small_that_is(limit: float) -> None:
-    """And one that is not near it is not, however large."""
+    """A joint that is not near its limit is not sampled closely, however large its values."""
     model = replace(MODEL, max_velocity=tuple(limit for _ in MODEL.max_velocity))
     x, y, z = position(ARM.forward(MIDDLE))
     path = CartesianPath(((x,), (y, 0.1), (z,)), ARM.forward(MIDDLE), (), ARM.configuration(MIDDLE), (MIDDLE,), 1.0)
@@ -141,7 +141,7 @@ def test_a_joint_near_its_limit_is_looked_at_closely_however_small_that_is(limit
 def test_an_acceleration_near_its_limit_is_looked_at_again_where_it_is_bent_by_a_hundredth(
     part: float, bend: float, *, bent: bool
 ) -> None:
-    """The mean of joint 2 between two samples is less than at both, so that a parabola bends by `bend` of it."""
+    """The mean of joint 2 between two samples is less than at both, so a parabola bends by `bend` of it."""
     path = CartesianPath(((0.0,), (0.0,), (0.0,)), IDENTITY, (), ARM.configuration(MIDDLE), (MIDDLE,), 1.0)
     load = StretchLoad(Follower(ARM, path.configuration, IDENTITY), path, [])
     at_both = (0.0, part * MODEL.max_acceleration[1], 0.0, 0.0, 0.0, 0.0)
@@ -151,15 +151,16 @@ def test_an_acceleration_near_its_limit_is_looked_at_again_where_it_is_bent_by_a
 
 
 class Cut(StretchLoad):
-    """Without its first sample, as beside a singular pose."""
+    """A load without its first sample, as next to a singular pose."""
 
     def _clear(self) -> list[Sample]:
         return self.samples[1:]
 
 
 def test_the_jerk_of_a_calm_line_is_not_looked_at_but_near_a_boundary_and_a_singular_pose() -> None:
-    """20 mm in 4 s: nothing comes near a limit. A line that passes close to a boundary is looked at all the same, and
-    so is one with samples in a singular pose."""
+    """On 20 mm in 4 s no rate comes near a limit. A line that passes close to a boundary is sampled all the same, and
+    so is one with samples in a singular pose.
+    """
     x, y, z = position(ARM.forward(MIDDLE))
     path = CartesianPath(((x,), (y, 0.005), (z,)), ARM.forward(MIDDLE), (), ARM.configuration(MIDDLE), (MIDDLE,), 4.0)
     follower = Follower(ARM, path.configuration, IDENTITY)

@@ -1,4 +1,4 @@
-"""f: how commands edit the timeline, case by case."""
+"""Tests of f: how commands edit the timeline, case by case."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_both_kinds_of_motion_interrupt_each_other(engine: Engine, first: bool, 
 
 @pytest.mark.parametrize("profile", list(Profile))
 def test_a_motion_that_interrupts_another_does_so_also_when_that_begins_elsewhere(profile: Profile) -> None:
-    """The order in which commands are given does not count, where they do not touch each other."""
+    """The order of commands does not matter if they do not touch each other."""
     ends = []
     for order in (((A, 3.0), (B, 3.4), (C, 0.0)), ((C, 0.0), (A, 3.0), (B, 3.4))):
         engine = Engine(MODEL)
@@ -292,7 +292,7 @@ def test_tool_moves_the_tip_not_the_arm(engine: Engine) -> None:
 
 
 def to_the_limit(profile: str) -> Engine:
-    """Joint 4 is on its way to the very end of its range, with the given profile."""
+    """Move joint 4 to the very end of its range, with the given profile."""
     engine = Engine(load_robot("puma560"))
     engine.perform(SetParameter("PROFILE", profile))
     ready = engine.model.poses["ready"]
@@ -338,7 +338,7 @@ def straight_to(target: PoseTarget) -> Motion:
 def test_a_motion_that_first_braked_at_constant_acceleration_keeps_its_profile_when_it_is_planned_again(
     engine: Engine,
 ) -> None:
-    """It is planned out of a motion that slows down to the end of a range: no jerk-limited stop has room there."""
+    """The motion starts out of one that slows down to the end of a range, where a jerk-limited stop has no room."""
     go(engine, joints(160, -90, 90, 0, 0, 0), at=5.0)
     end = engine.end
     engine.perform(SetParameter("PROFILE", "SCURVE"))
@@ -436,7 +436,7 @@ def test_rounding_begins_as_soon_as_the_tip_is_that_near(engine: Engine) -> None
 
 
 def test_an_insertion_reads_what_it_plans_again_once(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And three segments more, to see where it begins."""
+    """It reads three more segments, to see where the next motion begins."""
     for goal in (A, B, C, TABLE) * 10:
         go(engine, goal, program=True)
     timeline, read, reads = engine.timeline, Timeline.__getitem__, list[int]()

@@ -1,4 +1,4 @@
-"""g: one time and many, against each other and against finite differences."""
+"""Tests of g: one time and many times against each other, and rates against finite differences."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from vrs_cli.values.commands import (
 
 @pytest.fixture(scope="module", params=list(Profile.__members__))
 def engine(request: pytest.FixtureRequest) -> Engine:
-    """Joint and straight motions, blended and not, a delay, the hand, a tool and a base."""
+    """Make an engine with joint and straight motions, blended and not, a delay, the hand, a tool and a base."""
     engine = Engine(load_robot("puma560"))
     engine.perform(SetParameter("PROFILE", request.param))
     table = JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0))))
@@ -74,7 +74,7 @@ STARTS = {  # joints [deg] from which lines go both ways
 
 
 def a_line(robot: str) -> Engine:
-    """To places beside the one where the arm stands, turned about one axis and then about another."""
+    """Make a line to a place beside the arm, turned about one axis and then about another."""
     engine = Engine(load_robot(robot))
     engine.perform(Move(JointTarget(tuple(map(radians, STARTS[robot]))), straight=False))
     engine.perform(SetTool(translation(0.01, 0.02, 0.1)))
@@ -162,7 +162,7 @@ def test_joints_over_many_times_are_those_of_each_time(engine: Engine, ordered: 
 
 
 def test_a_line_where_the_arm_has_no_joints_is_told_and_not_made_up() -> None:
-    """As in a damaged file, or one of a version that planned such lines."""
+    """A damaged file may have such a line, or one of a version that planned such lines."""
     engine = Engine(load_robot("puma560"))
     engine.perform(Move(JointTarget(tuple(map(radians, (0, -45, 180, 0, 45, 0)))), straight=False))
     pose = engine.position().T_world_tool

@@ -1,4 +1,6 @@
-"""Accelerations and jerks of the joints along a line are the derivatives of what g says, whatever counts of a pose."""
+"""Tests of accelerations and jerks of the joints along a line: they are the derivatives of g, whatever part of a pose
+counts.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,7 @@ ROBOTS = [*((model, TOOL) for model in POINTING), *((model, IDENTITY) for model 
 
 
 def lines(arm: RobotArm, tool: Transform) -> list[Segment]:
-    """Of random jerk-limited lines from rest: the segments."""
+    """Yield the segments of random jerk-limited lines from rest."""
     source, model = Random(560), arm.model
     found: list[Segment] = []
     for _ in range(6):
@@ -57,7 +59,7 @@ def _ranges(model: RobotModel) -> list[tuple[float, float]]:
 
 
 def rates(arm: RobotArm, segment: Segment, s: float) -> tuple[Joints, Joints, Joints, Joints]:
-    """Joints, velocity, acceleration and jerk."""
+    """Return joints, velocity, acceleration and jerk."""
     path, tool = segment.path, segment.motion.frames.tool
     assert isinstance(path, CartesianPath)
     q = segment_joints(arm, segment, s)

@@ -1,4 +1,4 @@
-"""WHY: every configuration against what the arm itself says, what MOVE chooses, and the straight line's ways out."""
+"""Tests of WHY: every configuration against the arm itself, the choice of MOVE, and the ways out of a straight line."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def located(x: float, y: float, z: float, o: float = 90.0, a: float = 90.0, t: f
 
 
 def refusal(engine: Engine, move: Move) -> MotionError | None:
-    """What a motion would be refused with; the timeline is as before."""
+    """Return the message with which a motion would be refused; the timeline stays as it was."""
     try:
         engine.perform(move)
     except MotionError as error:
@@ -213,7 +213,7 @@ def test_a_precision_point_of_another_robot_is_refused() -> None:
 
 
 def said_of(engine: Engine, target: PoseTarget | JointTarget) -> tuple[str, str]:
-    """What WHY says against MOVE and MOVES, after it was seen to be what they are refused with."""
+    """Return what WHY says, after comparing it with the refusals of MOVE and MOVES."""
     reach = engine.explain(target)
     expected = [refusal(engine, Move(target, straight)) for straight in (False, True)]
     told = (reach.reason if reach.chosen is None else "", reach.line.trouble)
@@ -269,7 +269,7 @@ def test_a_precision_point_out_of_range_is_no_end_of_a_line() -> None:
 
 
 def test_another_configuration_is_one_that_the_words_lead_to() -> None:
-    """Joint 4 of the Cobra turns twice about: LEFTY leaves it on a turn on which this line is out of its range."""
+    """Joint 4 of the Cobra can turn twice about: LEFTY leaves it on a turn on which this line is out of its range."""
     model = load_robot("cobra600")
     engine = Engine(model, start=(-0.10733325644156255, 1.8460871174049578, 0.16170544981077445, -2.765194059537814))
     far = PoseTarget(from_oat(-0.0206, -0.5815, 0.2435, *map(radians, (90.0, 90.0, 140.355))))
@@ -293,7 +293,7 @@ def test_no_via_point_is_named_while_another_configuration_is_asked() -> None:
 
 
 def test_a_way_out_counts_with_the_settings_that_will_be_in_force() -> None:
-    """The speed is for the next motion, which is the MOVE to another configuration or the line to a via point."""
+    """The speed is for the next motion: the MOVE to another configuration, or the line to a via point."""
     start = (2.3039547, -0.8973254, 3.4888060, -1.6066079, -0.1671192, -1.8110975)
     engine = Engine(MODEL, start=start)
     engine.perform(SetParameter("STRETCH", 3.0163))
@@ -318,7 +318,7 @@ def test_a_line_that_stops_on_its_way_is_told() -> None:
 
 
 def test_the_via_point_is_the_nearest_beside_the_middle_that_leads_there() -> None:
-    """0.2 m aside here: no way goes by a point 0.05 or 0.1 m from the line, above, below or to a side."""
+    """Here it is 0.2 m aside: no point 0.05 or 0.1 m from the line leads there, above, below or to a side."""
     engine = Engine(MODEL)
     engine.perform(Move(ABOVE, straight=False))
     begin, target = engine.position(), located(-0.5, -0.477, -0.222, -17.0, 80.0, 17.0)
@@ -332,7 +332,7 @@ def test_the_via_point_is_the_nearest_beside_the_middle_that_leads_there() -> No
 
 
 def lines_lead(engine: Engine, *targets: PoseTarget) -> bool:
-    """Whether straight lines go from target to target."""
+    """Return whether straight lines lead from target to target."""
     try:
         for target in targets:
             engine.perform(Move(target, straight=True))

@@ -1,4 +1,4 @@
-"""RESYNC: the timeline goes to measured joints and on to its goal, as one command that keeps every law."""
+"""Tests of RESYNC: the timeline goes to measured joints and on to its goal, as one command that keeps every law."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def near(engine: Engine, joints: Joints, random: Random, share: float) -> Joints
 
 
 def session(seed: int, profile: str = "LSPB", robot: str = "puma560") -> tuple[Engine, Random]:
-    """A robot in real time whose timeline has motions of all kinds, the clock somewhere in them."""
+    """Make a robot in real time whose timeline has motions of all kinds, with the clock somewhere in them."""
     engine, random = Engine(load_robot(robot)), Random(seed)
     engine.clock.realtime = True
     engine.perform(SetParameter("PROFILE", profile))

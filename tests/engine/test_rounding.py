@@ -1,4 +1,6 @@
-"""PARAMETER ROUNDING: the tool passes within that distance of a via point, for all kinds of motion and profiles."""
+"""Tests of PARAMETER ROUNDING: the tool passes within that distance of a via point, for all kinds of motion and
+profiles.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,7 @@ def driven(profile: str, rounding: float | str, straight: tuple[bool, bool], via
 
 
 def nearest(engine: Engine, via: Transform = VIA) -> float:
-    """How near the tip comes to a place, at the boundaries of segments and often between [m]."""
+    """Return how near the tip comes to a place [m], sampled at the boundaries of segments and often between."""
     times = np.sort([*np.linspace(0.0, engine.end, 3001), *(s.start for s in engine.timeline)])
     ways = positions_at(engine.arm, engine.timeline, times).T_world_tool[:, :, 3] - position(via)
     return float(np.linalg.norm(ways, axis=1).min())
@@ -96,7 +98,7 @@ def test_zero_stops_at_the_corner_and_is_no_break() -> None:
 
 
 def test_a_motion_planned_again_keeps_its_rounding() -> None:
-    """A motion inserted before two that blend: the corner between these is as it was."""
+    """After a motion is inserted before two that blend, the corner between these is as before."""
     engine = driven("SCURVE", 5.0, (True, True))
     engine.perform(Move(JointTarget(engine.position(0.0).joints), straight=False, stamp=None))
     before = nearest(engine)

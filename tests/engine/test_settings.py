@@ -1,4 +1,4 @@
-"""Settings are a value: a change makes another one, and leaves what others hold as it was."""
+"""Tests of settings, which are a value: a change makes another one, and leaves the old one as it was."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_what_makes_no_sense_is_refused(change: SettingChange, error: type[Excep
 
 
 def test_a_motion_has_what_is_set_for_its_kind() -> None:
-    """A line alone goes by where a joint is to end; what stands has no speed of its own; a blend alone is rounded."""
+    """Only a line uses where a joint is to end; a rest has no speed of its own; only a blend is rounded."""
     swivel = Swivel(3, 0.5)
     settings = Settings().after(SetSwivel(swivel)).after(SetAcceleration(40.0)).after(SetParameter("ROUNDING", 7.0))
     before = Motion(4, MotionKind.JOINT, Start.AT, goal=JOINTS.joints)

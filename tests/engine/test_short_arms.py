@@ -1,4 +1,4 @@
-"""Motions of arms of four and five joints; the lines of many more: `python -m tests.laws.short_arms`."""
+"""Tests of motions of arms with four and five joints. For many more lines: `python -m tests.laws.short_arms`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_lines_there_and_back_keep_the_laws(seed: int, joints: int, profile: str
 
 
 def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
-    """Against a grid of all joints that bring the tip there."""
+    """Compare with a grid of all joints that bring the tip there."""
     model = random_arm(3, 4)
     engine = Engine(model)
     wish = compose(engine.arm.forward(model.poses["nest"]), rotation_about((0.6, 0.8, 0.0), 0.7))
@@ -44,7 +44,7 @@ def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None:
-    """On the way the least turn ends, and another begins elsewhere: between two samples, where they are few."""
+    """On the way the least turn ends, and another begins elsewhere: between two samples, if there are few."""
     model = replace(load_robot("so100"), profile=profile)
     engine = Engine(model, start=model.units.read((-77.9416, 62.4172, -157.9228, -73.3012, -72.6401)))
     engine.perform(SetSpeed(20))
@@ -55,7 +55,7 @@ def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None
 
 @pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
 def test_a_line_at_whose_end_a_range_turns_the_tool_turns_it_on_the_way(profile: str) -> None:
-    """Up from a table, the tool pointing down: joint 4 comes to its end."""
+    """The tool goes up from a table, pointing down, until joint 4 comes to its end."""
     model = replace(load_robot("so100"), profile=profile)
     start = model.units.read((-90.0, 135.86, -121.17, 55.74, 90.0))
     engine = Engine(model, start=start)

@@ -1,4 +1,4 @@
-"""One motion by itself: a line that was planned before is the same line, later."""
+"""Tests of a single motion: one that was planned before is the same motion later."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Straight lines near and through each singularity: slowed down, or refused with the place, the joint and a way out."""
+"""Tests of straight lines near and through singularities: slowed down, or refused with the place, the joint and a way
+out.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +41,13 @@ def at(degrees: tuple[float, ...], profile: str) -> Engine:
 
 
 def beside(engine: Engine, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Move:
-    """A straight line by so much [m]."""
+    """Move straight by these distances [m]."""
     here = engine.position().T_world_tool
     return Move(PoseTarget(here._replace(px=here.px + x, py=here.py + y, pz=here.pz + z)), straight=True)
 
 
 def across(y: float, profile: str) -> tuple[Engine, Move]:
-    """A line past the axis of joint 1, the wrist at distance y [m] from it when it is nearest."""
+    """Make a line past the axis of joint 1; its wrist comes within y [m] of the axis."""
     engine = Engine(MODEL)
     engine.perform(SetParameter("PROFILE", profile))
     turned = tuple(map(radians, (90.0, 90.0, 0.0)))
@@ -65,7 +67,7 @@ def across(y: float, profile: str) -> tuple[Engine, Move]:
 def test_an_upright_arm_neither_goes_straight_down_nor_comes_from_there(
     robot: str, upright: tuple[float, ...], profile: str
 ) -> None:
-    """All of the line lies on the boundary of the shoulder, and one end on that of the elbow, square to it."""
+    """The whole line lies on the boundary of the shoulder. One end is on that of the elbow, perpendicular to it."""
     engine = Engine(load_robot(robot), start=tuple(map(radians, upright)))
     engine.perform(SetParameter("PROFILE", profile))
     above = engine.position().T_world_tool
@@ -79,7 +81,7 @@ def test_an_upright_arm_neither_goes_straight_down_nor_comes_from_there(
 
 @pytest.mark.parametrize("bent", [3e-10, -7e-10])
 def test_a_wrist_within_a_billionth_of_straight_does_not_jitter(bent: float) -> None:
-    """The tool turns about itself: the direction of so short a vector would be joint 4."""
+    """The tool turns about itself. Joint 4 would be the direction of a vector of almost no length."""
     engine = Engine(MODEL, start=(0.3, -0.8, 2.4, 0.4, bent, -0.2))
     engine.perform(SetParameter("PROFILE", "SCURVE"))
     here = engine.position().T_world_tool
@@ -90,7 +92,7 @@ def test_a_wrist_within_a_billionth_of_straight_does_not_jitter(bent: float) -> 
 
 @PROFILES
 def test_a_line_out_of_a_singular_pose_may_not_make_a_joint_jump_by_a_hair(profile: str) -> None:
-    """Joint 6 would have to be turned by 0.06 deg before the line begins at READY, where joint 5 is 0."""
+    """Joint 6 would have to turn by 0.06 deg before the line begins at READY, where joint 5 is 0."""
     engine = Engine(MODEL)
     engine.perform(SetParameter("PROFILE", profile))
     turned = map(radians, (66.4, 110.6, -25.6))
@@ -109,7 +111,7 @@ def refused(engine: Engine, move: Move) -> MotionError:
 
 
 def check_slowed(engine: Engine, move: Move, at_least: float) -> None:
-    """The line is made, slower than the tool alone would be, and every law holds."""
+    """Check that the line is slower than the tool alone would be, and that every law holds."""
     begin = engine.end
     way = hypot(*(b - a for a, b in zip(*_ends(engine, move), strict=True)))
     engine.perform(move)
@@ -199,7 +201,7 @@ def test_into_the_wrist_singularity_a_line_is_as_fast_as_elsewhere(profile: str,
 @PROFILES
 @pytest.mark.parametrize("off", [1e-12, 1e-11, 1e-10, 9e-10])
 def test_a_billionth_beside_the_wrist_singularity_a_line_ends_in_it(profile: str, off: float) -> None:
-    """Joint 4 would turn a quarter in the last of the way, from where joint 5 is as small as that."""
+    """Joint 4 would turn by a quarter at the end of the way, where joint 5 is that small."""
     engine = at((8.0, -60.0, 140.0, 30.0, 25.0, 10.0), profile)
     q1, q2, q3, q4, _, q6 = map(radians, (0.0, -60.0, 140.0, 30.0, 0.0, 10.0))
     beside = engine.arm.forward((q1, q2, q3, q4 + 0.5 * pi, off, q6 - 0.5 * pi))
@@ -222,8 +224,8 @@ def test_out_of_the_wrist_singularity_a_line_that_turns_joint_5_alone_is_as_fast
 
 @PROFILES
 def test_where_several_boundaries_meet_a_line_is_a_tangent_of_each(profile: str) -> None:
-    """READY of the PUMA 260 is stretched out, and as near to the axis of joint 1 as the wrist comes: a line that is a
-    tangent of that alone folds the elbow like the square root of the way.
+    """READY of the PUMA 260 is stretched out, and its wrist is as near to the axis of joint 1 as it comes. On a line
+    that is a tangent only of that, the elbow folds with the square root of the way.
     """
     engine = Engine(load_robot("puma260"))
     engine.perform(SetParameter("PROFILE", profile))

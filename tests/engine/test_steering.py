@@ -1,4 +1,4 @@
-"""Steering: a stream of targets, each an edit at the present instant that the next one replaces."""
+"""Tests of steering: a stream of targets, each an edit at the present instant that the next one replaces."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def engine(request: pytest.FixtureRequest) -> Engine:
 
 
 def follow(engine: Engine, want: Callable[[float], Joints], seconds: float, speed: float = 1.0) -> None:
-    """Feed targets at 50 Hz, each with the velocity that it has had since the one before."""
+    """Feed targets at 50 Hz, each with the velocity since the one before."""
     before, begun = want(0.0), engine.now
     for k in range(round(seconds / TICK)):
         target = want(k * TICK)
@@ -71,7 +71,7 @@ def test_a_target_that_stands_is_reached_without_going_beyond(engine: Engine) ->
 
 
 def test_it_waits_at_the_end_of_a_range_and_comes_back(engine: Engine) -> None:
-    """A target that swings to the very end of a range at full speed, and stays there for a while."""
+    """The target swings at full speed to the very end of a range, and stays there for a while."""
     end = MODEL.upper[0]
 
     def want(t: float) -> Joints:
@@ -86,7 +86,7 @@ def test_it_waits_at_the_end_of_a_range_and_comes_back(engine: Engine) -> None:
 
 
 def test_a_target_that_comes_while_the_arm_has_no_room_to_stop_waits(engine: Engine) -> None:
-    """A motion with parabolic blends that slows down to the end of a range may not be braked with limits of jerk."""
+    """A motion with parabolic blends that slows down to the end of a range has no room for a jerk-limited stop."""
     profile = engine.settings.profile.name
     engine.perform(SetParameter("PROFILE", "LSPB"))
     engine.perform(Move(JointTarget((MODEL.upper[0], *READY[1:])), straight=False), program=True)
@@ -207,7 +207,7 @@ def test_no_power_no_steering(engine: Engine) -> None:
 
 
 def test_a_joint_outside_the_part_of_its_range_that_a_target_allows_stays(engine: Engine) -> None:
-    """No tick keeps that part, and there is nothing to brake."""
+    """No tick keeps that part, and the arm does not move."""
     upper = (READY[0] - 0.1, *MODEL.upper[1:])
     engine.steer(Target(AWAY, STILL, MODEL.lower, upper), TICK)
     assert engine.position(engine.end).joints[0] == READY[0]

@@ -1,4 +1,4 @@
-"""Straight lines that ask too much of a joint: between samples, at their start, or with a least duration."""
+"""Tests of straight lines that ask too much of a joint: between samples, at their start, or with a least duration."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 
 
 def test_a_line_out_of_a_spinning_straight_wrist_brakes_first() -> None:
-    """At READY joints 4 and 6 turn about one axis: a line that starts there cannot know which of them is turning."""
+    """At READY joints 4 and 6 turn about one axis, so a line that starts there cannot tell which of them is turning."""
     engine = Engine(MODEL)
     engine.perform(Move(JointOffsetTarget(4, radians(-32.0)), straight=False))
     engine.perform(Move(JointOffsetTarget(4, radians(-45.0)), straight=True, stamp=Stamp(0.2)))
@@ -64,7 +64,7 @@ def test_a_line_out_of_a_spinning_straight_wrist_brakes_first() -> None:
 
 @pytest.mark.parametrize(("wrist", "up"), [(0.0, 0.05), (30.0, 0.5)])
 def test_a_line_to_a_place_out_of_reach_is_refused_as_moves_are(wrist: float, up: float) -> None:
-    """Whether it starts in a singular pose or not: no MOVE and no via point would help."""
+    """No MOVE and no via point would help, whether the line starts in a singular pose or not."""
     engine = Engine(MODEL)
     engine.perform(Move(JointTarget(tuple(map(radians, (0.0, -60.0, 120.0, 0.0, wrist, 0.0)))), straight=False))
     there = at_position(end := engine.position(engine.end).T_world_tool, end[3], end[7], end[11] + up)
@@ -86,7 +86,7 @@ def test_a_line_with_a_least_duration_is_slowed_down_as_any_other() -> None:
 
 
 def test_a_line_out_of_motion_with_a_least_duration_is_slowed_down_without_braking_first() -> None:
-    """Its least duration grows with it: otherwise that alone would keep it as fast as it is."""
+    """The least duration grows with the slowing; otherwise it alone would keep the line as fast as it is."""
     engine = Engine(MODEL)
     joints = tuple(map(radians, (-1.38, -93.34, 140.83, 90.42, -22.58, 16.76)))
     velocity = tuple(map(radians, (44.3, 15.82, 54.75, 44.68, -68.3, -58.6)))
@@ -99,7 +99,7 @@ def test_a_line_out_of_motion_with_a_least_duration_is_slowed_down_without_braki
 
 
 def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> None:
-    """A line across the front of the robot: joint 3 bends most where the line comes nearest to the shoulder."""
+    """On a line across the front of the robot joint 3 bends most where the line is nearest to the shoulder."""
     start = tuple(map(radians, (-35.0, -20.0, 200.0, 0.0, -60.0, 0.0)))
     free = Engine(MODEL, start=start)
     here = free.position().T_world_tool
@@ -116,7 +116,7 @@ def test_a_joint_that_turns_back_outside_its_range_is_seen_between_samples() -> 
 
 @pytest.mark.parametrize("robot", ["puma560", "ur5e", "cobra600"])
 def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(robot: str) -> None:
-    """Random lines, and a range that ends a hair beyond or before what a joint reaches on its way."""
+    """Try random lines, and a range that ends just beyond or before the farthest place of a joint."""
     model, random, tried = load_robot(robot), Random(4), 0
     while tried < 4:
         rows = list(zip(model.lower, model.upper, strict=True))
@@ -146,7 +146,7 @@ def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(ro
 
 
 def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
-    """A blend out of a turning wrist: joint 6 accelerates most a third of the way through it."""
+    """In a blend out of a turning wrist joint 6 accelerates most a third of the way through."""
     engine = Engine(MODEL)
     joints = (-1.3172524861869788, -2.6366331336394713, -0.48808332804914956)
     wrist = (-0.7295468965578575, -0.10832118629093608, 0.6089386835015633)
@@ -195,7 +195,7 @@ def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
     place: tuple[float, ...],
     fractions: tuple[float, float],
 ) -> None:
-    """What the joints do there gives the jerk, however slow the line goes on: a singularity is near."""
+    """Near a singularity the present rates of the joints give the jerk, however slowly the line goes on."""
     engine = Engine(load_robot(robot))
     state = JointState(*(tuple(map(radians, row)) for row in (joints, velocity, acceleration)))
     pose = from_oat(*(0.001 * part for part in place[:3]), *map(radians, place[3:]))
@@ -219,7 +219,9 @@ def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
 
 @pytest.mark.parametrize("profile", list(Profile.__members__))
 def test_a_line_that_crosses_the_straight_wrist_next_to_where_it_starts_is_refused(profile: str) -> None:
-    """Out of READY joint 5 goes a little to one side before it goes to the other: joint 4 would have to turn about."""
+    """Out of READY joint 5 moves a little to one side before it moves to the other, so joint 4 would have to turn
+    about.
+    """
     engine = Engine(MODEL)
     engine.perform(SetParameter("PROFILE", profile))
     with pytest.raises(MotionError, match="MOVE away from it first"):
@@ -243,7 +245,7 @@ def test_a_place_in_a_message_has_no_negative_zero() -> None:
 
 
 def turning_five_joints() -> tuple[Engine, Move]:
-    """An arm of five joints, and a line on which it cannot turn the tool as it would have to."""
+    """Return an arm of five joints, and a line on which it cannot turn the tool as asked."""
     model = load_robot(URDF / "five.urdf", task="pose")
     engine = Engine(model, start=tuple(map(radians, (10.0, -30.0, 60.0, 40.0, 20.0))))
     goal = tuple(map(radians, (60.0, -40.0, 80.0, -30.0, 50.0)))
@@ -257,7 +259,7 @@ def test_where_five_joints_cannot_turn_the_tool_a_line_says_so() -> None:
 
 
 def test_the_search_for_the_place_where_a_line_fails_explains_only_that_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An explanation costs a search from many starts on an arm without a closed form."""
+    """On an arm without a closed form an explanation costs a search from many starts."""
     engine, line = turning_five_joints()
     asked, select = [], engine.arm.select
     monkeypatch.setattr(engine.arm, "select", lambda T, near: asked.append(T) or select(T, near))
@@ -273,7 +275,7 @@ def test_the_search_for_the_place_where_a_line_fails_explains_only_that_place(mo
 @pytest.mark.parametrize("part", [0.01, 0.2, 0.5, 0.85, 0.99])
 @pytest.mark.parametrize("pose", [from_oat(0.1, 0.5, 0.0, *ALONG), from_oat(0.0, 0.45, -0.15, 1.0, 1.2, 0.4)])
 def test_a_brake_on_a_line_stays_on_it(profile: str, part: float, pose: Transform) -> None:
-    """Of the way and of the turn: the orientations on the way to rest are those of the line."""
+    """Both the way and the orientations until rest are those of the line."""
     engine = Engine(MODEL)
     engine.perform(SetParameter("PROFILE", profile))
     engine.perform(Move(PoseTarget(from_oat(0.0, 0.45, -0.15, *ALONG)), straight=False))
@@ -294,7 +296,7 @@ def test_a_brake_on_a_line_stays_on_it(profile: str, part: float, pose: Transfor
 
 
 def test_a_joint_at_the_end_of_its_range_may_not_swing_out_first() -> None:
-    """Joint 4 rests at 170 deg; the line would take it a hair beyond, and back before the first sample."""
+    """Joint 4 rests at 170 deg. The line would take it slightly beyond, and back before the first sample."""
     model = load_robot("puma560")
     arm = arm_for(model)
     q = (
@@ -340,7 +342,7 @@ def test_a_smooth_line_has_more_stretches_and_fewer_samples_of_each(
 
 @pytest.mark.parametrize("aside", [0.0, 3e-10, -3e-10])
 def test_a_line_to_a_boundary_ends_on_it_exactly(aside: float) -> None:
-    """The wrist's centre goes along a tangent of the cylinder round joint 1 to where it touches that."""
+    """The wrist's centre moves along a tangent of the cylinder around joint 1 to the touching point."""
     engine = Engine(MODEL)
     nest = engine.arm.forward(MODEL.poses["nest"])
     _, y, z = position(nest)

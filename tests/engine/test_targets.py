@@ -1,4 +1,4 @@
-"""Targets that depend on where the motion before ends: DRIVE, DEPART, ALIGN."""
+"""Tests of targets that depend on where the motion before ends: DRIVE, DEPART, ALIGN."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def test_a_straight_drive_goes_on_from_where_an_inserted_motion_ends() -> None:
 
 @pytest.mark.parametrize("stop", [False, True])
 def test_a_move_keeps_the_arm_and_elbow_that_the_motion_before_ends_with(stop: bool) -> None:
-    """Not those that the arm has while it still slows down, where a motion without BREAK begins."""
+    """They are not those of the arm while it still slows down, where a motion without BREAK begins."""
     engine = Engine(load_robot("irb120"))
     elbow_down = tuple(radians(q) for q in (86.8, -70.6, 41.0, 106.5, -13.3, -198.8))
     place = engine.world_pose(tuple(radians(q) for q in (83.9, -73.3, 40.6, 104.2, -13.3, 146.3)))

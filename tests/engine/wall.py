@@ -1,4 +1,4 @@
-"""A clock on the wall for tests: an hour passes when they say so."""
+"""A wall clock for tests: time passes only when a test says so."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vrs_cli.engine.clock import WallClock
 
 
 class ManualWall:
-    """`seconds` is what it shows; who sleeps moves it on. `each_look`: how much later it is whenever it is read."""
+    """A clock that shows `seconds`; sleeping moves it on. `each_look`: by how much it moves whenever it is read."""
 
     def __init__(self, seconds: float = 1000.0, each_look: Callable[[], float] = lambda: 0.0) -> None:
         self.seconds, self.each_look = seconds, each_look

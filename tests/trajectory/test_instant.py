@@ -1,4 +1,4 @@
-"""The time grid: sums and shifts are exact."""
+"""Tests of the time grid: sums and shifts are exact."""
 
 from __future__ import annotations
 

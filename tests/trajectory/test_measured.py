@@ -1,4 +1,4 @@
-"""The measured timeline, as laws of random reports, and beside a plain list of them."""
+"""Tests of the measured timeline with random reports, against a plain list of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ rows = st.tuples(numbers, numbers)
 
 @st.composite
 def report_lists(draw: st.DrawFn) -> list[Report]:
-    """Reports of different times, with gaps; their velocities are as records keep them."""
+    """Make reports of different times, with gaps; their velocities are rounded as records keep them."""
     steps = draw(st.lists(st.sampled_from([1, 1, 1, 2, 5, 31, 32, 33, 200]), min_size=1, max_size=25))
     reports, ticks = [], draw(st.integers(-5, 5))
     for step in steps:

@@ -1,4 +1,4 @@
-"""Zeros and extremes of polynomials."""
+"""Tests of zeros and extremes of polynomials."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vrs_cli.trajectory.polynomial import Polynomial, bisect_interval, extremes,
 
 
 def product(roots: list[float], scale: float) -> Polynomial:
-    """A polynomial with these zeros."""
+    """Return a polynomial with these zeros."""
     a: Polynomial = (scale,)
     for root in roots:
         a = tuple(low - root * high for low, high in zip((0.0, *a), (*a, 0.0), strict=True))

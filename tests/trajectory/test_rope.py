@@ -1,4 +1,4 @@
-"""Ropes against lists: splicing, shifting, reading."""
+"""Tests of ropes against lists: splicing, shifting, reading."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def listed(held: OffsetNode | None) -> list[Segment]:
 
 
 def check_sound(held: OffsetNode) -> None:
-    """Counts, begins, ends and heights are what the children say."""
+    """Check that counts, begins, ends and heights fit the children."""
     node = held.node
     if isinstance(node, Leaf):
         assert 1 <= node.count == len(node.row[node.first : node.last]) == node.last - node.first
@@ -54,7 +54,7 @@ def check_sound(held: OffsetNode) -> None:
 
 
 def cut_up(pieces: int, length: int = SMALL_LEAF) -> OffsetNode:
-    """A rope of so many leaves of this length, all of one row."""
+    """Make a rope of leaves of this length, all of one row."""
     held = rope.rope_of(Row(row(pieces * length)))
     assert held is not None
     for piece in range(1, pieces):
@@ -80,7 +80,7 @@ def test_of_nothing() -> None:
 @examples(80)
 @given(st.integers(0, 2**32 - 1))
 def test_splices_as_of_a_list(seed: int) -> None:
-    """Edits as a timeline makes them, on trees of one to three levels, beside the same edits of a list."""
+    """Edit trees of one to three levels as a timeline does, and a list in the same way."""
     source = Random(seed)
     held: OffsetNode | None = cut_up(
         *source.choice([(1, 3), (5, SMALL_LEAF), (MAX_CHILDREN + 3, 40), (MAX_CHILDREN * 3, 8)])
@@ -127,7 +127,7 @@ def held_row(held: OffsetNode) -> rope.Row:
 
 
 def test_many_edits_leave_no_crumbs() -> None:
-    """Leaves are a sixth of a small one on the average, and the tree is no higher than it must be for that."""
+    """Leaves hold at least a sixth of a small leaf on average, and the tree is no higher than that needs."""
     source, held = Random(5), rope.rope_of(Row(row(50 * SMALL_LEAF)))
     for _ in range(3000):
         assert held is not None
@@ -161,7 +161,7 @@ def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
 
 
 def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both find the end of the row free; the other one is let in just before this one takes it."""
+    """Both threads find the end of the row free; the other one enters just before this one takes it."""
     held, grow, made = rope.rope_of(Row(row(3))), Row.grow, list[OffsetNode | None]()
     assert held is not None
     other = Thread(target=lambda: made.append(rope.splice(held, 3, 3, row(2, 7.0), 0.0)))
@@ -201,7 +201,7 @@ def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
 
 
 def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:
-    """As steering does: what is planned ahead is dropped and planned again, over and over."""
+    """As in steering, what is planned ahead is dropped and planned again, over and over."""
     held = rope.rope_of(Row(row(1)))
     for _ in range(20 * SMALL_LEAF):
         assert held is not None
@@ -220,7 +220,9 @@ def test_leaves_of_a_stretch_of_time() -> None:
 
 
 def test_blocks_of_a_stretch_of_time() -> None:
-    """Parts of rows that do not go across a multiple of BLOCK_LENGTH, from the segment in force at the beginning."""
+    """Blocks are parts of rows that do not cross a multiple of BLOCK_LENGTH, from the segment in force at the
+    beginning.
+    """
     held = rope.rope_of(Row(row(4 * BLOCK_LENGTH)))
     assert held is not None
     found = list(rope.blocks(held, BLOCK_LENGTH - 1.5, 2.0 * BLOCK_LENGTH + 3.0))

@@ -1,4 +1,4 @@
-"""Rows of segments as columns: what is read of them is what was put in, however old it is."""
+"""Tests of rows as columns: what is read is what was put in, however old it is."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def test_a_log_keeps_the_events_of_old_deltas() -> None:
 
 
 class CountingDeltas:
-    """Where deltas are written down; `reads`: how often somebody read."""
+    """A place where deltas are written down; `reads`: how often it was read."""
 
     def __init__(self, deltas: list[TimelineDelta]) -> None:
         self.deltas, self.reads = deltas, 0

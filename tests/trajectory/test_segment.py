@@ -1,4 +1,4 @@
-"""The path of a tool: its derivatives against differences."""
+"""Tests of the path of a tool: its derivatives against differences."""
 
 from __future__ import annotations
 

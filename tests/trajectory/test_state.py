@@ -1,4 +1,4 @@
-"""Limits of the tool that are made lower by factors."""
+"""Tests of tool limits that are lowered by factors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading and editing timelines, also of many blocks."""
+"""Tests of reading and editing timelines, also of many blocks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ramp(number: int, start: float, finish: float) -> Segment:
 
 
 def timeline_of(count: int) -> Timeline:
-    """s_0 and `count` segments of one second each."""
+    """Make a timeline of s_0 and `count` segments of one second each."""
     return Timeline([rest((0.0,), 0.0, 0.0, motion(0)), *(ramp(k, k, k + 1.0) for k in range(count))])
 
 
@@ -101,7 +101,7 @@ def test_many_edits_in_one_place_leave_no_crumbs() -> None:
 
 
 def test_shifts_are_exact_however_many_there_are() -> None:
-    """Times are multiples of a tick of 2**-30 s (0.93 ns): beside whole numbers of ticks, not one is lost."""
+    """Times are multiples of a tick of 2**-30 s (0.93 ns); even next to large times not one tick is lost."""
     source, timeline, second = Random(7), timeline_of(4 * SMALL_LEAF), round(1.0 / TICK)
     timeline = timeline.apply(delta(timeline, LATEST, 1, 0, LATEST / 2))  # where a tick is all that a float can tell
     ticks = [round(s.start / TICK) for s in timeline]
@@ -118,7 +118,7 @@ def test_shifts_are_exact_however_many_there_are() -> None:
 
 @given(st.floats(0.0, 40.0), st.integers(0, 2**20), st.integers(1, 20))
 def test_where_a_time_falls_does_not_depend_on_how_a_timeline_was_made(t: float, shift: int, keep: int) -> None:
-    """Neither the offsets nor the leaves of its rope can be told from outside, to the last bit of any time."""
+    """Neither the offsets nor the leaves of its rope show from outside, to the last bit of any time."""
     plain = timeline_of(30)
     there = plain.apply(delta(plain, LATEST, keep, 0, shift * TICK))
     back = there.apply(delta(there, LATEST, keep, 0, -shift * TICK))

@@ -1,7 +1,7 @@
-"""What the laws plan, as it was recorded: `python -m tests.trajectory.laws.recorded` writes `recorded_laws.txt` anew.
+"""Record what the laws plan: `python -m tests.trajectory.laws.recorded` writes `recorded_laws.txt` anew.
 
-`VERSION` of `vrs_cli.trajectory.laws.law` says of a recording which laws plan the same from the same state to the same
-target. So whoever has to record anew gives the laws a new version.
+A recording belongs to a `VERSION` of `vrs_cli.trajectory.laws.law`. If a law plans otherwise, record anew and give the
+laws a new version.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CASES = tuple((profile, what) for profile in Profile for what in ("joints", "sto
 
 
 def lines(profile: Profile, what: str) -> Iterator[str]:
-    """What a law plans in random cases of one kind, each seldom more than ten numbers."""
+    """Yield what a law plans in random cases of one kind, seldom more than ten numbers for each."""
     random, law = Random(f"{profile.value} {what}"), LAWS[profile]
     motion = Motion(1, MotionKind.JOINT, Start.AT, profile=profile)
     for case in range(8 if what == "steering" else 32):
@@ -58,7 +58,7 @@ def lines(profile: Profile, what: str) -> Iterator[str]:
 
 
 def _steering(profile: Profile, state: JointState, random: Random) -> Iterator[str]:
-    """Some ticks one after the other, after targets that jump now and then."""
+    """Plan some ticks one after the other, after targets that jump now and then."""
     law, motion = LAWS[profile], Motion(1, MotionKind.STEERED, Start.AT, profile=profile)
     place, speed = state.joints, tuple(random.uniform(-0.5, 0.5) * v for v in SPEED)
     for _ in range(4):
@@ -108,7 +108,7 @@ def _tool(random: Random, smooth: bool) -> ToolState:
 
 
 def _of_joints(segments: Sequence[Segment]) -> str:
-    """The phases and times, and the joints in the middle of each."""
+    """Return the phases and times, and the joints in the middle of each."""
     rows = []
     for one in segments:
         assert isinstance(one.path, JointPath)
@@ -117,7 +117,7 @@ def _of_joints(segments: Sequence[Segment]) -> str:
 
 
 def _of_tool(stretches: Sequence[ToolStretch]) -> str:
-    """The phases and times, and the place, the turn and the guides in the middle of each."""
+    """Return the phases and times, and the place, the turn and the guides in the middle of each."""
     rows = []
     for one in stretches:
         s = 0.5 * one.duration

@@ -1,4 +1,4 @@
-"""Space has no preferred direction: a straight motion that is turned as a whole takes the same times."""
+"""Tests that space has no preferred direction: a straight motion that is turned as a whole takes the same times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The laws of all profiles: continuous from the state that a motion begins in to rest at its target, within limits."""
+"""Tests of the laws of all profiles: continuous from the start of a motion to rest at its target, within limits."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def state(segment: Segment, s: float) -> JointState:
 
 
 def check_kept(segments: tuple[Segment, ...], begin: JointState, *, smooth: bool) -> None:
-    """One after the other without a jump, from a state to rest, within the limits."""
+    """Check that segments follow each other without a jump, from a state to rest, within the limits."""
     now = begin
     for segment in segments:
         assert segment.start % TICK == segment.finish % TICK == 0.0
@@ -122,7 +122,7 @@ def pose(stretch: ToolStretch, s: float) -> Transform:
 
 
 def speeds(stretch: ToolStretch, s: float) -> tuple[float, float]:
-    """The velocity of the tip by differences, and how fast the tool turns [m/s, rad/s]."""
+    """Return the velocity of the tip by differences, and how fast the tool turns [m/s, rad/s]."""
     a, b = pose(stretch, s - 1e-6), pose(stretch, s + 1e-6)
     return hypot(b.px - a.px, b.py - a.py, b.pz - a.pz) / 2e-6, angle_between(a, b) / 2e-6
 

@@ -36,7 +36,7 @@ ROUNDING = 1e-9
 
 
 def test_a_line_takes_no_longer_than_it_must_unless_told() -> None:
-    """0.04 m at 4 m/s2 are a triangle of 2 sqrt(D / a)."""
+    """On 0.04 m at 4 m/s2 the velocity is a triangle, which lasts 2 sqrt(D / a)."""
     state, target = ToolState(IDENTITY, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), IDENTITY._replace(px=0.04)
     assert sum(part.duration for part in straight_motion(state, target, LIMITS)) == pytest.approx(0.2, abs=1e-5)
     assert sum(part.duration for part in straight_motion(state, target, LIMITS, 0.7)) == pytest.approx(0.7, abs=1e-5)
@@ -47,7 +47,7 @@ def test_a_line_takes_no_longer_than_it_must_unless_told() -> None:
     [(0.5, 0.0, 0.125), (0.0, 0.6, 0.3), (0.5, 0.6, 0.3), (0.8, 0.1, 0.2)],
 )
 def test_a_tool_stops_as_soon_as_its_accelerations_allow(speed: float, spin: float, seconds: float) -> None:
-    """At 4 m/s2 and 2 rad/s2: the slower of the two says how long it takes."""
+    """At 4 m/s2 and 2 rad/s2 the slower of the two determines the time."""
     limits = LIMITS._replace(spin_acceleration=2.0)
     stop = straight_stop(ToolState(IDENTITY, (speed, 0.0, 0.0), (0.0, 0.0, spin)), limits)
     assert sum(part.duration for part in stop) == pytest.approx(seconds, abs=1e-5)
@@ -116,7 +116,7 @@ def test_wherever_targets_jump_limits_and_ranges_are_kept(seed: int) -> None:
 
 
 def test_a_fast_arm_that_stands_goes_as_far_as_a_long_tick_lets_it() -> None:
-    """Braking ends on an instant of the time grid, and may take that much longer than its velocity needs."""
+    """Braking ends on an instant of the time grid, so it may take that much longer than the velocity needs."""
     random, still = Random(6), (0.0,)
     for _ in range(300):
         room, acceleration = random.uniform(1.0, 8.0), random.uniform(10.0, 40.0)
@@ -195,7 +195,7 @@ def test_limits_and_target_from_motion(components: list[Component], least: float
 @example([Component(0.0, 0.0, 1.0, 1.0), Component(0.41015625, 0.9140625, 1.0, 1.0)])  # hardly too fast
 @examples(60)
 def test_near_the_shortest_time(components: list[Component]) -> None:
-    """Within a fifth of the best of 2,000 blend times tried one by one (typically within 2 %)."""
+    """The time is within a fifth of the best of 2,000 blend times tried one by one (typically within 2 %)."""
     demands = scalar_demands(components)
     best = inf
     for k in range(1, 2000):
@@ -214,7 +214,7 @@ def test_a_blend_that_leads_to_the_target_too_fast_to_stop_there_is_none() -> No
 
 
 def test_a_blend_that_ends_on_the_target_too_fast_is_impossible() -> None:
-    """Nothing is left to go, but for the velocity, which the acceleration cannot take away in that time."""
+    """No way is left, but the acceleration cannot remove the velocity in that time."""
     for acceleration, possible in ((0.5, False), (2.0, True)):
         demand = scalar_demands([Component(0.5, 1.0, 4.0, acceleration)])(1.0)
         assert (demand.low <= demand.high) == possible

@@ -1,4 +1,4 @@
-"""The polynomial of degree 5 against the textbook: its coefficients, and what it asks from rest to rest."""
+"""Tests of the polynomial of degree 5 against the textbook: its coefficients, and its extremes from rest to rest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The laws plan the same from the same state to the same target as when their version was given."""
+"""Tests that the laws still plan what was recorded when they got their version."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Times of jerk-limited motions: against the textbook's closed form, the limits at every instant, and single stops."""
+"""Tests of the times of jerk-limited motions: the textbook's closed form, the limits at every instant, and single
+stops.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +70,9 @@ def test_nothing_to_do_takes_no_time() -> None:
 
 
 def check(segments: tuple[Segment, ...], state: JointState, start: float) -> None:
-    """Continuous in position, velocity and acceleration from the state to rest; every limit at every instant."""
+    """Check that a motion is continuous in position, velocity and acceleration until rest, and keeps every limit at
+    every instant.
+    """
     now, at = state, start
     for segment in segments:
         path = segment.path
@@ -96,7 +100,9 @@ def check_limits(path: JointPath, s: float) -> None:
 
 
 def possible(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> JointState:
-    """A state that a motion within the limits can be in: it can lose its acceleration before it is too fast."""
+    """Return whether a motion within the limits can be in a state: it can lose its acceleration before it is
+    too fast.
+    """
     v = tuple(part * most for part, most in zip(velocity, LIMITS.peak, strict=True))
     a = tuple(part * most for part, most in zip(acceleration, LIMITS.acceleration, strict=True))
     rows = zip(v, a, LIMITS.peak, LIMITS.jerk, strict=True)
@@ -127,7 +133,7 @@ def test_a_stop_from_any_state_keeps_every_limit(velocity: tuple[float, ...], ac
 @given(st.floats(0.05, 0.9), parts)
 @examples(200)
 def test_nothing_turns_back_earlier_than_full_braking(v: float, part: float) -> None:
-    """The farthest place of any way to rest is at least that of braking as hard as can be and swinging back."""
+    """The farthest place of any way to rest is at least that of braking as hard as possible and swinging back."""
     a, jerk = 4.0 * part, 40.0
     braked = turning_back(v, a, 4.0, jerk)
     state = (0.0, v, a)
@@ -211,7 +217,7 @@ def test_a_change_alone_stops_on_the_target() -> None:
 
 
 def test_a_spin_that_dies_and_a_turn_share_the_limits() -> None:
-    """In a change of two ramps of t each, the level is w / t: the rest of acceleration and jerk is for the turn."""
+    """In a change of two ramps of t each, the level is w / t; the rest of acceleration and jerk is for the turn."""
     t, angle, limits = 0.5, 0.8, ToolLimits(1.0, 1.0, 9.0, 2.0, 1.0, 20.0)  # twice these when it blends
     for spin in (0.0, 0.6, 1.9):
         bounds = turn_bounds(angle, Change(t, 0.0, t), (0.0, 0.0, spin), (0.0, 0.0, 0.0), limits)
@@ -233,6 +239,8 @@ def test_a_change_of_hours_is_not_looked_for() -> None:
     [(0.9, 0.0, True), (1.1, 0.0, False), (0.9, -2.0, True), (-0.9, 2.0, True), (0.2, 3.0, False), (0.9, -9.0, False)],
 )
 def test_a_change_to_rest_keeps_acceleration_and_jerk_or_not(velocity: float, present: float, *, kept: bool) -> None:
-    """Two ramps of 0.5 s, at 2 m/s2 and 6 m/s3: the level is twice what is left after half the first ramp."""
+    """With two ramps of 0.5 s, at 2 m/s2 and 6 m/s3, the level is twice the velocity that is left after half the first
+    ramp.
+    """
     change = Change(0.5, 0.0, 0.5)
     assert keeps(change, (velocity, 0.0, 0.0), (present, 0.0, 0.0), 2.0, 6.0) == kept

@@ -1,5 +1,5 @@
-"""Joints with phases of their own, out of any motion: all arrive together and at rest, inside all limits, as soon as
-Ruckig says that they can.
+"""Tests of joints with phases of their own, out of any motion: all arrive together and at rest, within limits, and as
+soon as Ruckig says.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ JUMP = 1.1  # of an acceleration, for which the jerk needs so many instants of t
 
 
 def check(state: JointState, goal: Joints, limits: JointLimits, least: float = 0.0) -> float:
-    """Every law, for the motion from a state; how long that lasts [s]."""
+    """Check every law for the motion from a state; return its duration [s]."""
     segments = joint_motion(state, goal, limits, 0.0, MOTION, least)
     lasting = segments[-1].finish if segments else 0.0
     assert lasting >= least
@@ -78,7 +78,7 @@ def _at(row: tuple[float, ...], s: float) -> Iterator[float]:
 
 
 def state(random: Random, limits: JointLimits) -> JointState:
-    """A state inside the limits, often at one: no joint becomes too fast while its acceleration goes."""
+    """Return a state inside the limits, often at one of them: no joint becomes too fast while its acceleration goes."""
     rows = [_inside(random, *row) for row in zip(*limits[:3], strict=True)]
     return JointState(place(random, limits), tuple(v for v, _ in rows), tuple(a for _, a in rows))
 
@@ -90,13 +90,13 @@ def _inside(random: Random, v_max: float, a_max: float, jerk: float) -> tuple[fl
 
 
 def _room(v_max: float, a: float, jerk: float) -> tuple[float, float]:
-    """The velocities with which an acceleration can go within the limits."""
+    """Return the range of velocities from which an acceleration can go within the limits."""
     gained = 0.5 * a * abs(a) / jerk
     return -v_max - min(gained, 0.0), v_max - max(gained, 0.0)
 
 
 def amid(random: Random, limits: JointLimits) -> JointState:
-    """Any state inside the limits, all alike."""
+    """Return any state inside the limits, with equal probability."""
     a = tuple(random.uniform(-most, most) for most in limits.acceleration)
     v = tuple(random.uniform(*_room(*row)) for row in zip(limits.velocity, a, limits.jerk, strict=True))
     return JointState(place(random, limits), v, a)
@@ -107,7 +107,7 @@ def place(random: Random, limits: JointLimits) -> Joints:
 
 
 def beside_its_stop(random: Random, state: JointState, limits: JointLimits) -> Joints:
-    """About where each joint could stop, which is the most that may be asked of one that brakes."""
+    """Return goals near the place where each joint could stop, which is the most that braking joints can do."""
     rows = zip(state.joints, state.velocity, state.present_acceleration, *limits[1:3], strict=True)
     return tuple(
         q + 0.5 * v * abs(v) / a_max + random.choice((0.0, v * a / jerk, random.gauss(0.0, 0.02), 1e-9))
@@ -134,7 +134,7 @@ class Oracle:
         task.max_velocity, task.max_acceleration, task.max_jerk = limits[:3]
 
     def lasting(self, state: JointState, goal: Joints) -> float:
-        """The least time of a motion [s]."""
+        """Return the least time of a motion [s]."""
         task = self._task
         task.current_position, task.current_velocity, task.target_position = state.joints, state.velocity, goal
         task.current_acceleration = state.present_acceleration
@@ -142,7 +142,7 @@ class Oracle:
         return float(self.motion.duration)
 
     def state_at(self, t: float) -> JointState:
-        """The state on the last motion."""
+        """Return the state at a time of the last motion."""
         return JointState(*map(tuple, self.motion.at_time(t)))
 
 
@@ -161,7 +161,7 @@ def test_they_arrive_as_soon_as_can_be(name: str) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_motion_goes_on_from_any_state_of_another(name: str) -> None:
-    """Many of these have a velocity at its limit, and no acceleration."""
+    """Many of these states have a velocity at its limit, and no acceleration."""
     limits, random = hardest_limits(ARMS[name]), Random(2)
     oracle = Oracle(limits)
     for _ in range(some(200)):
@@ -184,7 +184,7 @@ def test_every_limit_is_kept_from_any_state(name: str) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_lower_speed_is_exceeded_by_no_more_than_the_state_forces(name: str) -> None:
-    """The same where ACCEL is lower now than it was."""
+    """The same holds if ACCEL is lower now than it was."""
     arm, random = ARMS[name], Random(4)
     hardest = hardest_limits(arm)
     for _ in range(some(400)):
@@ -195,7 +195,9 @@ def test_a_lower_speed_is_exceeded_by_no_more_than_the_state_forces(name: str) -
 
 
 def test_a_joint_inside_a_lower_speed_stays_inside() -> None:
-    """Joint 1 of a PUMA, at SPEED 20: the acceleration is to go as fast as it can, not with that of other joints."""
+    """Joint 1 of a PUMA at SPEED 20: its acceleration must go as fast as it can, not together with that of other
+    joints.
+    """
     limits = joint_limits(ARMS["puma560"], MOTION._replace(speed=0.2))
     begin = JointState((0.0,) * 6, (-0.263, 0.0, 0.0, 0.0, 0.0, 0.0), (4.76, 0.0, 0.0, 0.0, 0.0, 0.0))
     for goal in ((2.0, -0.5, 0.1, 0.0, 0.0, 0.0), (-2.0, 1.0, 0.5, 0.3, 0.2, 0.1), (0.01, 0.0, 0.0, 3.0, 0.0, 0.0)):
@@ -203,7 +205,7 @@ def test_a_joint_inside_a_lower_speed_stays_inside() -> None:
 
 
 def test_a_joint_that_brakes_for_long_comes_to_rest_a_little_farther_in_time() -> None:
-    """It could stop after 0.0892 rad, and needs 0.380 s where it stops to brake in between."""
+    """It could stop after 0.0892 rad, and would need 0.380 s if it stopped braking in between."""
     limits = JointLimits((0.9425,), (3.1416,), (31.4159,), (0.9425,), (-9.0,), (9.0,))
     begin = JointState((0.0,), (0.6745,), (-0.9557,))
     assert check(begin, (0.1039,), limits) < 0.332

@@ -1,4 +1,4 @@
-"""A tick of jerk-limited steering by itself, and the parts that it is made of."""
+"""Tests of one tick of jerk-limited steering, and of its parts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ AT_REST = Joint(q=0.0, v=0.0, a=0.0, p=0.0, w=0.0, v_max=1.4, a_max=4.8, j_max=4
 
 
 def some(random: Random) -> Joint:
-    """A joint in any state inside its limits, some next to an end of its range."""
+    """Return a joint in any state inside its limits, sometimes next to an end of its range."""
     q, v, a, p, w = (random.uniform(-most, most) for most in (1.0, 1.4, 4.8, 1.5, 1.4))
     return AT_REST._replace(q=q, v=v, a=a, p=p, w=w)
 
@@ -54,7 +54,9 @@ def test_down_is_up_in_a_mirror() -> None:
 
 @pytest.mark.parametrize(("v", "a", "beyond"), [(1.0, 4.0, 0), (1.3, 4.0, 1), (1.39, -4.0, 0), (-1.3, -4.0, -1)])
 def test_too_fast_is_what_is_too_fast_once_the_acceleration_has_gone(v: float, a: float, beyond: int) -> None:
-    """a^2 / (2 STOPPING_PART j) = 0.21 rad/s more, or less; the state before has the same acceleration."""
+    """The velocity grows or falls by a^2 / (2 STOPPING_PART j) = 0.21 rad/s; the state before has the same
+    acceleration.
+    """
     one = AT_REST._replace(v=v - a * TICK, a=a, low=-9.0, high=9.0)
     assert 0.5 * a * a / (STOPPING_PART * 48.0) == pytest.approx(0.21, abs=0.01)
     assert _beyond(one, 0.0, TICK) == beyond

@@ -1,4 +1,6 @@
-"""Straight motions of all profiles from a tool that moves, turns and accelerates, with guides: continuous to rest."""
+"""Tests of straight motions of all profiles from a tool that moves, turns and accelerates, with guides: continuous to
+rest.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,7 @@ def moving(random: Random, accelerates: bool) -> ToolState:
 
 
 def state(stretch: ToolStretch, s: float) -> tuple[Transform, tuple[float, ...], tuple[float, ...]]:
-    """Pose, then velocities and accelerations: of the tip, the turning and the guides."""
+    """Return pose, velocities and accelerations: of the tip, of the turning and of the guides."""
     guides = tuple(Guide(WEIGHTS, value) for value in stretch.guides)
     path = CartesianPath(stretch.position, stretch.orientation, stretch.turns, NONE, ((),), 1.0, guides)
     values, rates, bends = ([derivative_at(guide.value, s, order) for guide in guides] for order in (0, 1, 2))
@@ -45,7 +47,7 @@ def state(stretch: ToolStretch, s: float) -> tuple[Transform, tuple[float, ...],
 
 
 def same(found: object, wanted: object, smooth: bool) -> bool:
-    """Accelerations count where the law is smooth."""
+    """Return whether two states are the same; accelerations count if the law is smooth."""
     assert isinstance(found, tuple)
     assert isinstance(wanted, tuple)
     pairs = zip(found, wanted, strict=True)
