@@ -135,7 +135,7 @@ class Terminal(Protocol):
         """Return whether a person is there, who would lose what no file has."""
 
     def show(self, reply: Reply) -> None:
-        """An answer to a command, or what the robot says by itself."""
+        """Show the answer to a command, or a message of the robot."""
 
     def type(self, text: str, newline: bool) -> None:
         """Show text that programs TYPE."""
@@ -177,7 +177,7 @@ class Notes:
             self._line = ""
 
     def progress(self, doing: Running | Reading) -> None:
-        """Nobody watches."""
+        """Show nothing: nobody watches."""
 
     def ask(self, question: Question) -> Answer:
         """Return the meaning of a typed answer. Raises EndOfInput where a program is not answered."""
@@ -193,7 +193,7 @@ Answers = Callable[[Question], str | None]  # what is typed after a question; No
 
 
 def no_answer(_question: Question) -> None:
-    """Nobody is there to be asked."""
+    """Give no answer: nobody is there."""
 
 
 T = TypeVar("T")
@@ -308,7 +308,7 @@ class Waiting:
         self.count += 1
 
     def next(self, busy: Collection[object] = ()) -> Ticket[Any] | None:
-        """The request whose turn it is, of the users who are not busy."""
+        """Return the next request, of the users who are not busy."""
         return next((own[0] for by, own in self._by_user.items() if by not in busy), None)
 
     def remove(self, ticket: Ticket[Any]) -> None:

@@ -98,13 +98,13 @@ class Inspector:
         self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
-        """The parts of the present version. `name`: of the file, for steps without a heading."""
+        """Return the parts of the present version. `name`: of the file, for steps without a heading."""
         parts = parser.parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
 
     def inspect(self, parts: Parts, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
-        """Everything that is wrong with them."""
+        """Return all mistakes in the parts."""
         lines = tuple(line for placed in parts for line in placed.part.lines)
         foreign = parser.foreign_file("\n".join(lines))
         if foreign is not None and not parser.has_program("\n".join(lines)):
@@ -156,7 +156,7 @@ class Inspector:
     def _out_of_reach(
         self, environment: Environment, programs: tuple[tuple[parser.Placed, Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
-        """A warning at each motion to a location of the file that no instruction changes."""
+        """Yield a warning for each motion to an unreachable location of the file that no instruction changes."""
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
         others = tuple(beside.programs.values())
         if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
@@ -256,7 +256,7 @@ class _Way(Struct, frozen=True):
 
     @property
     def key(self) -> str:
-        """The key of the variable that it goes to; "" where the place stands there itself."""
+        """The key of the variable that it goes to; "" if the place itself stands there."""
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
@@ -264,7 +264,7 @@ _CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # a
 
 
 def _ways(program: Program) -> tuple[_Way, ...]:
-    """The motions of a program to locations with a name, and to those that numbers give."""
+    """Return the motions of a program to locations with a name, and to locations given by numbers."""
     statements = (step.statement for step in program.steps)
     return tuple(way for one in statements if isinstance(one, ast.Instruction) if (way := _way(one)) is not None)
 
@@ -282,7 +282,7 @@ def _way(statement: ast.Instruction) -> _Way | None:
 
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
-    """The arguments of TRANS, #PPOINT and NULL where all are numbers; None for what is only known when it runs."""
+    """Return the arguments of TRANS, #PPOINT and NULL if all are numbers; None if they are known only in a run."""
     numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
     return (
@@ -293,7 +293,7 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
 
 
 def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
-    """The place that numbers give; those that are left out are for the function to fill in."""
+    """Return the place that numbers give; the function fills in missing ones."""
     numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
         return TURNING.read(number or 0.0 for number in numbers[:joint_count])

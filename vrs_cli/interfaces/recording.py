@@ -48,7 +48,7 @@ Way = tuple[Joints, ...]  # where the joints were, one after the other
 
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
-    """The way from `begin` to `end` [s]; of neighbouring points within the tolerance only one."""
+    """Return the way from `begin` to `end` [s]; of neighbouring points within the tolerance only one."""
     count, least = max(ceil((end - begin) / STEP), 1), tolerance.times(NEXT)
     found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
     kept = [found[0]]
@@ -88,7 +88,7 @@ def recorded_program(
 
 
 def corners(arm: RobotArm, T_flange_tool: transform.Transform, way: Way, tolerance: Tolerance) -> list[int]:
-    """The points of a way, by number, between which it is joint-interpolated within the tolerance."""
+    """Return the indexes of points of a way, between which it is joint-interpolated within the tolerance."""
     seen = [transform.compose(arm.forward(q), T_flange_tool) for q in way]
     chosen, open_ = [0], [(0, len(seen) - 1)]
     while open_:
@@ -109,7 +109,9 @@ def _worst(
     ends: tuple[int, int],
     tolerance: Tolerance,
 ) -> tuple[int, float]:
-    """The point between two that is the farthest from the motion between them, in parts of the tolerance."""
+    """Return the point between two that is farthest from the motion between them, and its distance in parts of the
+    tolerance.
+    """
     a, b = ends
     begin, way = joints[a], [y - x for x, y in zip(joints[a], joints[b], strict=True)]
     square = sum([x * x for x in way])
@@ -183,8 +185,8 @@ def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Tran
 
 
 def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> float:
-    """The squared distance, and weighted that of the axes: it orders as `_miss` does where that is small, and is
-    quicker.
+    """Return the squared distance plus a weighted distance of the axes. For small values it orders as `_miss` does, and
+    is quicker.
     """
     squares = [(x - y) * (x - y) for x, y in zip(a, b, strict=True)]
     away = squares[3] + squares[7] + squares[11]

@@ -13,7 +13,7 @@ STOPPING = ("ABORT",)  # commands that overtake all others
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
-    """Raises RoleWanted where somebody has not the role that is wanted."""
+    """Check that a role includes the one that is wanted. Raises RoleWanted."""
     if wanted not in role:
         raise RoleWanted(f"{said} is for {wanted.title_with_article}", f"you are {role.title_with_article}")
 
@@ -29,15 +29,15 @@ def must_drive(said: str, wanted: Role, role: Role) -> bool:
 
 
 def check_beside(statement: Statement, *, elsewhere: bool) -> None:
-    """Raises UsageError for a line that waits until the program has stopped, which runs elsewhere: on another branch
-    than that of who says it.
+    """Check that a line need not wait until the program stops. `elsewhere`: the program runs on another branch than
+    that of the user. Raises UsageError.
     """
     said, role = need_of(statement)
     check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role, elsewhere=elsewhere)
 
 
 def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
-    """Raises UsageError for a request of this name and role that waits until the program has stopped."""
+    """Check that a request of this name and role need not wait until the program stops. Raises UsageError."""
     if elsewhere and said in ON_BRANCH:
         raise UsageError(f"{said} has to wait until the program on another branch stops", "{ABORT} stops it")
     if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
@@ -45,7 +45,7 @@ def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
 
 
 def role_of(word: str) -> Role:
-    """The role that a word needs."""
+    """Return the role that a word needs."""
     return (COMMANDS.get(word) or INSTRUCTIONS[word]).role
 
 

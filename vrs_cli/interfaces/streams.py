@@ -194,7 +194,9 @@ class Range(NamedTuple):
     upper: Joints
 
     def around(self, q: Joints, below: Joints, above: Joints) -> Range:
-        """The part of the range so far below and above q, or below and above the place in the range nearest to q."""
+        """Return the part of the range so far below and above q; if q is outside, around the nearest place in the
+        range.
+        """
         q = self.put(q)
         lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
         return Range(lower, self.put(tuple(x + step for x, step in zip(q, above, strict=True))))
@@ -216,7 +218,7 @@ class JointPace(NamedTuple):
 
     @classmethod
     def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
-        """The pace of joints with these limits."""
+        """Return the pace of joints with these limits."""
         rows = list(zip(velocity, acceleration, strict=True))
         return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
 
@@ -319,7 +321,7 @@ class Pursuit:
         return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, wish: Transform) -> Joints | None:
-        """The joints of a pose in the present configuration; None where it is not in reach so."""
+        """Return the joints of a pose in the present configuration; None if the pose is not in reach so."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
@@ -339,7 +341,7 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """The joints that were found another way round, for a wish that has moved since."""
+        """Return the joints that were found another way round, for a wish that has moved since."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
@@ -349,7 +351,7 @@ class Pursuit:
 
     @staticmethod
     def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
-        """The shortfall for a wish in reach: the joint that lags most keeps the tool from it."""
+        """Return the shortfall for a wish in reach: the joint that lags most holds the tool."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
@@ -378,7 +380,7 @@ class Pursuit:
             yield Hold(Limit.REACH)
 
     def _out_of_reach(self, aim: Aim) -> str | None:
-        """`far`, `close`, or empty where it has no name; None for what is in reach but for the ranges of joints."""
+        """Return `far`, `close`, or "" if the limit has no name; None if only the ranges of joints hold the tool."""
         if not self._closed:
             return None
         way = self._way
@@ -389,14 +391,14 @@ class Pursuit:
 
 
 def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
-    """The nearest pose that asks for nothing that no joint changes."""
+    """Return the nearest pose that asks for nothing that no joint changes (the tilt of a SCARA)."""
     while (forbidden := arm.unchanging.forbids(T_base_flange)) is not None:
         T_base_flange = forbidden.right
     return T_base_flange
 
 
 def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
-    """The ranges of the joints, with the elbow on its present side of stretched and folded flat."""
+    """Return the ranges of the joints, in which the elbow stays on its side of stretched and of folded flat."""
     lower, upper = list(arm.model.lower), list(arm.model.upper)
     if arm.fold is not None:
         i, stretched = arm.fold
@@ -411,7 +413,7 @@ def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
 
 
 def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
-    """The side of the axis of joint 1 on which the arm stays."""
+    """Return the side of the axis of joint 1 on which the arm stays."""
     outward = arm.outward(q)
     if outward == inf:
         return None

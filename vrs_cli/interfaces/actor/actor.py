@@ -267,9 +267,7 @@ class Actor:
 
     @property
     def _ready(self) -> Ticket[Any] | None:
-        """The request that begins next: of the users who have taken their replies, and whose former request no other
-        thread still works for.
-        """
+        """Return the request that begins next: its user has taken all replies, and no other thread works for the user."""
         busy = {ticket.by for ticket in self._beside if ticket.by is not None}
         return self._waiting.next(busy | self._behind)
 
@@ -342,7 +340,7 @@ class Actor:
 
     @property
     def at_work(self) -> Ticket[Any] | None:
-        """The request for which something happens now: it does its part, or a line of the prompt does that for it."""
+        """Return the request that the robot works on now: it does its part, or a line of the prompt does it."""
         if self._at_work is not None:
             return self._at_work
         line = self._driver.tasks.get(PROMPT_LINE)

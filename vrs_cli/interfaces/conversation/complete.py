@@ -46,14 +46,14 @@ class DefinedNames(Struct, frozen=True):
     parts: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: Kind) -> dict[str, str]:
-        """The variables of some kinds."""
+        """Return the variables of some kinds."""
         return {name: note for kind in kinds for name, note in (self.variables(kind) or {}).items()}
 
 
 def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (), begun: str = "") -> DefinedNames:
-    """The first programs, variables (elements of arrays too) and parts of the cell whose names begin so; all switches
-    and parameters. A name that is no word stands in quotes.
-    The variables of a kind are collected when they are asked for: most lines need one kind, or none.
+    """Return the first programs, variables (elements of arrays too) and parts of the cell whose names begin so, and all
+    switches and parameters. A name that is not a word stands in quotes. Variables of a kind are collected when they are
+    asked for: most lines need one kind, or none.
     """
     programs, begun = memory.programs, begun.lower()
     first = nsmallest(MOST, (key for key in programs if key.startswith(begun)))
@@ -98,7 +98,7 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
 def innermost(text: str) -> tuple[str, int] | None:
-    """The function whose parentheses are open at the cursor, and which argument of it this is."""
+    """Return the function whose parentheses are open at the cursor, and the index of the argument at the cursor."""
     before = _BY.sub(",", text)
     at = open_bracket(before, "([")
     if at is None:
@@ -109,7 +109,7 @@ def innermost(text: str) -> tuple[str, int] | None:
 
 
 def open_bracket(text: str, opening: str) -> int | None:
-    """The index of the last bracket that is not closed."""
+    """Return the index of the last bracket that is not closed."""
     depth, closing = 0, "".join(")" if one == "(" else "]" for one in opening)
     for at in range(len(text) - 1, -1, -1):
         depth += (text[at] in closing) - (text[at] in opening)
@@ -119,7 +119,7 @@ def open_bracket(text: str, opening: str) -> int | None:
 
 
 def top_level(text: str) -> str:
-    """The text with all that is inside parentheses or brackets left out."""
+    """Return the text without what is inside parentheses or brackets."""
     kept, depth = [], 0
     for character in text:
         depth += (character in "([") - (character in ")]")
@@ -197,7 +197,7 @@ def _rows(table: Mapping[str, Word]) -> Candidates:
 
 
 def explanation(word: Word) -> str:
-    """The form and the meaning of a word."""
+    """Return the form and the meaning of a word."""
     return f"{word.form}: {word.summary}"
 
 
@@ -207,11 +207,11 @@ def explanation(word: Word) -> str:
 def suggestions(
     text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
 ) -> list[Suggestion]:
-    """The words that may stand at the end of `text`, best first. `in_program`: a step is typed, not a command. `folder`
-    has the files.
+    """Return the words that may stand at the end of `text`, best first. `in_program`: a step is typed, not a command.
+    `folder` has the files.
 
-    Without `everything`, functions and constants that are reals only where their names have begun: so many would stand
-    in the way of a number.
+    Without `everything`, suggest real functions and constants only after their first letter: so many would hide the
+    other words at the place of a number.
     """
     if len(text) > LONGEST:
         return []
@@ -233,7 +233,7 @@ def suggestions(
 
 
 def typed_name(text: str) -> str:
-    """The part of a name that stands at the end of a line."""
+    """Return the part of a name that stands at the end of a line."""
     found = _PREFIX.search(text) if len(text) <= LONGEST else None
     return found.group() if found else ""
 
@@ -259,7 +259,7 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
 
 
 def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidates:
-    """The words that may stand behind EXPLAIN: topics, motions, locations."""
+    """Yield the words that may stand behind EXPLAIN: topics, motions, locations."""
     first = _FIRST.match(text)
     if first is None or first.end() == len(text):
         yield from ((topic, row.summary) for topic, row in monitor.EXPLAINED.items())
@@ -290,15 +290,16 @@ def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:
-    """The row of a word, also of one that is cut short, commands before instructions."""
+    """Return the row of a word, which may be cut short; commands come before instructions."""
     tables = (INSTRUCTIONS, CONTROL) if in_program else (monitor.COMMANDS, INSTRUCTIONS, CONTROL)
     rows = rows_for(word, *tables)
     return rows[0] if len(rows) == 1 else None
 
 
 def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: int) -> Candidates:
-    """The words that may stand among the arguments of a word. `before`: the line from the word, or from the closed
-    parenthesis that holds its `first` arguments, to the cursor, strings blanked; it ends with the name that is typed.
+    """Return the words that may stand among the arguments of a word. `before`: the line up to the cursor, with blanks
+    for strings, from the word on, or from the closed parenthesis that holds its `first` arguments; it ends with the
+    name that is typed.
     """
     nested = innermost(before)
     if nested is not None:
@@ -331,7 +332,7 @@ def _of_shape(argument: Argument, names: DefinedNames) -> Candidates:
 
 
 def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
-    """The words that may stand between or after arguments."""
+    """Yield the words that may stand between or after arguments."""
     yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))
     yield from ((argument.lead, argument.name) for argument in word.arguments if argument.lead)
     if operand_ended or not word.required_count:
@@ -340,7 +341,7 @@ def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
 
 
 def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
-    """The argument at that place; a repeated one stands for all that follow."""
+    """Return the argument at an index; a repeated one stands for all that follow."""
     if index < len(arguments):
         return arguments[index]
     return arguments[-1] if arguments and arguments[-1].repeated else None
@@ -357,7 +358,7 @@ EXTENSIONS: Mapping[str, tuple[str, ...]] = {
 
 
 def _files(line: str, folder: Folder) -> list[Suggestion]:
-    """The files that a FILE argument may name: folders, and files with the right extension."""
+    """Return the files that a FILE argument may name: folders, and files with the right extension."""
     first = _FIRST.match(line)
     word = _row_of(first.group(1).upper(), False) if first else None
     if word is None or first is None or not word.arguments or word.arguments[0].shape is not Shape.FILE:
@@ -405,8 +406,9 @@ Programs = Callable[[str], Program | None]  # by key
 
 
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
-    """The signature of the innermost function or program call that is open at the end of the text, else of the text's
-    first word."""
+    """Return the signature of the innermost function or program call that is open at the end of the text; without one,
+    of the first word of the text.
+    """
     text = blank_out(before)
     at = open_bracket(text, "(")
     if at is not None:
@@ -420,7 +422,7 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
 
 
 def blank_out(line: str) -> str:
-    """The line with blanks for texts and comments, every column where it was."""
+    """Return the line with blanks in place of texts and comments; columns stay."""
     return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
@@ -443,7 +445,7 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
 
 
 def _argument_places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
-    """Each name in the form, behind the word itself and the names before it."""
+    """Yield the place of each name in the form, behind the word itself and the names before."""
     found = re.match(r"[#$]?[\w.]+", form)
     at = found.end() if found else 0
     for name in names:

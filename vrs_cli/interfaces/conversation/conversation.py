@@ -67,8 +67,8 @@ class Conversation:
             self.session.terminal.show(self.error_reply(error, ""))
 
     def lines(self, text: str, more: bool = False) -> Dialogue[None]:
-        """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it. `more` of them
-        come.
+        """Carry out one line, or several that were pasted together. Ctrl-C in one of them drops those after it. `more`:
+        other lines follow in the next call.
         """
         self.user_state.interrupted, self._dropped, refused = False, 0, self._refused
         lines = text.splitlines() or [""]
@@ -105,7 +105,7 @@ class Conversation:
             yield self.error_reply(error, line)
 
     def error_reply(self, error: BaseException, line: str) -> Reply:
-        """The reply for an error in a line."""
+        """Return the reply for an error in a line."""
         if isinstance(error, VrsError):
             return refusal(error, line)
         if isinstance(error, KeyboardInterrupt):
@@ -130,7 +130,7 @@ class Conversation:
             yield from self.session.answers(line)
 
     def mistake(self, text: str) -> Diagnostic | None:
-        """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
+        """Return the first mistake in a line that is not sent yet. Several pasted lines are not checked."""
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text or self._topic_of(text) is not None:
             return None
@@ -151,7 +151,9 @@ class Conversation:
     # --- typing a program ---
 
     def _open(self, header: str) -> Dialogue[None]:
-        """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
+        """Open a program with its `.PROGRAM` line. The lines after it are its steps; if it is refused, they are
+        dropped.
+        """
         self.entry = ProgramBuffer(header)
         name = self.entry.name
         self._refused = name or "the program"
@@ -161,8 +163,8 @@ class Conversation:
         self._refused = ""
 
     def _step(self, entry: ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
-        """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
-        waits: the places of a program may stand behind it.
+        """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted behind this one, which
+        is stored with it: the places of a program may stand behind it.
         """
         self._dropped += bool(self._refused)
         if not closes_entry(line):
@@ -185,7 +187,7 @@ class Conversation:
             yield from self._store()
 
     def _store(self) -> Dialogue[None]:
-        """`.END`: check the whole and keep it. A bare EXECUTE runs the first program of it."""
+        """Check the typed programs and put them in memory. A bare EXECUTE runs the first of them."""
         text, self._pasted = self._pasted, ""
         loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
@@ -305,8 +307,8 @@ class Conversation:
         )
 
     def _hidden_constants(self) -> tuple[str, ...]:
-        """The constants whose names variables bear: of the program that is typed, or of all that have a value. Where
-        nobody looks at colours, they are not looked for: a line of a long program is parsed for that.
+        """Return the constants whose names are names of variables: of the program that is typed, or of all that have a
+        value. Without a person nobody sees colours, so none are searched: each line of a long program would be parsed.
         """
         entry = self.entry
         if not self.user_state.attended:

@@ -10,8 +10,8 @@ from vrs_cli.values.replies import Message, Tone
 
 
 def internal_error(error: BaseException, *, afar: bool = False) -> Message:
-    """The message for an exception that should not have been. The shell goes on after it. `afar`: for who holds a robot
-    of a server, of whose disk nothing is said but the file's name.
+    """Return the message for an unexpected exception, after which the shell goes on, and write its traceback to a file.
+    `afar`: for a user of a served robot, who is told only the name of the file.
     """
     report = "".join(traceback.format_exception(error))
     try:

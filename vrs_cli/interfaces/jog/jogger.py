@@ -88,7 +88,7 @@ def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
 
 
 def axis_of(engine: Engine, name: str) -> Axis:
-    """The axis of a name. Raises IllegalJoint, UsageError."""
+    """Return the axis of a name. Raises IllegalJoint, UsageError."""
     if name.upper() in AXES:
         return AXES[name.upper()]
     count = engine.model.joint_count
@@ -112,7 +112,7 @@ class Jogger:
         self._goes_on = False  # that step began while the one before it, of the same key, was under way
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """Do what a key says, and return what is seen then, with the reason where it cannot be done."""
+        """Do what a key says, and return what is seen then, with the reason if it cannot be done."""
         try:
             match act:
                 case Press():
@@ -255,7 +255,9 @@ class Jogger:
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
     def _joints_near(self, pose: Transform, begin: Joints) -> Joints:
-        """Raises MotionError for a pose that is out of reach, TooNear a singularity where a joint would jump."""
+        """Return the joints of a pose, near others. Raises MotionError for a pose out of reach, TooNear if a joint
+        would jump near a singularity.
+        """
         goal = self.engine.joints_for(pose, begin)
         change = largest_change(begin, goal)
         if change > JUMP:
@@ -282,7 +284,7 @@ class HeldDown:
         self._version = -1  # of the timeline, as the last press has left it
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """As `Jogger.do`. Raises RobotNotAttached, UsageError."""
+        """Do what a button says, and return what is seen then. Raises RobotNotAttached, UsageError."""
         station, engine = self._station, self._station.engine
         if isinstance(act, Press):
             station.tasks.check_robot_free()
@@ -300,7 +302,9 @@ class HeldDown:
 
 
 def step_pose(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
-    """A pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in place."""
+    """Return a pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in
+    place.
+    """
     unit = UNITS[axis.index % 3]
     x, y, z = (1e-3 * amount * u for u in unit)
     step, T = rotation_about(unit, radians(amount)) if axis.turns else translation(x, y, z), T_world_tool

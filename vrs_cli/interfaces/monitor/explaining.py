@@ -105,7 +105,7 @@ def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator
 
 
 def _pose(station: Station, expression: Expression, topic: str) -> Transform:
-    """Raises TypeMismatch for what is no transformation."""
+    """Return the value of an expression. Raises TypeMismatch if it is not a transformation."""
     found = evaluator(station, expression)()
     if isinstance(found, Transform):
         return found
@@ -157,7 +157,7 @@ def _multiply(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[
 
 
 def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
-    """The links of the arm at these joints, with BASE before and TOOL behind them."""
+    """Return the links of the arm at these joints, with BASE before and TOOL behind them."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
     base = [("base of the arm", "frame 0", model.base)] if model.base != IDENTITY else []

@@ -113,14 +113,14 @@ def help_on(word: str) -> Iterator[Reply]:
 
 
 def overview() -> HelpOverview:
-    """Every word that can be used, in groups."""
+    """Return every word that can be used, in groups."""
     groups = {title: tuple(row.name for row in rows) for title, rows in _groups().items()}
     groups["Topics"] = tuple(_topics())
     return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
 
 
 def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
-    """The rows of every word that can be used."""
+    """Return the rows of every word that can be used."""
     of_route = {title: [row for row in INSTRUCTIONS.values() if row.route is route] for route, title in ROUTES.items()}
     of_kind = {title: [row for row in FUNCTIONS.values() if row.result in kinds] for title, kinds in RESULTS.items()}
     rows: dict[str, Iterable[WordRow]] = {
@@ -142,7 +142,7 @@ def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
 
 
 def page(typed: str) -> HelpPage:
-    """Every meaning of a word, which may be cut short. Raises UsageError with what is near."""
+    """Return every meaning of a word, which may be cut short. Raises UsageError with similar words."""
     name = _full_name(typed.upper())
     entries = tuple(entry for source in _SOURCES for entry in source(name))
     if not entries or name in LINKS:
@@ -156,7 +156,9 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """The word itself, or the one that it is cut short from, or another spelling or a foreign word of."""
+    """Return the full form of a word: itself, or the word for its abbreviation, its other spelling, or its name in
+    another language. Raises UsageError for an abbreviation of several words.
+    """
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
         return name
@@ -180,7 +182,7 @@ _TABLES: Mapping[str, Mapping[str, Word]] = {
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
-    """For a word that only stands inside others (STEP, AT, THEN): the first of those."""
+    """Yield the first words whose form has this word (STEP, AT, THEN) in it."""
     users = (
         (sort, row)
         for sort, table in _TABLES.items()
@@ -211,7 +213,7 @@ def _function(name: str) -> Iterator[HelpEntry]:
 
 
 def _setting(name: str) -> Iterator[HelpEntry]:
-    """A switch, a parameter."""
+    """Yield the entry of a switch, and of a parameter."""
     if (switch := SWITCHES.get(name)) is not None:
         default = "ON" if switch.default else "OFF"
         yield HelpEntry("switch", name, f"{switch.summary}; {default} at the start", f"ENABLE {name}")

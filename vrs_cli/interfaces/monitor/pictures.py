@@ -65,7 +65,9 @@ class Sight:
         return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
     def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
-        """The lines before a time [s] and those after it; the one under way is parted, last of all and first."""
+        """Return the lines before a time [s] and those after it. The present line is split: it comes last of the first,
+        and first of the others.
+        """
         past, planned = list[tuple[transform.Vector, ...]](), list[tuple[transform.Vector, ...]]()
         for line in self._path.lines(timeline, t - BEFORE, t + AFTER):
             if line.end <= t:
@@ -80,7 +82,7 @@ class Sight:
 
 
 def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
-    """The outermost places of the tool tip in the world [m]."""
+    """Return the outermost places of the tool tip in the world [m]."""
     T_world_robot = transform.inverse(frames.base)
     return tuple(transform.moved_point(T_world_robot, p) for p in outermost(arm.model, transform.position(frames.tool)))
 
@@ -88,7 +90,7 @@ def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
 def skeleton(
     arm: RobotArm, q: Joints, frames: Frames
 ) -> tuple[tuple[transform.Vector, ...], tuple[transform.Vector, ...]]:
-    """The corners of the links from the base to the tool tip, in the world [m], and the joints among them.
+    """Return the corners of the links from the base to the tool tip, in the world [m], and the joints among them.
 
     A link goes along the axis of its joint first, and then across to the next one.
     """
@@ -103,13 +105,13 @@ def skeleton(
 
 
 def _foot(T: transform.Transform, p: transform.Vector) -> transform.Vector:
-    """The foot of a point on the z axis of a frame."""
+    """Return the foot of a point on the z axis of a frame."""
     origin, z = transform.position(T), (T.ax, T.ay, T.az)
     return transform.along(origin, z, transform.dot(transform.vector_difference(p, origin), z))
 
 
 def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector]) -> Iterator[transform.Vector]:
-    """Points in another frame; of consecutive points at one place only the first."""
+    """Yield points in another frame; of consecutive points at one place only the first."""
     before: transform.Vector | None = None
     for p in points:
         if before is None or dist(p, before) > SAME:
@@ -123,7 +125,7 @@ ROUND = 8  # points of a circle
 
 
 def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
-    """The parts, fixtures and sensors of a cell at a time [s]."""
+    """Return the parts, fixtures and sensors of a cell at a time [s]."""
     found = [PicturedBody(BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture)) for one in scene.fixtures]
     for part in scene.parts:
         state = course.state(part.name, t)
@@ -136,7 +138,7 @@ def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBod
 
 
 def corners(shape: Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
-    """Points in the world whose hull is a body, or near it [m]; `T`: where the body is."""
+    """Return points in the world whose hull is a body, or near it [m]; `T`: where the body is."""
     points: list[transform.Vector]
     match shape:
         case BoxShape((x, y, z)):
@@ -190,7 +192,7 @@ def sketch(report: Drawable) -> Sketch | None:
 
 
 def _sketch_of_reach(report: ReachReport) -> Sketch:
-    """The straight line as far as the arm can follow it, and what stops it there."""
+    """Draw the straight line as far as the arm can follow it, and what stops it there."""
     reach = report.reach
     stop = stopping_place(reach)
     balls = [SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
@@ -202,7 +204,7 @@ def _sketch_of_reach(report: ReachReport) -> Sketch:
 
 
 def stopping_place(reach: Reach) -> transform.Vector:
-    """The place at which the tool tip stops on the straight line [m]."""
+    """Return the place at which the tool tip stops on the straight line [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
         return reach.end if line.duration is not None else reach.begin
@@ -211,7 +213,7 @@ def stopping_place(reach: Reach) -> transform.Vector:
 
 
 def reach_text(report: ReachReport) -> str:
-    """The name of the place, and what there is to say of the line to it."""
+    """Return the name of the place, and a sentence about the line to it."""
     line = report.reach.line
     if line.duration is None:
         return f"{report.name}: {line.trouble}"
@@ -223,7 +225,7 @@ def reach_text(report: ReachReport) -> str:
 
 
 def place_of(text: str) -> str | None:
-    """The goal of a typed motion as an expression; None for what is no motion to a place."""
+    """Return the goal of a typed motion as an expression; None if the text is not a motion to a place."""
     try:
         statement = parse_prompt(text)
     except VrsError:

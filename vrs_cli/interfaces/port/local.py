@@ -42,7 +42,7 @@ class KnownError(Refusal, frozen=True, kw_only=True):
     cause: BaseException
 
     def error(self) -> VrsError:
-        """Raises an error that is no VrsError."""
+        """Return the error. Raises it if it is not a VrsError."""
         if isinstance(self.cause, VrsError):
             return self.cause
         raise self.cause
@@ -95,7 +95,7 @@ class LocalPort:
         return other
 
     def check_open(self) -> None:
-        """A robot of this process is always there."""
+        """Do nothing: a robot of this process is always there."""
 
     # --- messages ---
 
@@ -119,7 +119,7 @@ class LocalPort:
         self.console.outlets.append(outlet)
 
     def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
-        """With `seconds` only what is due now is done, whatever their number."""
+        """Take a message. With `seconds` do only what is due now, however long they are."""
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:

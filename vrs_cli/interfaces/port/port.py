@@ -58,7 +58,7 @@ class Console:
         self._tell(messages.Typed(text, newline))
 
     def ask(self, _question: Question) -> Answered:
-        """Nobody is asked here: a user is asked by the request that he sent."""
+        """Ask nobody: a user is asked by the request that this user sent."""
         return None
 
     def _tell(self, message: messages.ServerMessage) -> None:
@@ -109,7 +109,7 @@ class Port(Protocol):
         """Return how often the connection was quiet for so long that it may have been cut."""
 
     def check_open(self) -> None:
-        """Raises RequestRefused if there is no connection now."""
+        """Check that there is a connection now. Raises RequestRefused."""
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
         """Send a request and return its id. All that comes of it goes to the outlet, its end last. Raises
@@ -142,7 +142,7 @@ class Port(Protocol):
         """Return the robot's timeline and clock, kept up to date from now on. Raises RequestRefused."""
 
     def subscribe(self) -> Subscription[TimelineChange]:
-        """The timeline, which is followed, and every change of it from now on."""
+        """Subscribe to the timeline, which is followed, and to every change of it from now on."""
 
     def preview_now(self) -> Previewed:
         """Return what the robot will do, with the requests that are on their way to it. The timeline is followed."""
@@ -151,11 +151,11 @@ class Port(Protocol):
         """Return the state that a prompt shows now, as far as it is known here."""
 
     def program(self, key: str) -> Program | None:
-        """A program in memory, where it is in this process."""
+        """Return a program in memory, if the robot is in this process."""
 
     @property
     def on_screen(self) -> object:
-        """The object that the open question shows on the screen, where that is in this process."""
+        """The object that the open question shows on the screen, if the robot is in this process."""
 
     @property
     def due(self) -> float:
@@ -233,7 +233,7 @@ class Previewed(Struct, frozen=True):
 
     @property
     def reported_time(self) -> float:
-        """The time at which the robot stands in the picture [s]: as it is heard where it is predicted too."""
+        """The time at which the robot stands in the picture [s]; in a prediction the time that was heard."""
         return self.heard if self.predicts else self.now
 
     def lines(self, t: float) -> Iterator[str]:
@@ -249,7 +249,7 @@ class Previewed(Struct, frozen=True):
 
     @property
     def doubt(self) -> str:
-        """The part that is not confirmed, and the reason; empty where all is confirmed."""
+        """The part that is not confirmed, and the reason; empty if all is confirmed."""
         return "" if self.unconfirmed == inf else f"unconfirmed from {seconds(self.unconfirmed)} on: {self._under_way}"
 
     @property

@@ -97,7 +97,7 @@ class UserSession:
             self.refuse(message, error, outlet)
 
     def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Raises whatever is wrong with the message."""
+        """Do what a message says. Raises all errors in the message."""
         conversation = self.conversation
         match message:
             case messages.Line():
@@ -186,13 +186,13 @@ class UserSession:
         return True
 
     def _with_issue_time(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
-        """A dialogue about what was given when its sender says, as far as that can be true of what arrives now."""
+        """Return a dialogue that knows when its request was issued: the sender's claim, as far as that can be true."""
         if issued is None:
             return dialogue
         return self.user_state.with_issue_time(self.user_state.times.issue_time(issued, self.now), dialogue)
 
     def _interrupt(self) -> None:
-        """Ctrl-C answers the open questions; without one it stops the requests that have not ended."""
+        """Answer the open questions by Ctrl-C; without a question stop the requests that have not ended."""
         waits = {} if self.questions else self.pending
         for question, ticket in self.questions.values():
             ticket.throw(KeyboardInterrupt(), question.id)
@@ -202,7 +202,7 @@ class UserSession:
                 self.conversation.interrupt(ticket)
 
     def _answer(self, message: messages.Answer) -> None:
-        """An answer to a question that waits no longer is passed over."""
+        """Give an answer to the request that asked. Ignore it if the question no longer waits."""
         if message.question not in self.questions:
             return
         question, ticket = self.questions.pop(message.question)
@@ -254,7 +254,7 @@ class UserSession:
             pending.outlet(messages.Refused(self.refusal(error), pending.id))
 
     def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
-        """A question of a request that goes on, or has ended, needs no answer any more."""
+        """Withdraw the question of a request that goes on, or has ended."""
         for number, (_, asked) in tuple(self.questions.items()) if self.questions else ():
             if asked is ticket:
                 del self.questions[number]
@@ -274,7 +274,7 @@ class UserSession:
             outlet(messages.Done(pending.id, ok=False))
 
     def refusal(self, error: BaseException) -> messages.Refusal:
-        """An error as a value; of an error of vrs itself as little as the shell tells."""
+        """Return an error as a value. An internal error tells as little as in the shell."""
         if isinstance(error, VrsError):
             return messages.Refusal.of(error)
         if isinstance(error, LineStopped):
@@ -285,7 +285,7 @@ class UserSession:
         return messages.Refusal.of(RequestRefused(said.text))
 
     def leave(self) -> None:
-        """The user has left: what he asked for and is not done is dropped."""
+        """Drop the unfinished requests of the user, who has left."""
         for ticket in tuple(self.pending):
             ticket.withdraw()
         self.session.actor.call(lambda: self.session.leave(self.user_state))

@@ -53,7 +53,7 @@ class Playback(Struct, frozen=True):
     # --- reading ---
 
     def at(self, wall: float) -> float:
-        """The time of the trajectory that is shown [s]."""
+        """Return the time of the trajectory that is shown [s]."""
         passed = self.rate * max(wall - self.since, 0.0) if self.playing else 0.0
         if self.loops and passed and self.end > self.start:
             return self.start + (self.shown - self.start + passed) % (self.end - self.start)
@@ -64,7 +64,7 @@ class Playback(Struct, frozen=True):
         return not self.loops and self.at(wall) >= self._last
 
     def doing(self, wall: float) -> str:
-        """In a word or three: live, playing, paused, ended."""
+        """Describe the state in a few words: live, playing, paused, ended."""
         if self.follows and self.playing:
             behind = self.behind(wall)
             return "live" if behind < LIVE else f"{behind:.1f} s behind"
@@ -84,7 +84,7 @@ class Playback(Struct, frozen=True):
     # --- changing: a new value ---
 
     def look(self, wall: float, start: float, end: float, now: float) -> Playback:
-        """The trajectory goes from `start` to `end` now, and the robot is at `now` [s]."""
+        """Update the playback: the trajectory goes from `start` to `end` now, and the robot is at `now` [s]."""
         grown = replace(self, start=start, end=max(end, now), now=now)
         return grown._anchor(grown.at(wall), wall)
 
@@ -122,11 +122,11 @@ class Playback(Struct, frozen=True):
         return replace(self._anchor(self.at(wall), wall), loops=not self.loops, follows=False)
 
     def faster(self, wall: float) -> Playback:
-        """The next higher of RATES."""
+        """Play at the next higher of RATES."""
         return self.at_rate(min((r for r in RATES if r > self.rate), default=self.rate), wall)
 
     def slower(self, wall: float) -> Playback:
-        """The next lower of RATES."""
+        """Play at the next lower of RATES."""
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
@@ -155,7 +155,7 @@ class Viewer:
         return (self._last + 1) / self.rate
 
     def look(self, watched: Watched, wall: float) -> None:
-        """The look that is due now; those that were missed are left out."""
+        """Take the look that is due now; looks that were missed are left out."""
         self._last = max(floor(wall * self.rate), self._last + 1)
         timeline = watched.timeline
         now = watched.now + self.ahead
@@ -178,7 +178,7 @@ class Audience:
         self._viewers: list[Viewer] = []
 
     def join(self, rate: float = USUAL_RATE, ahead: float = 0.0) -> Viewer:
-        """One more viewer, which follows the robot. Raises IllegalValue for a rate [1/s] that is none."""
+        """Add a viewer, which follows the robot. Raises IllegalValue for a wrong rate [1/s]."""
         checked_rate(rate, "looks a second", HIGHEST_RATE)
         wall = floor(self._wall() * rate) / rate  # on the grid, as those of its rate that are here
         timeline = self._watched.timeline
@@ -208,7 +208,7 @@ class Audience:
 
 
 def checked_rate(rate: float, what: str, highest: float) -> float:
-    """The rate itself. Raises IllegalValue for one that is none."""
+    """Return the rate. Raises IllegalValue if it is not positive, or too high."""
     if not (isfinite(rate) and 0.0 < rate <= highest):
         bound = "" if highest == inf else f", at most {highest:g}"
         raise IllegalValue(f"{rate:g} {what}", f"more than 0{bound}", value=rate, lower=0.0, upper=highest)

@@ -348,7 +348,7 @@ class Supervisor(Observer):
             stream.write(recorded.data)
 
     def subscribe(self) -> Subscription[TimelineChange]:
-        """The timeline, and every change of it from now on; it ends with the supervisor."""
+        """Subscribe to the timeline and every change of it from now on; the subscription ends with the supervisor."""
         subscription = self.port.subscribe()
         finalize(self, subscription.end)
         return subscription

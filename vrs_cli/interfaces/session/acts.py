@@ -104,7 +104,7 @@ def _drag(session: Session, act: acts.DragTool) -> Dialogue[Shortfall]:
 
 
 def _fraction(speed: float | None) -> float | None:
-    """Raises IllegalValue for what is no fraction of nominal speed."""
+    """Return a fraction of nominal speed. Raises IllegalValue unless it is in (0, 1]."""
     if speed is not None and not 0.0 < speed <= 1.0:
         raise IllegalValue(f"{speed:g} of nominal speed", "more than 0, at most 1", value=speed)
     return speed
@@ -146,7 +146,7 @@ def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch
 
 
 def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCurves]:
-    """Raises IllegalValue."""
+    """Return the outline of the reach. Raises IllegalValue for an arm whose first joint slides."""
     arm, engine = session.engine.arm, session.engine
     if arm.model.units.slides(1):
         raise IllegalValue("the boundary of an arm whose first joint slides", "an arm that turns about its first axis")
@@ -172,7 +172,7 @@ def _assign(session: Session, act: acts.Assign) -> None:
 
 
 def _expression(session: Session, text: str) -> Expression:
-    """Raises LineRefused, and UsageError for what is a command."""
+    """Parse an expression. Raises LineRefused, and UsageError for a command."""
     if text.split()[:1] and text.split()[0].upper() in (COMMANDS.keys() | INSTRUCTIONS.keys()) - FUNCTIONS.keys():
         hint = "one variable or one expression"
         raise UsageError(f"{text} is no expression", hint, in_python=f"do({text!r}) does it")
@@ -314,7 +314,7 @@ class _Row(NamedTuple):
 
 
 def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
-    """An act that does what a word does."""
+    """Return the row of an act that does the same as a word."""
     return _Row(word, role_of(word), do)
 
 

@@ -130,7 +130,7 @@ class Session(Station):
         yield from self._tell_displaced()
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
-        """The books and timelines of main and of the present branch."""
+        """Return the books and timelines of main and of the present branch."""
         books = {self.branches.present: self.engine.book}
         if self.branches.present != MAIN:
             books[MAIN] = self.branches.book(MAIN)
@@ -156,13 +156,15 @@ class Session(Station):
             self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
-        """The keys of the variables that have a value, those among them that a stopped program has for itself."""
+        """Return the keys of the variables that have a value, with those of the stopped program itself."""
         known = self.environment.kinds
         defined = {key: one for key, one in own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """The first mistake in a line that is not sent yet. One without is remembered: it need not be read again."""
+        """Return the first mistake in a line that is not sent yet. A line without a mistake is remembered, and not read
+        again.
+        """
         try:
             read = self._reading(line)
         except LineRefused as refused:
@@ -171,7 +173,7 @@ class Session(Station):
         return first_error(read.findings)
 
     def _reading(self, line: str) -> _Reading:
-        """Raises LineRefused for a line that cannot be read."""
+        """Parse and check a line. Raises LineRefused for a line that cannot be read."""
         statement = parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())
@@ -210,7 +212,7 @@ class CommandLine(NamedTuple):
 
 
 def command_lines(text: str) -> tuple[CommandLine, ...]:
-    """The commands of a file, without `MC`. Raises CannotInterpret for a file that holds something else."""
+    """Return the commands of a file, without `MC`. Raises CannotInterpret for a file that holds something else."""
     lines = [line for line in lines_of(text) if line.text.strip()]
     found: list[CommandLine] = []
     opened = closed = False
@@ -231,7 +233,7 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
 
 @handles("COMMANDS")
 def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
-    """COMMANDS: carry out the commands of a file; the first that fails is named with its line, and ends it.
+    """Carry out the commands of a file (COMMANDS). The first that fails ends it, and is named with its line.
 
     Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
     """

@@ -260,7 +260,7 @@ class RobotBody:
 
     @property
     def view(self) -> measured.BodySeen | None:
-        """What is known of the body; None if there is none, and nothing was reported."""
+        """The known facts about the body; None if there is none, and nothing was reported."""
         with self._lock:
             if not self.name and self._last is None:
                 return None
@@ -279,7 +279,7 @@ class RobotBody:
             )
 
     def _rate(self) -> float:
-        """How many reports come in a second."""
+        """Return how many reports come in a second."""
         if len(self._arrivals) < 2 or self._wall() - self._arrivals[-1][0] > SILENT:
             return 0.0
         first, last = self._arrivals[0], self._arrivals[-1]

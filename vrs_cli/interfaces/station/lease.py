@@ -69,7 +69,7 @@ class RobotLease(Struct, frozen=True):
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:
-        """Raises LeaseHeld for a user who does not drive."""
+        """Check that a user drives. Raises LeaseHeld."""
         if not self.drives(who):
             raise LeaseHeld(
                 self._holder_text(), "ask for the lease; in the shell: /ask", in_python='lease("ask") asks for it'

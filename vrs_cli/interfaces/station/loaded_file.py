@@ -45,7 +45,9 @@ class LoadedFile(NamedTuple):
     def of(
         cls, file: File, text: str, memory: Memory, *, vplus: bool, beside: Mapping[str, Program] = NO_PROGRAMS
     ) -> Self:
-        """`memory`: a copy of what is there. `beside`: the programs of files that are loaded with it, by key."""
+        """Analyse a file. `memory`: a copy of the memory, which gets its variables. `beside`: the programs of files
+        that are loaded with it, by key.
+        """
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
         variables, diagnostics = Variables(memory.units), list[Diagnostic]()
         for section in file.parts:
@@ -67,8 +69,8 @@ class LoadedFile(NamedTuple):
 
 
 def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
-    """The variables of a section with their values; what is wrong with those that cannot be, and the largest rounding
-    of a transformation.
+    """Return the variables of a section with their values, and the diagnostics: values that are wrong, and the largest
+    rounding of a transformation.
     """
     variables, found = Variables(units), list[Diagnostic]()
     rounded = list[tuple[float, Entry]]()
@@ -135,12 +137,12 @@ class Unstored:
         return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
 
     def programs(self) -> list[str]:
-        """The names of the programs that are not stored."""
+        """Return the names of the programs that are not stored."""
         stored = self._environment.programs.items()
         return [one.name for key, one in stored if self._differs(key, one)]
 
     def items(self, *kinds: Kind) -> list[Item]:
-        """The variables of some kinds that are not stored, those of all kinds when none is named."""
+        """Return the variables of some kinds that are not stored; of all kinds if none is named."""
         self._look()
         values = ((item, self._environment.value(item)) for item in self._items)
         return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
@@ -151,7 +153,7 @@ class Unstored:
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
-        """The variables that have changed since the last call, also those that were deleted."""
+        """Return the variables that have changed or were deleted since the last call."""
         self._look()
         news, self._news = self._news, set()
         return news

@@ -145,8 +145,8 @@ class Station:
         return None if track is None else track.task
 
     def change_folder(self, folder: Folder) -> None:
-        """Commands have their files there, and programs those that they open from now on. Programs in a closed folder
-        keep that folder.
+        """Use another folder for the files of commands, and for files that programs open from now on. Programs in a
+        closed folder keep that folder.
         """
         self.folder = folder
         if not folder.closed:
@@ -240,7 +240,7 @@ class Station:
         return track is not None and track.running
 
     def check_free(self, program: str) -> None:
-        """Raises ProgramInterlocked for a program on the stack of a task, which cannot be changed."""
+        """Check that a program is not on the stack of a task, where it cannot be changed. Raises ProgramInterlocked."""
         track = self.tasks.uses(program)
         if track is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
@@ -465,7 +465,7 @@ class Station:
         self.settle()
 
     def stop(self) -> None:
-        """The emergency stop: as `abort`, and every task."""
+        """Stop everything (emergency stop): as `abort`, and all other tasks."""
         self._abort([track.number for track in self.tasks.running])
 
     def _abort(self, tasks: Iterable[int]) -> None:
@@ -477,7 +477,7 @@ class Station:
             self.settle(self.engine.end)
 
     def resync(self, *, stops: bool) -> Dialogue[ResyncReport]:
-        """RESYNC: bring body and timeline together. Raises UsageError while a program runs or on a branch,
+        """Bring body and timeline together (RESYNC). Raises UsageError while a program runs or on a branch,
         RequestRefused, MotionError.
         """
         if self.branches.present != MAIN:
@@ -512,18 +512,22 @@ class Station:
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A dialogue for a role: an observer sees the branch of the present user, whatever runs on another."""
+        """Return a dialogue for a role: an observer sees the branch of the present user while a program runs on
+        another.
+        """
         return within(self.branches.own_in_place, dialogue) if role is Role.OBSERVER and self.elsewhere else dialogue
 
     def check_may(self, said: str, wanted: Role) -> None:
-        """Raises RoleWanted and LeaseHeld where the present user may not do what is `said`, which needs a role."""
+        """Check that the present user has the role for what is `said`, and drives if that is needed. Raises RoleWanted,
+        LeaseHeld.
+        """
         check_may(said, wanted, self.user_state.role)
         if self.lease is not None and must_drive(said, wanted, self.user_state.role):
             self.lease.check(self.user_state.name)
 
     def check_may_stop(self, user_state: UserState) -> None:
-        """Raises RoleWanted and LeaseHeld for a user who may not stop the robot now: a designer stops his own motions,
-        a supervisor all. In any thread.
+        """Check that a user may stop the robot now: a designer stops the motions that are this user's own, a supervisor
+        all. In any thread. Raises RoleWanted, LeaseHeld.
         """
         check_may("ABORT", Role.DESIGNER, user_state.role)
         lease = self.lease
@@ -540,7 +544,7 @@ class Station:
         return driver in (None, self.user_state) or (isinstance(driver, UserState) and driver.left)
 
     def at(self, user_state: UserState, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A dialogue for another user, whose state it uses."""
+        """Carry out a dialogue for another user, with the state of that user."""
         self._user_states.add(user_state)
         user_state.interrupted = False
         try:
@@ -549,7 +553,7 @@ class Station:
             raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A dialogue under its own conditions, which hold for the programs that begin in it too."""
+        """Carry out a dialogue under its own conditions, which hold for the programs that begin in it too."""
         with self.driver.surrounding(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 

@@ -90,7 +90,7 @@ class UserState:
             self.on_screen, self.drafted = None, ""
 
     def with_issue_time(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A dialogue for a line that was given at that time, by the robot's clock [s]."""
+        """Carry out a dialogue for a line that was issued at a time of the robot's clock [s]."""
         self.issued = issued
         try:
             return (yield from dialogue)

@@ -55,7 +55,7 @@ class Devices(Struct, eq=False):
         return str(unit)
 
     def _free(self, task: int) -> int:
-        """Raises UnitNotAttached."""
+        """Return the first free unit for a device. Raises UnitNotAttached."""
         for unit in effects.OTHERS:
             if (task, unit) not in self._devices:
                 return unit
@@ -160,7 +160,7 @@ class Devices(Struct, eq=False):
         return self._length if unit == effects.TERMINAL else self.disk.unit(task, unit).length
 
     def connection(self, task: int, unit: int) -> int | None:
-        """The handle of the connection of the last READ; None where the unit has no connections."""
+        """Return the handle of the connection of the last READ; None for a unit without connections."""
         device = self._devices.get((task, unit))
         return None if device is None else device.handle
 
@@ -185,7 +185,7 @@ class Devices(Struct, eq=False):
         self._taken_of = {}
 
     def character(self, task: int, unit: int, wait: bool) -> int:
-        """The code of the next character, or of what went wrong. The terminal has whole lines. Raises LineMissing."""
+        """Return the code of the next character, or of the error. The terminal has whole lines. Raises LineMissing."""
         if (device := self._devices.get((task, unit))) is not None:
             try:
                 byte = device.character(wait)

@@ -163,12 +163,12 @@ class Driver:
 
     @property
     def _ends(self) -> bool:
-        """Whether the run is to end, whatever it waits for."""
+        """Return whether the run is to end, whatever it waits for."""
         return self._interrupted or self._ended_by is not None
 
     @property
     def waits_for_users(self) -> bool:
-        """Whether programs wait until users have received what they TYPE. Programs that are to end do not wait."""
+        """Return whether programs wait until users have received what they TYPE. Ending programs do not wait."""
         return (
             self.lags()
             and not self._ends
@@ -177,7 +177,7 @@ class Driver:
 
     @property
     def stands(self) -> bool:
-        """Whether a program without a waiting user stands until the clock goes on."""
+        """Return whether a program without a waiting user stands until the clock goes on."""
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
@@ -205,7 +205,7 @@ class Driver:
         return self._result(self._over(track))
 
     def _foreground(self, run: _Run) -> tasks.Track | None:
-        """The task that a run waits for now; None where the run is over."""
+        """Return the task that a run waits for now; None if the run is over."""
         if run.track.running:
             return run.track
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
@@ -278,7 +278,7 @@ class Driver:
                 self.tasks.stop(track, RunOutcome.ABORTED)
 
     def broken_off(self, error: LimitReached) -> RunResult:
-        """The result of a run that `error` broke off in the middle of a step."""
+        """Return the result of a run that `error` broke off in the middle of a step."""
         track = self.tasks.get(tasks.ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
@@ -309,7 +309,7 @@ class Driver:
     # --- questions ---
 
     def questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """The tasks that wait for a line of the terminal, with their questions, in the order of asking."""
+        """Return the tasks that wait for a line of the terminal, with their questions, in the order of asking."""
         waiting = [(track, track.pending) for track in self.tasks if isinstance(track.pending, tasks.PendingInput)]
         return sorted(waiting, key=lambda one: one[1].number)
 
@@ -346,12 +346,12 @@ class Driver:
                 self.asking.discard(asked.number)
 
     def open_questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """The questions for the user who is served now that no user has before them."""
+        """Return the questions for the present user that are shown to no user yet."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
     def has_withdrawn(self) -> bool:
-        """Whether a user has a question before them whose task no longer waits for the answer."""
+        """Return whether a question is shown to a user whose task no longer waits for the answer."""
         return not self.asking <= {asked.number for _, asked in self.questions()}
 
     # --- limits ---
@@ -377,7 +377,7 @@ class Driver:
         self._end_at_limit(run, what, self._advice("max_time"))
 
     def _in_vain(self) -> bool:
-        """Whether time could go on for ever, and nothing would happen."""
+        """Return whether time could go on for ever, and nothing would happen."""
         engine = self.engine
         if engine.realtime or self._next_signal() < inf or engine.now < engine.end:
             return False
@@ -411,7 +411,7 @@ class Driver:
         return self.engine.now >= coming
 
     def _check_held(self, characters: int) -> None:
-        """Raises LimitReached where the files that are open to be read would hold so many characters."""
+        """Check how many characters the files would hold that are open for reading. Raises LimitReached."""
         most = None if not self._runs else self._runs[-1].limits.max_elements
         if most is not None and characters > most:
             what = f"the files that are read hold {characters} characters, {most} at most"
@@ -435,7 +435,7 @@ class Driver:
         self._do(track, self._throw(track, error))
 
     def _whereabouts(self, foreground: tasks.Track) -> Iterator[str]:
-        """Where each task waits or is busy, the task that was waited for first."""
+        """Yield where each task waits or is busy, the awaited task first."""
         others = [track for track in self.tasks.in_order() if track.running and track is not foreground]
         for track in [foreground, *others]:
             task = track.task
@@ -466,7 +466,7 @@ class Driver:
     # --- what happens next ---
 
     def peek(self) -> float:
-        """When the next thing happens [s]; infinity where none does by itself."""
+        """Return when the next thing happens [s]; infinity if nothing happens by itself."""
         track = self.tasks.next()
         if track is None:
             return inf
@@ -563,7 +563,7 @@ class Driver:
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
     def _event(self, track: tasks.Track, budget: int) -> tasks.Pending:
-        """What a task asks for now: what it was waiting for, or what comes next in its program."""
+        """Return what a task asks for now: what it was waiting for, or the next request of its program."""
         reacts, pending, track.pending = track.reacts, track.pending, None
         if pending is not None:
             if not reacts:
@@ -582,7 +582,7 @@ class Driver:
         return self._asked_again(track, track.task.resume(answer, budget))
 
     def _throw(self, track: tasks.Track, error: VrsError) -> tasks.Pending:
-        """What a task asks for after an error in what it asked for before."""
+        """Raise an error in a task. Return what the task asks for next."""
         track.asked = self.engine.now
         return self._asked_again(track, track.task.throw(error))
 
@@ -597,7 +597,7 @@ class Driver:
         return event
 
     def _left_now(self, track: tasks.Track) -> int:
-        """How many steps a task may do at the present instant before time has to go on."""
+        """Return how many steps a task may do at the present instant before time has to go on."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return BUDGET - (track.task.steps_done - track.before)

@@ -33,7 +33,7 @@ class HolderTimes(Struct, frozen=True):
         return min(max(claim, arrival - self.allowed), arrival)
 
     def robot_time(self, t: float) -> float:
-        """The robot's time of a time in a command: MOVE ... AT t."""
+        """Convert a time in a command (MOVE ... AT t) to the robot's clock [s]."""
         return t - self.offset
 
 

@@ -67,7 +67,7 @@ class Spent(Struct):
         self.limits, self.count = limits, 0
 
     def add(self, size: int) -> None:
-        """Raises LimitReached instead of more than there may be."""
+        """Count so many bytes. Raises LimitReached if that is more than the limit."""
         most: int | None = getattr(self.limits, self.option)
         if most is not None and self.count + size > most:
             what = f"the program wanted to {self.done} more than {most} bytes"

@@ -38,13 +38,13 @@ class Observations:
         signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:
-        """A step of the present task has read a signal."""
+        """Record that a step of the present task has read a signal."""
         track = self._tasks.get(self._tasks.current)
         if track is not None and track.in_program:
             self._record(track, self._signals.place, signal, on)
 
     def _record_reaction(self, track: Track, signal: int, on: bool) -> None:
-        """A reaction of a task is due."""
+        """Record the signal that a reaction of a task has seen."""
         if track.in_program:
             self._record(track, None, signal, on)
 
@@ -125,7 +125,7 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
 
 
 def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
-    """The place at which each observation was made, and the motion that was commanded next, by its number."""
+    """Return the place of each observation, and the motion commanded next, by the number of the observation."""
     places, commands, waiting = dict[int, str](), dict[int, str](), list[int]()
     for delta in book.deltas:
         number, text = delta.motion.number, delta.motion.text
@@ -171,8 +171,9 @@ def _wait_is_over(wait: Wait) -> bool:
 
 
 def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> EndlessWait:
-    """The error for a task that waits in vain. `help_`: what lets an input change here; "" at a prompt, where SIGNAL
-    does, and RETRY goes on. `said`: a condition with the names of its signals."""
+    """Return the error for a task that waits in vain. `help_`: what lets an input change here; "" at a prompt, where
+    SIGNAL does, and RETRY goes on. `said`: writes a condition with the names of its signals.
+    """
     if isinstance(track.pending, AttachRobot):
         return EndlessWait("waits for the robot, which another task keeps", "DETACH there, or ABORT it")
     if isinstance(track.pending, WaitEvent):
@@ -189,7 +190,7 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
 
 
 def _signal(condition: Expression | None) -> int | None:
-    """The one signal that is waited for: WAIT SIG(1003), or WAIT 3 as in VAL."""
+    """Return the one signal that is waited for: WAIT SIG(1003), or WAIT 3 as in VAL."""
     if condition is not None and (asked := channel(condition)) is not None:
         return asked
     if not isinstance(condition, Call) or condition.name != "SIG" or len(condition.arguments) != 1:

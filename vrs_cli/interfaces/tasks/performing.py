@@ -207,7 +207,7 @@ class Performer:
                 other.wake = engine.now
 
     def _check_in_bounds(self, stamp: commands.Stamp) -> None:
-        """Raises IllegalValue for a motion that would begin when its program has been stopped."""
+        """Check that a motion begins before its program will be stopped. Raises IllegalValue."""
         word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
         if begin > self.last:
             more = self._advice("max_time")

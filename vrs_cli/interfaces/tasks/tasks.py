@@ -142,8 +142,9 @@ class Track(Struct, eq=False):
 
     @property
     def in_program(self) -> bool:
-        """False in a line of the prompt: its motion is over when it returns, and one with a time stamp leaves the clock
-        alone. A program that the line CALLs runs as any other."""
+        """Return whether it is more than a line of the prompt. A motion of such a line is over when the line returns,
+        and one with a time stamp leaves the clock alone; a program that the line CALLs runs as any other.
+        """
         return not self.at_prompt or len(self.task.stack) > 1
 
     @property
@@ -218,7 +219,7 @@ class Tasks(System):
         return self._tracks.get(number)
 
     def in_order(self) -> list[Track]:
-        """The tasks by number."""
+        """Return the tasks by number."""
         return sorted(self, key=lambda track: track.number)
 
     @property
@@ -230,7 +231,7 @@ class Tasks(System):
         return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
-        """The running task that goes on first."""
+        """Return the running task that goes on first."""
         first: Track | None = None
         for track in self._tracks.values():  # asked for twice a step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
@@ -238,7 +239,7 @@ class Tasks(System):
         return first
 
     def uses(self, program: str) -> Track | None:
-        """A task that has a program on its stack."""
+        """Return a task that has a program on its stack."""
         return next((track for track in self.in_order() if not track.task.is_over and track.task.uses(program)), None)
 
     # --- beginning and going on ---
@@ -260,7 +261,7 @@ class Tasks(System):
         return track
 
     def free(self) -> int:
-        """The first number that is not in use. Raises TaskActive."""
+        """Return the first number that is not in use. Raises TaskActive."""
         free = set(range(1, effects.LAST_TASK + 1)) - {track.number for track in self.running}
         if not free:
             raise TaskActive("every task is in use", "{KILL} clears one")
@@ -304,7 +305,7 @@ class Tasks(System):
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
-        """CYCLE.END: the present cycle of a task is its last. Raises TaskNotActive."""
+        """Make the present cycle of a task its last (CYCLE.END). Raises TaskNotActive."""
         track = self.get(number)
         if track is None or track.task.is_over:
             raise TaskNotActive(f"task {number}", "nothing is to be ended")
@@ -346,7 +347,7 @@ class Tasks(System):
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
-        """Raises RobotNotAttached where a task has the robot."""
+        """Check that no task has the robot. Raises RobotNotAttached."""
         if self._owner is not None:
             raise self.not_attached()
 
@@ -399,13 +400,13 @@ class Tasks(System):
                 track.wake = self._engine.now
 
     def set_event(self, track: Track) -> None:
-        """SET.EVENT: set the event of a task, and look now at its WAIT.EVENT."""
+        """Set the event of a task (SET.EVENT), and look now at its WAIT.EVENT."""
         track.event = True
         if isinstance(track.pending, effects.WaitEvent):
             track.wake = self._engine.now
 
     def set_run_signal(self, track: Track, signal: int) -> None:
-        """RUNSIG: the signal that says whether the task runs."""
+        """Set the signal that tells whether the task runs (RUNSIG)."""
         self._run_signal(track, running=False)
         track.run_signal = signal
         self._run_signal(track, running=True)
