@@ -267,7 +267,7 @@ class Actor:
 
     @property
     def _ready(self) -> Ticket[Any] | None:
-        """Return the request that begins next: its user has taken all replies, and no other thread works for the user."""
+        """Return the request that begins next: its user has taken all replies, and no thread works for that user."""
         busy = {ticket.by for ticket in self._beside if ticket.by is not None}
         return self._waiting.next(busy | self._behind)
 
