@@ -9,6 +9,7 @@ from random import Random
 
 import pytest
 
+import vrs_cli.kinematics
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL, NONE
 from vrs_cli.kinematics.model import Link
@@ -70,3 +71,18 @@ def test_another_configuration_is_spoken_of_where_there_is_one(robot: str) -> No
     assert ("no other configuration" in words) == (len(arm.ways) > 1)
     assert "say LEFTY first" in str(arm._joint_refusal(outside, "say LEFTY first"))
     assert "no other configuration" not in str(arm._joint_refusal(outside, "say LEFTY first"))
+
+
+FOLDER = Path(vrs_cli.kinematics.__file__).parent
+FORMS = sorted(path.parent.name for path in FOLDER.glob("*/arm.py"))
+MADE_OF = {"wrist_circle": ("numeric", "spherical_wrist")}  # the words of one, the lines of the other
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_closed_form_knows_no_other(form: str) -> None:
+    assert len(FORMS) == 5
+    others = set(FORMS) - {form, *MADE_OF.get(form, ())}
+    for path in (FOLDER / form).glob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert not [other for other in others if f"kinematics.{other}" in text], path
+        assert "kinematics.forms" not in text
