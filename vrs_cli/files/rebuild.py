@@ -58,6 +58,48 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
         raise RecordError("the events are not in order of time")
 
 
+class LoadedTimeline:
+    """A timeline while the deltas of its file are applied: appended segments wait in a list, for the rope to take them
+    together. The last one of the list, or of the timeline if there is none, is `_last`.
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._timeline, self._last, self._version = timeline, timeline[len(timeline) - 1], timeline.version
+        self._appended: list[Segment] = []
+        self._count = len(timeline)
+
+    def timeline(self) -> Timeline:
+        """Return the timeline after all deltas so far."""
+        if self._version != self._timeline.version:
+            self._timeline = self._timeline.append(self._appended, self._version)
+            self._appended = []
+        return self._timeline
+
+    @property
+    def has_events(self) -> bool:
+        """Return whether there are events."""
+        return bool(self._timeline.event_count)
+
+    def apply(self, delta: TimelineDelta) -> None:
+        """Apply a delta. Raises RecordError if it does not fit."""
+        appends = delta.keep == self._count and not delta.drop and delta.events is None
+        if not appends or self._last.finish > delta.cut or delta.version != self._version:
+            self._timeline = apply(self.timeline(), delta)
+            self._count, self._version = len(self._timeline), self._timeline.version
+            self._last = self._timeline[self._count - 1]
+            return
+        edge = self._last.finish
+        for segment in delta.segments:
+            if segment.start < edge:
+                raise RecordError("the segments overlap in time")
+            edge = segment.finish
+        self._appended += delta.segments
+        self._count += len(delta.segments)
+        self._version += 1
+        if delta.segments:
+            self._last = delta.segments[-1]
+
+
 # --- the hand in older files ---------------------------------------------------------------------------------------
 
 
@@ -75,14 +117,21 @@ class OlderHand:
         """Return the first timeline."""
         return Timeline(segments, events=list(_openings(segments, 0.0)))
 
-    def read(self, timeline: Timeline, delta: TimelineDelta) -> TimelineDelta:
+    def read(self, loaded: LoadedTimeline, delta: TimelineDelta) -> TimelineDelta:
         """Return the delta with the events of its motions."""
         self._ended = self._ended or delta.events is not None
         self.found = not self._ended and (self.found or delta.motion.hand != 0.0)
-        count = len(timeline)
-        if self._ended or not 0 < delta.keep <= delta.keep + delta.drop <= count:
+        if self._ended:
             return delta
-        if not timeline.event_count and not any(segment.motion.hand for segment in delta.segments):
+        if not loaded.has_events:
+            for segment in delta.segments:
+                if segment.motion.hand:
+                    break
+            else:
+                return delta
+        timeline = loaded.timeline()
+        count = len(timeline)
+        if not 0 < delta.keep <= delta.keep + delta.drop <= count:
             return delta
         keep, after = _event_of(timeline, delta.keep), _event_of(timeline, delta.keep + delta.drop)
         before = timeline[delta.keep - 1].motion.hand

@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.opening import FREE, Folder, unreadable
-from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order, faults
+from vrs_cli.files.rebuild import Fault, LoadedTimeline, OlderHand, check_order, faults
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -162,7 +162,8 @@ class _Reader:
         if not self._initial:
             raise _damage_error(path, 1, "the initial timeline has no segment")
         self._hand, self._measured = OlderHand(), MeasuredRecord(self._form.joint_count)
-        self._begin = self._timeline = self._hand.initial(self._initial)
+        self._begin = self._hand.initial(self._initial)
+        self._timeline = LoadedTimeline(self._begin)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
         """Read the next line, which begins at a place; return False if it and all after it are ignored. Raises
@@ -175,7 +176,7 @@ class _Reader:
             if not has_delta(record):
                 return True
             delta = self._hand.read(self._timeline, decode_delta(record, self._motions, self._form))
-            self._timeline = apply(self._timeline, delta)
+            self._timeline.apply(delta)
         except RecordError as error:
             if not self._lenient:
                 raise _damage_error(self._path, number, str(error)) from None
@@ -199,13 +200,14 @@ class _Reader:
     def recording(self, lines: _Lines) -> Recording:
         """Check the laws of motion for the whole file, and return it. Raises FileDamaged."""
         sealed = self._checksums.last is not None and not self._lenient
-        for fault in islice(faults(self._arm, self._timeline, self._deltas, self._numbers), MAX_FAULTS):
+        timeline = self._timeline.timeline()
+        for fault in islice(faults(self._arm, timeline, self._deltas, self._numbers), MAX_FAULTS):
             if sealed:
                 raise _damage_error(self._path, fault.line, fault.what)
             self._faults.append(fault)
         return Recording(
             arm=self._arm,
-            timeline=self._timeline,
+            timeline=timeline,
             deltas=tuple(self._deltas),
             initial=self._begin,
             older_hand=self._hand.found,

@@ -121,7 +121,8 @@ class JointPath(Struct, eq=False, gc=False):
 
     @property
     def degree(self) -> int:
-        return len(self.coefficients[0]) - 1
+        rows = self._rows
+        return (self._length if isinstance(rows, bytes) else len(rows[0])) - 1
 
     def velocity(self, s: float) -> Joints:
         """Return the joint velocities [rad/s, m/s] at t_s + s."""

@@ -282,6 +282,15 @@ class Timeline:
             raise ValueError("the delta leaves a timeline without segments")
         return self._of_ropes(made, self._with_events(delta.events), self.version + 1, self.world)
 
+    def append(self, segments: Sequence[Segment], version: int) -> Timeline:
+        """Return the timeline of that version which has more segments behind its last one, and the same events."""
+        made, count = self._rope, len(self)
+        for first in range(0, len(segments), PART):
+            spliced = rope.splice(made, count + first, count + first, segments[first : first + PART], 0.0)
+            assert spliced is not None, "a segment was appended"
+            made = spliced
+        return self._of_ropes(made, self._events, version, self.world)
+
     def _is_of_events(self, delta: TimelineDelta) -> bool:
         """Return whether a delta leaves all segments as they are."""
         return delta.keep == len(self) and not delta.segments and not delta.shift and delta.cut >= self.end

@@ -334,7 +334,23 @@ def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
     """Convert records to segments. `owner`: the motion of the records that name none. Raises RecordError."""
-    return tuple([_segment(record, motions, owner, form) for record in records])
+    return tuple([_usual_segment(record, owner, form) or _segment(record, motions, owner, form) for record in records])
+
+
+def _usual_segment(record: SegmentRecord, owner: Motion | None, form: Form) -> Segment | None:
+    """Convert a valid record of a segment in joint space, of the motion of its delta; return None for any other."""
+    start, finish, rows = record.start, record.finish, record.joints
+    if rows is None or owner is None or record.motion is not None or record.line is not None or start > finish:
+        return None
+    if start * TICKS_PER_SECOND % 1.0 or finish * TICKS_PER_SECOND % 1.0 or len(rows) != form.joint_count:
+        return None
+    length = len(rows[0])
+    for row in rows:
+        if len(row) != length:
+            return None
+    if owner.kind is MotionKind.EVENT or owner.kind is MotionKind.RECORDED:
+        return None
+    return Segment(start, finish, JointPath(rows), record.phase, owner)
 
 
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
@@ -342,11 +358,22 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
     motion = motions.resolve(record.motion, form)
     if record.cut * TICKS_PER_SECOND % 1.0 or record.shift * TICKS_PER_SECOND % 1.0:
         raise _off_grid(record.cut, record.shift)
-    values = structs.asdict(record)
-    values["motion"], values["segments"] = motion, segments_of(record.segments, motions, motion, form)
-    if (edit := record.events) is not None:
-        values["events"] = EventEdit(edit.keep, edit.drop, _on_grid(edit.shift), events_of(edit.events))
-    return TimelineDelta(**values)
+    edit, events = record.events, None
+    if edit is not None:
+        events = EventEdit(edit.keep, edit.drop, _on_grid(edit.shift), events_of(edit.events))
+    return TimelineDelta(
+        record.version,
+        record.cause,
+        motion,
+        record.issued,
+        record.executed,
+        record.cut,
+        record.keep,
+        record.drop,
+        record.shift,
+        segments_of(record.segments, motions, motion, form),
+        events,
+    )
 
 
 def events_of(records: Iterable[EventRecord]) -> tuple[Event, ...]:
@@ -420,12 +447,26 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
         raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
     if record.goal is not None:
         _check_count(record.goal, form)
-    values = structs.asdict(record)
-    values["pose"] = None if record.pose is None else _transform(record.pose)
-    values["frames"] = NO_FRAMES if record.frames is None else Frames(*map(_frame, structs.astuple(record.frames)))
-    values["relative"] = None if record.relative is None else _relative(record.relative, form)
-    values["swivel"] = None if record.swivel is None else _swivel(record.swivel, form)
-    return Motion(**values)
+    frames, relative, swivel = record.frames, record.relative, record.swivel
+    return Motion(
+        number=record.number,
+        kind=record.kind,
+        start=record.start,
+        goal=record.goal,
+        pose=None if record.pose is None else _transform(record.pose),
+        speed=record.speed,
+        acceleration=record.acceleration,
+        tip_speed=record.tip_speed,
+        rotation=record.rotation,
+        duration=record.duration,
+        hand=record.hand,
+        frames=NO_FRAMES if frames is None else Frames(_frame(frames.base), _frame(frames.tool)),
+        text=record.text,
+        relative=None if relative is None else _relative(relative, form),
+        profile=record.profile,
+        rounding=record.rounding,
+        swivel=None if swivel is None else _swivel(swivel, form),
+    )
 
 
 def _frame(rows: Rows | None) -> Transform:
