@@ -21,8 +21,8 @@ from vrs_cli.values.replies import Message, Reply
 
 
 class Slice(Enum):
-    """A part of the work is done, and whoever drives may do something else now. RUNNING: a program runs, and whoever
-    drives lets the next thing happen; MORE: there is more to do.
+    """A part of the work is done, and the actor may do something else now. RUNNING: a program runs, and the actor lets
+    the next thing happen; MORE: there is more to do.
     """
 
     RUNNING = "running"
@@ -47,9 +47,7 @@ W = TypeVar("W")
 
 
 class Work:
-    """On values that do not change: whoever drives may let another thread `run` it, and does other things
-    meanwhile.
-    """
+    """A function of values that do not change: another thread may `run` it, while the actor does other things."""
 
     def __init__(self, work: Callable[[], object]) -> None:
         self._work = work
@@ -87,7 +85,7 @@ def beside(work: Callable[[], W]) -> Dialogue[W]:
 
 
 def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
-    """Do work on values that do not change, in another thread only where it is `long`; return its result."""
+    """Do work on values that do not change, in another thread only if it is `long`; return its result."""
     return (yield from beside(work)) if long else work()
 
 
@@ -132,7 +130,7 @@ class Terminal(Protocol):
 
     @property
     def attended(self) -> bool:
-        """Return whether a person is there, who would lose what no file has."""
+        """Return whether a person is there, who would lose unsaved work."""
 
     def show(self, reply: Reply) -> None:
         """Show the answer to a command, or a message of the robot."""
@@ -141,7 +139,7 @@ class Terminal(Protocol):
         """Show text that programs TYPE."""
 
     def ask(self, question: Question) -> Answer:
-        """Ask a question, and return the answer; None where nobody answers. Raises VrsError where there is no more
+        """Ask a question, and return the answer; None if nobody answers. Raises VrsError if there is no more
         input, KeyboardInterrupt for Ctrl-C.
         """
 
@@ -150,7 +148,7 @@ class Terminal(Protocol):
 
 
 class Notes:
-    """A terminal that keeps what is said."""
+    """A terminal that collects the replies."""
 
     attended = False
 
@@ -180,7 +178,7 @@ class Notes:
         """Show nothing: nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the meaning of a typed answer. Raises EndOfInput where a program is not answered."""
+        """Return the meaning of a typed answer. Raises EndOfInput if a program is not answered."""
         typed = self._answer(question)
         if isinstance(question, Confirmation | Parting):
             return None if typed is None else typed.strip().upper().startswith("Y")
@@ -189,7 +187,7 @@ class Notes:
         return typed
 
 
-Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers
+Answers = Callable[[Question], str | None]  # what is typed after a question; None if nobody answers
 
 
 def no_answer(_question: Question) -> None:
@@ -206,12 +204,13 @@ Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 
 
 class Ticket(Generic[T]):
-    """A request. `result` waits for its end, and raises what went wrong. All that is said goes to the `outlet`, where
-    there is one, or waits here to be read.
+    """A request. `result` waits for its end, and raises its error. Its replies and questions go to the `outlet`, or
+    without one wait here to be read.
 
-    For the robot's thread: `dialogue` is what the request does, `by` the user who asks. `reaction`: what the dialogue
-    is sent when it goes on. `asked`: the id of its last question. `place`: the queue that it is in; None while it does
-    its part, and once it has ended. `put` puts what the robot's thread is to do into its inbox: `react`, `withdraw`.
+    For the robot's thread: `dialogue` does the request, `by` is the user who asks. `reaction`: the value that the
+    dialogue is sent when it goes on. `asked`: the id of its last question. `place`: the queue in which it is; None
+    while it does its part, and after its end. `put` puts calls of `react` and `withdraw` into the inbox of the robot's
+    thread.
     """
 
     def __init__(
@@ -238,7 +237,7 @@ class Ticket(Generic[T]):
     # --- the user's side, in any thread ---
 
     def take_said(self) -> list[Reply | Question]:
-        """Take what has been said and was not taken yet."""
+        """Return the replies and questions that were not taken yet, and forget them."""
         there: list[Reply | Question] = []
         with suppress(IndexError):  # nothing is left: another thread may take some, too
             while True:

@@ -78,8 +78,8 @@ _Basis = tuple[object, ...]
 
 
 class _Inspected(Struct, frozen=True, eq=False):
-    """The findings in a program, and all outside of it on which they depend. `of_running`: steps that cannot be
-    reached, and those that can never be done.
+    """The findings in a program, and everything outside it on which they depend. `of_running`: findings about steps
+    that cannot be reached, or always fail.
     """
 
     basis: _Basis
@@ -227,8 +227,8 @@ def _constants(model: RobotModel) -> Constants:
 
 
 def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
-    """Warn at the first use of each switch and parameter that means nothing to this robot. `idle`: those that were
-    warned of.
+    """Warn at the first use of each switch and parameter that means nothing to this robot, unless its name is in
+    `idle`.
     """
     for step in program.steps:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
@@ -312,7 +312,7 @@ def _warn_of_reach(way: _Way, environment: Environment, engine: Engine) -> Diagn
 def _refusal(
     target: ast.Variable | ast.Call, distance: float, environment: Environment, engine: Engine
 ) -> MotionError | IllegalValue | None:
-    """Why no configuration of the arm reaches a place; None where one does, or where the place has no value."""
+    """Return why no configuration of the arm reaches a place; None if one does, or if the place has no value."""
     if isinstance(target, ast.Variable):
         place = _value(environment, target)
     else:

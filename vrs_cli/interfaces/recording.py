@@ -65,7 +65,7 @@ def recorded_program(
 ) -> str:
     """Return the text of a program that leads the tool along the way of that time [s].
 
-    Raises UsageError where the arm stood.
+    Raises UsageError if the arm stood.
     """
     if end - begin > MOST:
         raise UsageError(f"{end - begin:.0f} s of motion", f"record {MOST:.0f} s at most")

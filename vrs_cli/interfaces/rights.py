@@ -19,12 +19,14 @@ def check_may(said: str, wanted: Role, role: Role) -> None:
 
 
 def may_all(said: str, wanted: Role) -> bool:
-    """Return whether it is also for who does not drive: to look, and to stop."""
+    """Return whether users who do not drive may do it too: look, and stop."""
     return wanted is Role.OBSERVER or said in STOPPING
 
 
 def must_drive(said: str, wanted: Role, role: Role) -> bool:
-    """Return whether it is for who drives alone. Everybody may look, and a supervisor may stop whoever drives."""
+    """Return whether only the user who drives may do it. Everybody may look, and a supervisor may stop every other
+    user.
+    """
     return not may_all(said, wanted) or (said in STOPPING and Role.SUPERVISOR not in role)
 
 

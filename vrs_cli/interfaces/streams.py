@@ -235,7 +235,7 @@ class Search:
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Go downhill from where the search is; where that leads nowhere, begin at another place the next time."""
+        """Go downhill from where the search is; if that leads nowhere, begin at another place the next time."""
         nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
         there = aim.miss(nearest.joints).within(*MISS_TOLERANCE)
         self._at = nearest.joints if nearest.gain > PROMISING_GAIN and not there else None
@@ -250,8 +250,8 @@ class Search:
 
 
 class Pursuit:
-    """Follows wishes with joints, without a clock: `goal` are the last joints [rad, m], `steady` whether they bring the
-    tool to the wish. `range`: where the arm keeps its configuration.
+    """Follows wishes with joints, without a clock: `goal` are the last joints [rad, m], `steady` tells whether they
+    bring the tool to the wish. `range`: the joints at which the arm keeps its configuration.
     """
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
@@ -273,7 +273,7 @@ class Pursuit:
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
-        """Follow one more wish. `coming`: the present joints, and those that they come to if it is the last wish."""
+        """Follow one more wish. `coming`: the present joints, and the joints at later times if no other wish comes."""
         now, wish = coming[0], _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
         there = self._joints_there(wish) if self._closed else self._found_again(aim)

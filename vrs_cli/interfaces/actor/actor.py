@@ -57,10 +57,10 @@ _Given = tuple[Ticket[Any] | None, Callable[[], None]]
 
 
 class Actor:
-    """Carries out the requests to one robot, and what becomes due on it.
+    """Carries out the requests to one robot, and whatever becomes due on it.
 
-    `internal_errors`: errors of vrs itself, while it was served; `worked`: the CPU time [s] meanwhile. `spent` is
-    called from any thread with the CPU time [s] that a request of a user has cost, where many are served.
+    `internal_errors`: errors of vrs itself while the actor serves; `worked`: the CPU time of its thread [s]. `spent` is
+    called from any thread with the CPU time [s] of a user's request, if many users are served.
     """
 
     def __init__(self, driver: Driver) -> None:
@@ -99,7 +99,7 @@ class Actor:
     def submit(
         self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
     ) -> Ticket[T]:
-        """Ask for what a dialogue does. The ticket has what is said of it, and how it ends; or the outlet is told.
+        """Queue a dialogue as a request. The ticket takes its replies and its end, or the outlet is called with them.
         `by`: the user who asks; while another thread works for that user, the user's next request waits.
         """
         ticket = Ticket(dialogue, by, outlet, self._inbox.put, self._react, self._withdraw)
@@ -165,9 +165,7 @@ class Actor:
         return bool(self._running)
 
     def peek(self) -> float:
-        """Return when the next thing is due [s]: now where there is a request, infinity where nothing happens by
-        itself.
-        """
+        """Return when the next thing is due [s]: now if there is a request, infinity if nothing happens by itself."""
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
@@ -211,8 +209,8 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Drive until a request is over; what is said is shown and asked at a terminal. Return the result. Raises what
-        went wrong in the request.
+        """Drive until a request is over; a terminal shows its replies and asks its questions. Return the result. Raises
+        the error of the request.
         """
         try:
             while not ticket.done():
@@ -349,7 +347,7 @@ class Actor:
         return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
     def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
-        """Put a request where it waits after what it said, and give that to its user."""
+        """Move a request to the queue in which it waits after a reply or question, and give that to its user."""
         if isinstance(said, Work):
             self._work_beside(ticket, said)
             return
@@ -362,7 +360,7 @@ class Actor:
             self._answers.append((ticket, partial(ticket.say, said)))
 
     def _work_beside(self, ticket: Ticket[Any], it: Work) -> None:
-        """Do work in another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
+        """Do work in another thread if many users are served; else do it here, as nobody waits."""
         if self._server is None:
             it.run()
             self._move(self._present, ticket)
@@ -386,8 +384,8 @@ class Actor:
         self._inbox.put(partial(self._end_work, ticket))
 
     def _give_answers(self) -> None:
-        """Put the changes that were made on the disk, then answer the users who commanded them, then tell all others.
-        Where several changes go to the disk together, the changes that are asked for already are made before.
+        """Put changes on the disk, then answer the users who commanded them, then tell all others. If several changes
+        go to the disk together, changes that are already asked for are made first.
         """
         journal = self._driver.engine.book.journal
         if journal is not None and journal.unsettled:
@@ -451,7 +449,7 @@ class Actor:
             self._end(ticket, RequestRefused("the robot is not driven any more"))
 
     def _end(self, ticket: Ticket[Any], why: VrsError) -> None:
-        """End a request early; its dialogue puts in order what it leaves."""
+        """End a request early; its dialogue is closed, and cleans up."""
         self._move(None, ticket)
         try:
             ticket.dialogue.close()

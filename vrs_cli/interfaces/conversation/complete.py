@@ -394,7 +394,7 @@ _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
 class Signature(Struct, frozen=True):
-    """`form` with the places of its arguments (begin and end index), and the number of the one that is `active`."""
+    """`form` with the places of its arguments (begin and end index), and the index of the `active` argument."""
 
     form: str
     summary: str

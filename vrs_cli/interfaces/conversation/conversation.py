@@ -40,10 +40,10 @@ _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$
 
 
 class Conversation:
-    """The lines of one user, and the program that the user types, if any. Each method returns a dialogue for the actor;
-    nothing that a user types raises an exception in it.
+    """Takes the lines of one user, and gathers the program that the user types. Each method returns a dialogue for the
+    actor; nothing that a user types raises an exception in it.
 
-    `user_state`: that of the user, where other users have the robot too (`UserSession.put` does dialogues with it).
+    `user_state`: the state of the user, if other users have the robot too (`UserSession.put` does dialogues with it).
     """
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
@@ -203,8 +203,8 @@ class Conversation:
             yield Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
-        """Drop the program that is typed, and say so: at Ctrl-C, or at the end of the input. A user who is there is
-        asked first, if there is something to drop.
+        """Drop the program that is typed, and say so: at Ctrl-C, or at the end of the input. A person is asked first if
+        text would be lost.
         """
         editor = self.user_state.editor
         if editor is not None:

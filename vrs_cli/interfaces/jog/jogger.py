@@ -157,8 +157,8 @@ class Jogger:
                 self.stop()
 
     def step(self, axis: Axis, amount: float) -> str:
-        """Move by so much [mm, deg] from where the arm will be, as far as it goes. Return what the user is told. Raises
-        MotionError: no power, or too near a singularity; CollisionAhead where the arm cannot begin.
+        """Move so far [mm, deg] from where the arm will be, as far as the arm reaches. Return a message for the user.
+        Raises MotionError: no power, or too near a singularity; CollisionAhead if the arm cannot begin.
         """
         return self._step_to_contact(self.engine.destination(self.engine.end).joints, axis, amount)
 
@@ -214,7 +214,7 @@ class Jogger:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
-        """Return where a step ends, which part of the whole step that is, and why it is not all of it."""
+        """Return where a step ends, as which share of the whole step, and why it is not whole."""
         if axis.frame is Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
@@ -273,9 +273,9 @@ class Jogger:
 
 
 class HeldDown:
-    """Moves the arm by a button that is held down, without a screen. Presses come as long as the button is held, each a
-    little farther, and a brake comes when it is let go. Without more presses the last step ends. An arm that was
-    stopped by hand stays where it is until the button is let go; motions of other origin are not braked.
+    """Moves the arm by a button that is held down, without a screen. Presses come while the button is held, each a
+    little farther, and a brake when it is released. Without more presses the last step ends. An arm that was stopped by
+    hand stays where it is until the button is released; motions that others began are not braked.
     """
 
     def __init__(self, station: Station) -> None:

@@ -35,7 +35,7 @@ from vrs_cli.values.replies import Message
 
 
 def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
-    """Yield the explanation. Raises VrsError where a value is missing or of the wrong kind."""
+    """Yield the explanation. Raises VrsError if a value is missing or of the wrong kind."""
     asked = it.statement
     if it.topic == "SPLICE":
         yield splice(station.engine.book)
@@ -84,7 +84,7 @@ def _motion(station: Station, statement: Statement) -> Dialogue[results.MotionRe
 
 
 def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator[Request]:
-    """Yield what a motion instruction asks of the robot. Raises VrsError for arguments that have no value."""
+    """Yield the requests of a motion instruction. Raises VrsError for arguments without a value."""
     memory = station.environment
     kept = memory.random.getstate(), memory.last_error  # the motion itself is to find the same random numbers
     try:

@@ -103,7 +103,7 @@ def _row_text(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
 
 
 def help_on(word: str) -> Iterator[Reply]:
-    """HELP; `word` is "" where it stands alone. Raises UsageError."""
+    """Yield the help on a word, or the overview for "". Raises UsageError."""
     topic = _topics().get(word.upper())
     known = word.upper() in ALL_NAMES
     if topic is not None:

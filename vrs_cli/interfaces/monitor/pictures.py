@@ -174,7 +174,7 @@ Drawable = ReachReport | MotionReport | ChainReport
 
 
 def sketch(report: Drawable) -> Sketch | None:
-    """Return the picture of an explanation; None where it has none."""
+    """Return the picture of an explanation; None if it has none."""
     if isinstance(report, ReachReport):
         return _sketch_of_reach(report)
     if isinstance(report, MotionReport):

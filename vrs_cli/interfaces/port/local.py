@@ -49,7 +49,7 @@ class KnownError(Refusal, frozen=True, kw_only=True):
 
 
 class _LocalUser(UserSession):
-    """The user of a robot of this process, who looks at its status at any time."""
+    """The user of a robot of this process, whose status can be read at any time."""
 
     tells_status, begins = False, -inf
     conditions: Conditions | None = None  # of all its requests

@@ -98,7 +98,7 @@ class Port(Protocol):
 
     @property
     def world(self) -> World | None:
-        """Return the cell around the robot, where it is known here."""
+        """Return the cell around the robot, if it is known here."""
 
     @property
     def cuts(self) -> int:
@@ -112,8 +112,8 @@ class Port(Protocol):
         """Check that there is a connection now. Raises RequestRefused."""
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request and return its id. All that comes of it goes to the outlet, its end last. Raises
-        RequestRefused where there is no connection.
+        """Send a request and return its id. Its replies go to the outlet, its end last. Raises RequestRefused without a
+        connection.
         """
 
     def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
@@ -122,11 +122,11 @@ class Port(Protocol):
         """
 
     def tell(self, message: messages.ClientMessage) -> None:
-        """Send what has no answer. Safe in a signal handler."""
+        """Send a message that has no answer. Safe in a signal handler."""
 
     def post(self, make: MakeRequest, outlet: Outlet) -> None:
-        """Send a request and wait for nothing, not even its sending. `Refused` goes to the outlet where there is no
-        connection. Safe in a signal handler.
+        """Send a request without waiting, not even for the sending. Without a connection `Refused` goes to the outlet.
+        Safe in a signal handler.
         """
 
     def interrupt(self) -> bool:
@@ -159,7 +159,7 @@ class Port(Protocol):
 
     @property
     def due(self) -> float:
-        """Something happens in so many seconds that `take` lets happen; infinity where what happens comes by itself."""
+        """Something happens in so many seconds that `take` lets happen; infinity if what happens comes by itself."""
 
     def close(self) -> None:
         """Leave the robot: nothing more is asked of it."""
@@ -191,9 +191,9 @@ FRESH = 3.0  # [s] that a flag is told of after the times that it is about
 
 
 class Expected(Struct, frozen=True):
-    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]: from `begin`
-    on it changes the timeline [s] (None: it does not), or `refused` says why the robot will not do it. `planned`: what
-    it changes is seen already; else it may change all from its arrival on. `text`: as it was given.
+    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]. It changes
+    the timeline from `begin` on [s] (None: it does not), or `refused` is the error that the robot will answer.
+    `planned`: the change is shown already; else it may change everything from its arrival on. `text`: as it was typed.
     """
 
     id: int
@@ -205,13 +205,13 @@ class Expected(Struct, frozen=True):
 
 
 class Previewed(Struct, frozen=True):
-    """A timeline with all that is under way, as it is known now. `now`: the robot's clock; `heard`: that clock t_c as
-    it is heard, D_b ago: by then all has happened as the timeline says; `arrives`: when a command of now comes to the
-    robot; `shown`: the time that a viewer is shown, which `predicts` where that is not the present [s].
+    """A timeline with the effects of all commands that are on their way. `now`: the robot's clock; `heard`: the robot's
+    clock t_c that was heard, D_b ago: up to it the timeline is certain; `arrives`: when a command of now arrives at the
+    robot; `shown`: the time that a viewer is shown, `predicts` if that is not the present [s].
 
-    From `unconfirmed` on [s] it is not what the robot has said (infinity: all of it is), as commands are on their way
-    (`expected`, in the order of sending), or it is not heard any more (`away`). `round_trip`: D_f + D_b [s]. `flagged`:
-    the times of which something wrong was shown, before a command was known that changed it, in order.
+    From `unconfirmed` on [s] (infinity: nothing) the robot has not confirmed the timeline, because commands are on
+    their way (`expected`, in the order of sending), or the connection is `away`. `round_trip`: D_f + D_b [s].
+    `flagged`: stretches of time, in order, of which something wrong was shown before a command was known.
     """
 
     timeline: Timeline
@@ -261,8 +261,8 @@ Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMe
 
 
 class FarHand:
-    """Sends the steps of keys that are held down as fast as the arm answers, and no faster: after a key is let go, no
-    earlier step follows. `begin`: that of a port; `seen`: the arm before the first step.
+    """Sends the steps of keys that are held down as fast as the arm answers, and no faster: after a key is released, no
+    earlier step follows. `begin`: the method of a port; `seen`: the arm before the first step.
     """
 
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:

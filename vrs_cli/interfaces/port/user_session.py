@@ -38,8 +38,8 @@ T = TypeVar("T")
 
 
 class Pending(Struct, eq=False):
-    """A request that has not ended, and where its messages go. `answer` makes the message that ends it out of its
-    result; without one `Done` ends it. `wrong`: the first error that was told of it.
+    """A request that has not ended, and the outlet of its messages. `answer` makes its last message out of its result;
+    without it that is `Done`. `wrong`: the first error reply of the request.
     """
 
     id: int
@@ -59,8 +59,8 @@ class _Found(NamedTuple):
 class UserSession:
     """One user of a robot: a user state, a conversation, requests that have not ended, and open questions.
 
-    A subclass may limit what is asked (`ask`), and how it comes to the robot (`submit`). `tells_status`: the end of a
-    command tells what stands around the prompt then.
+    A subclass may limit requests (`ask`), and choose how they come to the robot (`submit`). `tells_status`: the end of
+    a command has the state around the prompt.
     """
 
     tells_status = True
@@ -90,7 +90,9 @@ class UserSession:
     # --- messages from the user ---
 
     def take(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Do what a message says. What comes of it goes to the outlet; what cannot be done is told there too."""
+        """Do what a message says. Replies go to the outlet, and also the refusal of a message that cannot be carried
+        out.
+        """
         try:
             self.carry_out(message, outlet)
         except Exception as error:

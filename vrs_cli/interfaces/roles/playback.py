@@ -23,11 +23,11 @@ LIVE = 0.1  # [s] behind the robot, at most, is the present
 
 
 class Playback(Struct, frozen=True):
-    """From `start` to `end` [s] of a trajectory, `rate` seconds of it in one second.
+    """Plays a trajectory from `start` to `end` [s], `rate` seconds of it in one second.
 
     At the wall time `since` [s] it showed `shown` [s]. `follows`: it goes no further than `now`, where the robot is,
-    and on when that does, at its own rate, however far `now` jumps. All methods give a new value or a reading of this
-    one.
+    and goes on when `now` does, at its own rate, however far `now` jumps. Methods return a new playback, or a reading
+    of this one.
     """
 
     start: float
@@ -190,7 +190,7 @@ class Audience:
         self._viewers.remove(viewer)
 
     def peek(self) -> float:
-        """Return when the next look is due, on the wall [s]; infinity where nobody looks."""
+        """Return when the next look is due, on the wall [s]; infinity if nobody looks."""
         return min((viewer.due for viewer in self._viewers), default=inf)
 
     def step(self) -> list[ViewerLook]:

@@ -61,8 +61,8 @@ MOST_SEGMENTS = 2000  # of a branch, the last ones
 
 
 def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
-    """Do it; what comes of it. Raises RoleWanted, LeaseHeld, and UsageError for what has to wait until the program
-    stops, as a line does; VrsError.
+    """Carry out an act, and return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must wait until
+    the program stops; VrsError.
     """
     if isinstance(act, acts.Say):
         return cast(T, (yield from session.answers(act.line)))
@@ -287,7 +287,7 @@ _marks: WeakKeyDictionary[StoredProgram, str] = WeakKeyDictionary()
 
 
 def _mark(stored: StoredProgram | None) -> str:
-    """Return the mark of a program, which does not change: one that is stored anew is another one."""
+    """Return the mark of a program. A stored program does not change, and the next version has another mark."""
     return "" if stored is None else _marks.setdefault(stored, token_hex(4))
 
 

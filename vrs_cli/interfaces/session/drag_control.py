@@ -47,7 +47,7 @@ class DragControl(NamedTuple):
     # --- joints ---
 
     def steer(self, act: Steer) -> None:
-        """Take a target of the present user. Raises RequestRefused, once, where the robot was stopped since the target
+        """Take a target of the present user. Raises RequestRefused, once, if the robot was stopped since the target
         before; RobotNotAttached, JointOutOfRange, PowerOff.
         """
         session, stream, engine = self.session, self.stream, self.session.engine
@@ -74,7 +74,7 @@ class DragControl(NamedTuple):
 
     def drag(self, wish: Transform | None) -> Dialogue[Shortfall]:
         """Take a wish as `pull` does, and return how far the tool is from it. After other motions of the user the drag
-        begins anew. Raises RequestRefused, once, where the robot was stopped since the wish before.
+        begins again. Raises RequestRefused, once, if the robot was stopped since the wish before.
         """
         session, stream = self.session, self.stream
         same_stream = stream.user_state is session.user_state and stream.stops == session.stops

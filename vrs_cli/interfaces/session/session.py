@@ -72,7 +72,7 @@ class Session(Station):
 
     @property
     def prompt(self) -> str:
-        """VAL's dot, after the name of the branch where one is tried."""
+        """VAL's dot, after the name of the branch unless that is main."""
         return "." if self.branches.present == MAIN else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:

@@ -100,12 +100,12 @@ class ReportNumbers:
 
 
 class RobotBody:
-    """The body of a robot. `record`: all that was measured. `name`: the client that is the body,
-    empty if none is; it may report in its own name alone. `order`, since `ordered_at` [s]: what the body is told to do.
-    `clock`: what is known of its clock, by whoever measures it.
+    """The body of a robot. `record`: all measurements. `name`: the client that is the body, empty if none is; only it
+    may report. `order`, since `ordered_at` [s]: the body's order to follow or to hold. `clock`: measured offset, drift
+    and delay of its clock.
 
-    `told` are called with each change, each alarm and each RESYNC, in the thread in which that happens;
-    `record.listeners`, with the reports that were taken. `now` is the robot's clock [s].
+    `told` are called with each change, alarm and RESYNC, in the thread in which it happens; `record.listeners` with the
+    reports that were taken. `now` is the robot's clock [s].
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class RobotBody:
         self._begin(0)
 
     def _begin(self, first: int) -> None:
-        """Count anew, from a report of that number."""
+        """Start counting from a report of that number."""
         self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
         self._mode = measured.BodyMode.FOLLOWS
         self._last: float | None = None  # the time of the newest report [s]
@@ -211,7 +211,7 @@ class RobotBody:
         self._lock.notify_all()
 
     def check_reports(self) -> None:
-        """Check that somebody reports where the body is, or has just become the body. Raises RequestRefused."""
+        """Check that the body reports, or has just become the body. Raises RequestRefused."""
         last, since = self._last, self.unknown_since
         if last is None and not self.name:
             hint = "vrs body URL starts a body, r.report reports for a robot of this process"
@@ -309,12 +309,12 @@ PASSING = frozenset(
 
 
 class DivergenceGuard:
-    """Gives the reports of `body` to a watch, and does on an alarm what PARAMETER DIVERGENCE says. Reports come in any
+    """Gives the reports of `body` to a watch, and on an alarm does what PARAMETER DIVERGENCE says. Reports come in any
     thread, one after the other.
 
-    `timeline`: that of the robot, for any thread. `alarm`: the last alarm, while the body still differs. `settle` lets
-    happen what is due by now, `stop` stops motion and programs, `runs` tells whether a program does. `ask` lets the
-    robot do something by itself, an urgent thing before all others; from any thread.
+    `timeline`: that of the robot, for any thread. `alarm`: the last alarm, while the body still differs. `settle` does
+    what is due by now, `stop` stops motion and programs, `runs` tells whether a program runs. `ask` queues a dialogue
+    of the robot itself, an urgent one before all others; from any thread.
     """
 
     def __init__(
@@ -438,7 +438,7 @@ class DivergenceGuard:
         self._synchronised = done.until
 
     def telling(self, dialogue: Dialogue[None]) -> Dialogue[None]:
-        """Do what the robot does by itself, and tell why where it cannot be done."""
+        """Carry out a dialogue of the robot itself, and tell the error if it fails."""
         try:
             yield from dialogue
         except VrsError as error:

@@ -76,7 +76,7 @@ class RobotLease(Struct, frozen=True):
             )
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Take the lease where nobody drives, or the time of its holder has passed. Raises LeaseHeld."""
+        """Take the lease if nobody drives, or the time of its holder has passed. Raises LeaseHeld."""
         if self.drives(who):
             return self.beat(who, now), ()
         if not self.is_free(now):
@@ -87,7 +87,7 @@ class RobotLease(Struct, frozen=True):
         return self._give(who, now), (*lost, Granted(who))
 
     def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Ask for the lease: take it at once, where that is possible, otherwise the holder is told once."""
+        """Ask for the lease: take it at once if possible, else tell the holder once."""
         if self.is_free(now) or self.drives(who):
             return self.acquire(who, now)
         if who in self.asking:
@@ -95,14 +95,14 @@ class RobotLease(Struct, frozen=True):
         return replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
 
     def give(self, who: str, to: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Give the lease to another user, or to nobody (`to` is empty). Raises LeaseHeld where `who` does not drive."""
+        """Give the lease to another user, or to nobody (`to` is empty). Raises LeaseHeld if `who` does not drive."""
         self.check(who)
         if not to:
             return replace(self, holder="", until=now), ()
         return self._give(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
-        """Prolong the lease: its holder is still there. Raises LeaseHeld where `who` does not drive, or has lost it."""
+        """Prolong the lease: its holder is still there. Raises LeaseHeld if `who` does not drive, or has lost it."""
         self.check(who)
         return replace(self, until=max(now + self.length, self.until))
 

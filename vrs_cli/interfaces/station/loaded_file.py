@@ -33,7 +33,9 @@ LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision i
 
 
 class LoadedFile(NamedTuple):
-    """`variables`: those of the sections without a mistake. `diagnostics`: what is wrong with what it means."""
+    """The contents of a file. `variables`: those of the sections without a mistake. `diagnostics`: mistakes in the
+    meaning of the file.
+    """
 
     file: File
     layout: Layout
@@ -105,11 +107,11 @@ def _keep_reference(program: Program) -> Callable[[], Program | None]:
 
 
 class Unstored:
-    """Compares the memory with what files have of it. Variables that programs change do not count, unless a user has
+    """Compares the memory with the contents of files. Variables that programs change do not count, unless a user has
     changed them before: the programs can compute them again.
 
     Variables are compared when they have changed, and only after `watch`. `asked_about`: a user who leaves is asked
-    about what no file has.
+    about unsaved programs and variables.
     """
 
     asked_about = True
@@ -217,7 +219,7 @@ class Unstored:
         return self._before is not None
 
     def begin_run(self) -> None:
-        """Note that a program runs: what it changes needs no storing, unless it did before."""
+        """Note that a program runs: its changes need no storing."""
         self._look()
         self._environment.note_changes(None)
         self._before = self._environment.values()

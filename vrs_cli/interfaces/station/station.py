@@ -70,13 +70,13 @@ class LineStopped(KeyboardInterrupt):
 
 
 class Station:
-    """One robot, its programs and variables, one clock.
+    """One robot with its programs, variables and clock.
 
-    `terminal` shows what the robot says by itself. `driver` runs its tasks. `task` is the robot program that runs or
-    ran last, `last_program` its name. `user_state` is that of the user who is served now, `own_user_state` that of the
-    user for whom alone the robot is there. `body`: what the measured robot reports; `divergence` watches it. `lease`
-    says which user drives; None: all do. `folder`: where the files are; `close` writes all that programs wrote into
-    them. `outside`: the peers that programs may connect to; by default none.
+    `terminal` shows messages of the robot itself. `driver` runs its tasks. `task` is the robot program that runs or ran
+    last, `last_program` its name. `user_state`: of the user who is served now; `own_user_state`: of the user who has
+    the robot alone. `body`: reports of the measured robot; `divergence` watches it. `lease` says which user drives;
+    None: all do. `folder`: of the files; `close` writes all that programs wrote into them. `outside`: the peers that
+    programs may connect to; by default none.
     """
 
     def __init__(
@@ -156,11 +156,11 @@ class Station:
 
     @pause_collector()
     def load_text(self, text: str, name: str = "") -> tuple[Diagnostic, ...]:
-        """Put the programs and variables of a file in memory. Return all that is wrong with the file. `name`: of the
-        file, for steps without a heading.
+        """Put the programs and variables of a file in memory. Return all mistakes in the file. `name`: of the file, for
+        steps without a heading.
 
-        A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
-        ProgramInterlocked where one of these is on the stack of a task.
+        A program with mistakes is kept, and not executable. Programs of the same name are replaced. Raises
+        ProgramInterlocked if one of these is on the stack of a task.
         """
         loaded = at_once(self.read_file(text, name))
         self.take(loaded)
@@ -209,7 +209,7 @@ class Station:
         return memory
 
     def take(self, loaded: LoadedFile) -> None:
-        """Put what a file has in memory, all of it at once. Raises ProgramInterlocked."""
+        """Put the contents of a file in memory, all of it at once. Raises ProgramInterlocked."""
         self._check_free(loaded.file)
         self.environment.take(loaded.variables)
         self.layout = self.layout.with_file(loaded.layout)
@@ -223,7 +223,7 @@ class Station:
                 self.check_free(part.name)
 
     def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
-        """Put one program in memory, in the place of one of its name; `text` is its source. Return what is wrong."""
+        """Put one program in memory, in place of one of its name; `text` is its source. Return its mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus))
@@ -266,8 +266,8 @@ class Station:
         return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits, all_tasks=all_tasks))
 
     def compile_program(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
-        """Compile a program, the last one where none is named, and those that it calls; another thread compiles long
-        ones. `everywhere`: the program may be entered at any step. Errors are told when the program begins.
+        """Compile a program, the last one if none is named, and those that it calls; another thread compiles long ones.
+        `everywhere`: the program may be entered at any step. Errors are told when the program begins.
         """
         programs = dict(self.programs)
         first = programs.get(key_of(program or self.last_program or ""))
@@ -377,7 +377,7 @@ class Station:
         return result
 
     def _then(self, track: Track) -> Callable[[RunResult], None] | None:
-        """Return what comes after a program whose user has left, and which goes on; None where it is to stop."""
+        """Return the function to call at the end of a program whose user has left; None if the program is to stop."""
         who = track.driven_by
         return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
 
@@ -439,8 +439,8 @@ class Station:
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
-        """Stop the program or line that a user waits for before its next step; `user_state`: only where this user does.
-        False where there is none, or it waits for a line: whoever reads that line has to be stopped. Safe in a signal
+        """Stop the program or line that a user waits for before its next step; `user_state`: only if this user waits.
+        Return False if nobody waits, or a line is read: then the reader of that line must be stopped. Safe in a signal
         handler.
         """
         waited = self.driver.awaited
@@ -492,11 +492,11 @@ class Station:
         return (yield from self.divergence.resync(stops=stops, issued=user.issued, check=check))
 
     def serve(self) -> None:
-        """Serve the present user on the branch that this user tried last; where a program runs, beside it."""
+        """Serve the present user on the branch that this user tried last; while a program runs, beside it."""
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
-        """Forget a user who has left, with the branch and the program that he had to himself."""
+        """Forget a user who has left, with the branch and the program that were this user's own."""
         own = self.user_state
         user_state.editor = user_state.on_screen = user_state.last_statement = None
         for track in self.tasks:
@@ -583,8 +583,8 @@ class Station:
         self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: ast.Statement) -> Dialogue[None]:
-        """Do one instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
-        where it was stopped.
+        """Do one instruction now, as a program of one step. Raises VrsError if it cannot be done, KeyboardInterrupt if
+        it was stopped.
         """
         self.user_state.last_statement = statement
         task = statement_task(self.environment, self.engine, statement)

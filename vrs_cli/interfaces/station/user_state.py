@@ -52,17 +52,17 @@ MOST_TYPED = 1000  # lines that HISTORY knows
 
 @dataclass(eq=False)
 class UserState:
-    """`attended`: a person is there, who can be asked. `lives`: the user types on while a program runs, and does not
-    wait for its end.
+    """The state of a user. `attended`: a person is there, who can be asked. `lives`: the user types on while a program
+    runs, and does not wait for its end.
 
-    `times`: how the times of the user's clock are those of the robot; `issued`: when the present line was given, by the
-    robot's clock, as the user says [s].
+    `times`: how the user's clock differs from the robot's; `issued`: when the present line was given, by the robot's
+    clock, as the user claims [s].
 
-    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the editor before. `on_screen`:
-    the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: that program
-    while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats, `typed` are
-    the lines so far, `command_files` those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT:
-    the lines after the present one are dropped. `left`: the user has gone, and a program that was waited for goes on.
+    `editor`: EDIT is open, and takes the lines; `last_edited`: its program, or that of the editor before. `on_screen`:
+    the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: the unsaved text
+    of SEE, as a file would hold it. `last_statement`: a bare DO repeats it. `typed`: the lines so far. `command_files`:
+    those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: the lines after the present one
+    are dropped. `left`: the user has gone, and the program that this user waited for goes on.
     """
 
     name: str = ""
@@ -82,7 +82,7 @@ class UserState:
     left: bool = False
 
     def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
-        """Let something fill the screen until the user leaves it; False where the user has no such screen."""
+        """Let something fill the screen until the user leaves it. Return False if the user has no such screen."""
         self.on_screen = it
         try:
             return (yield question) is not None
@@ -102,9 +102,10 @@ class UserState:
 class TargetStream:
     """The stream of targets that moves the robot now. `steered`: the user whose targets are joints.
 
-    Of a dragged tool: `dragging` follows the wishes of `user_state`; the last `wish` was `issued` then by the user's
-    clock [s], and `heard` by the robot's. `spent`: the user whose drag was broken off. `pulled`: what all are told.
-    `version` of the timeline and `stops`, how often the robot was stopped, are those that the stream knows.
+    For a dragged tool: `dragging` follows the wishes of `user_state`; the last `wish` was `issued` then by the user's
+    clock [s], and `heard` by the robot's. `spent`: the user whose drag was broken off. `pulled`: the state that all
+    users are told. `version` of the timeline and `stops` (how often the robot was stopped) are as after the last
+    target.
     """
 
     pulled: DragState = field(default_factory=DragState)

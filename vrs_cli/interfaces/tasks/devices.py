@@ -18,8 +18,8 @@ END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as i
 
 
 class Devices(Struct, eq=False):
-    """The units of all tasks. `show` writes to the terminal (text, whether the line ends); its lines come by `line`.
-    `outside` has all other devices but the disk; `missed` is called for a device that cannot be opened.
+    """The units of all tasks. `show` writes to the terminal (text, and whether the line ends); `line` takes its lines.
+    `outside` has all devices but the disk; `missed` is called for a device that cannot be opened.
     """
 
     disk: Disk
@@ -35,7 +35,9 @@ class Devices(Struct, eq=False):
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same of devices
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
-        """Do what a task asks for. Return the answer, or that the task waits. Raises UnitNotAttached, FileOutside."""
+        """Carry out a unit effect of a task. Return the answer, or that the task waits. Raises UnitNotAttached,
+        FileOutside.
+        """
         if isinstance(effect, effects.AttachUnit):
             return self._attach(task, effect)
         device = self._devices.get((task, effect.unit))
@@ -62,7 +64,7 @@ class Devices(Struct, eq=False):
         raise errors.UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
-        """Attach a device, also one that cannot be opened: its status then says so at each use."""
+        """Attach a device, also one that cannot be opened: then each use of it has its error as status."""
         there = self._devices.get((task, unit))
         if there is not None and there.attached == name and there.fault is None:
             there.status = effects.SUCCESS
@@ -84,7 +86,7 @@ class Devices(Struct, eq=False):
                 raise
 
     def _of_disk(self, task: int, effect: effects.UnitEffect) -> str | None:
-        """Do what a task asks of the disk or the terminal."""
+        """Carry out an effect on the disk or the terminal."""
         disk = self.disk
         match effect:
             case effects.DetachUnit(unit=unit) if unit != effects.TERMINAL:
@@ -146,7 +148,7 @@ class Devices(Struct, eq=False):
             device.status, device.length = error.code, 0
 
     def expire(self, task: int, effect: effects.UnitEffect) -> None:
-        """Give up what a task waits for: it has not come in time."""
+        """End the wait of a task, whose time has passed."""
         self._devices[task, effect.unit].expire(of_getc=isinstance(effect, effects.AwaitLine))
 
     def status(self, task: int, unit: int) -> int:
@@ -167,7 +169,7 @@ class Devices(Struct, eq=False):
     # --- what arrives ---
 
     def arrive(self, now: float) -> None:
-        """Take what has arrived."""
+        """Give arrivals from outside to their devices."""
         for arrival in self.outside.take(now):
             for device in self._devices.values():
                 if device.open and device.name == arrival.device:
@@ -210,7 +212,7 @@ class Devices(Struct, eq=False):
         )
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
-        """Take a line of the terminal, None where there is no more; what GETC has left of one before is dropped."""
+        """Take a line of the terminal, None at its end; drop characters that GETC has left of a line before."""
         come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
         self._status, self._length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))

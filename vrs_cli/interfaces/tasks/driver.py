@@ -81,9 +81,9 @@ class AskedInVain(Exception):
 class _Run(Struct, eq=False):
     """A task whose end a user waits for, within limits.
 
-    `started`: when it began, `last`: when it has to end [s]; `before`: the steps that all tasks had done before it.
-    `then` is called with its result, where no request lets time go on for it. `all_tasks`: the run lasts until the
-    other tasks have ended too. `look`: after how many of its own steps memory is counted again.
+    `started`: when it began, `last`: when it must end [s]; `before`: the steps that all tasks had done before it.
+    `then` is called with its result if no request waits for it. `all_tasks`: the run lasts until the other tasks have
+    ended too. `look`: the number of its steps at which memory is counted again.
     """
 
     track: tasks.Track
@@ -97,13 +97,13 @@ class _Run(Struct, eq=False):
 
 
 class Driver:
-    """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint where a limit is reached.
+    """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit.
 
-    `begin` says which task is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits
-    until a task has stopped; `settle` does what is due. `answers` tells whether the user who is served now gets a
-    task's questions. `then` returns what comes after a task when its user waits no longer, None where the task is to
-    stop at once. `lags` tells whether the users who see what programs TYPE are behind. `asking`: the
-    numbers of the questions that users have before them.
+    `begin` names a task that is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits
+    until a task has stopped; `settle` does what is due. `answers` tells whether the present user gets a task's
+    questions. `then` returns the function to call at the end of a task whose user waits no longer, None if the task is
+    to stop at once. `lags` tells whether users are behind with reading what programs TYPE. `asking`: the numbers of the
+    questions that are shown to users.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class Driver:
         return last[0].track if last and last[0].then is None else None
 
     def end_by(self, error: LimitReached) -> bool:
-        """End the run before its next step with this error; False where there is none. Safe in a signal handler."""
+        """End the run before its next step with this error; return False without a run. Safe in a signal handler."""
         if self._runs:
             self._ended_by = error
         return bool(self._runs)
@@ -213,7 +213,7 @@ class Driver:
     def begin(
         self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[RunResult], None] | None = None
     ) -> _Run:
-        """Wait for a task from now on, within limits; `then` is called at its end, where no request waits for it."""
+        """Wait for a task from now on, within limits; `then` is called at its end if no request waits for it."""
         now = self.engine.now
         run = _Run(track, limits, now, now + limits.last, self.tasks.steps_done, then)
         self._runs.append(run)
@@ -264,7 +264,7 @@ class Driver:
         self._tell_ends()
 
     def abort(self, number: int) -> tasks.Track | None:
-        """Stop a task now, however late its own steps are; None where no task of this number runs."""
+        """Stop a task now, however late its own steps are. Return None if no task of this number runs."""
         self.engine.clock.advance(self.engine.clock.reached)
         return self.tasks.abort(number)
 
@@ -314,8 +314,8 @@ class Driver:
         return sorted(waiting, key=lambda one: one[1].number)
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:
-        """Give a line to the task that asked this question; None where there is no line, or the error that says why.
-        A task that waits no longer gets nothing.
+        """Give a line to the task that asked this question; None at the end of the input, or the error. A task that
+        waits no longer gets nothing.
         """
         found = next((one for one in self.questions() if one[1].number == number), None)
         if found is None:
@@ -501,7 +501,9 @@ class Driver:
             track.wake = self.engine.now
 
     def _do(self, track: tasks.Track, event: tasks.Pending) -> None:
-        """Do what a task asks for. What cannot be done fails in the task, which asks for something else then."""
+        """Carry out a request of a task. If that fails, the error is raised in the task, and its next request is
+        carried out.
+        """
         while True:
             track.wake = self.engine.now
             try:
@@ -522,7 +524,7 @@ class Driver:
 
     @property
     def course(self) -> WorldCourse | None:
-        """Return where the parts of the cell are on the present timeline; None where there is no cell."""
+        """Return where the parts of the cell are on the present timeline; None without a cell."""
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:
@@ -532,7 +534,7 @@ class Driver:
         self.world, self.environment.signals.cell_inputs = world_of(self.engine, cell)
 
     def _follow(self, signal: int, on: bool) -> None:
-        """Apply the cell's rules to a signal that has changed: what its course does not compute."""
+        """Apply the cell's rules to a signal that has changed, except for signals that the world computes."""
         if self.cell.follows:
             computed = self.environment.signals.cell_inputs
             known = frozenset[int]() if computed is None or signal in INTERNAL else computed.numbers
@@ -603,7 +605,7 @@ class Driver:
         return BUDGET - (track.task.steps_done - track.before)
 
     def _step_by_step(self, track: tasks.Track, answer: str | None) -> Event | tasks.Stopped | tasks.Onward:
-        """Do the present step of a task: what it asks for, or whether the program stops before the next step."""
+        """Do the present step of a task. Return its request, or whether the program stops before the next step."""
         task, stepping = track.task, track.stepping
         if task.between:
             if self.engine.settings.switch("TRACE"):

@@ -22,11 +22,11 @@ def at_prompt(_option: str) -> str:
 
 
 class Limits(Struct, frozen=True, kw_only=True):
-    """The limits of a run of programs: counted alike on every machine. None: any amount.
+    """The limits of a run of programs, counted alike on every machine. None: no limit.
 
-    Robot's time [s], steps of all programs together, what arrays and strings hold (elements and characters), bytes that
-    are typed, and bytes that are written to files. The defaults are for programs that nobody watches: each of them ends
-    an endless program soon. Raises ValueError for what is no limit.
+    Robot's time [s], steps of all programs together, elements of arrays and characters of strings, bytes typed, and
+    bytes written to files. The defaults are for programs that nobody watches, and end an endless program soon. Raises
+    ValueError for a wrong limit.
     """
 
     max_time: float | None = 3600.0
@@ -55,7 +55,7 @@ OWN = structs.replace(ATTENDED, max_steps=100_000_000)
 
 
 class Spent(Struct):
-    """Bytes of one kind that a run has put out: typed, or written to files. `advice`: see there."""
+    """Bytes of one kind that a run has put out: typed, or written to files. `advice`: the hint at the limit."""
 
     option: str
     done: str
@@ -79,8 +79,8 @@ REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os
 
 
 class Isolation:
-    """While it is entered, this process opens no connection and starts no other process: Python asks before it does
-    (`sys.audit`). A hook stays for ever, so there is one.
+    """While it is entered, this process opens no connection and starts no other process: Python calls an audit hook
+    before that (`sys.audit`). A hook cannot be removed, so there is one for all.
     """
 
     hooked = entered = False

@@ -71,8 +71,8 @@ class Observations:
 
 
 def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineDelta]) -> float:
-    """Return a time [s] up to which all that was read still holds after some changes of a timeline: infinity where they
-    only add what is later than all that was read.
+    """Return a time [s] before which all readings still hold after some changes of a timeline; infinity if the changes
+    only add later motions and events.
     """
     since, latest = inf, before.event(before.event_count - 1).time if before.event_count else -inf
     for delta in changes:

@@ -66,7 +66,7 @@ class TypedLines:
         self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
-        """Type a text; nothing on the terminal where the switch MESSAGES is off. Raises LimitReached."""
+        """Type a text; not on the terminal if the switch MESSAGES is off. Raises LimitReached."""
         self.count(text, newline)
         self._put(text, newline)
 
@@ -84,9 +84,9 @@ class TypedLines:
 
 
 class Performer:
-    """Does what the tasks of one robot ask for. Each act raises VrsError where it cannot be done.
+    """Carries out the requests of the tasks of one robot. Each act raises VrsError if it cannot be done.
 
-    `asked`: a task has asked a question since the questions were put to users. `last`: when the run is stopped [s].
+    `asked`: a task has asked a question since questions were shown to users. `last`: when the run is stopped [s].
     """
 
     def __init__(
@@ -134,8 +134,8 @@ class Performer:
         track.until(inf, PendingInput(next(self._questions), event))
 
     def answer(self, track: Track, asked: PendingInput, answer: str | VrsError | None) -> None:
-        """Give a line to a task that has asked. Without one, where the task needs it, raises EndOfInput, or why the
-        line before could not be read.
+        """Give a line to a task that has asked. If there is none and the task needs it, raises EndOfInput, or the error
+        of the line before.
         """
         track.until(self._engine.now)
         event = asked.event
@@ -225,8 +225,8 @@ class Performer:
     # --- other tasks ---
 
     def _start_task(self, track: Track, event: effects.StartTask) -> None:
-        """Start a task. It has what is left of the steps that the task that starts it may do at this instant: a
-        program that starts itself over and over does not hold time up.
+        """Start a task. It may do the steps that are left to its starter at this instant, so that a program that starts
+        itself over and over does not stop time.
         """
         number = self._tasks.free() if event.number is None else event.number
         call = event.call

@@ -70,7 +70,9 @@ class PendingInput(Struct, frozen=True):
 
 
 class Stopped(Struct, frozen=True):
-    """The program stands before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: what has changed."""
+    """The program stands before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the change that was
+    watched.
+    """
 
     outcome: str
     detail: str = ""
@@ -99,13 +101,13 @@ class Stepping(Struct):
 
 
 class Track(Struct, eq=False):
-    """A task in time: it goes on at `wake` [s], after `pending` is done where that is not None.
+    """A task in time: it goes on at `wake` [s], after `pending` is done unless that is None.
 
     `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on;
     `awaited`: a user waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
-    `held`: the events that reactions have interrupted, and when these were asked for. `driven_by`: the user who let it
-    go on last, who gets its questions; None where that user has gone. `times`: of the user who typed the line that it
-    is; `issued`: when that was, until its first request. `event`: whether it is set, `event_signal`: the input that
+    `held`: the events that reactions have interrupted, and when they were asked for. `driven_by`: the user who let it
+    go on last, and gets its questions; None if that user has gone. `times`: clock corrections of the user who typed its
+    line; `issued`: when that was, until its first request. `event`: whether it is set, `event_signal`: the input that
     sets it; `run_signal`: the output that is on while the task runs.
     """
 
@@ -176,7 +178,7 @@ class Watch(Struct):
     last: Value | None = None
 
     def change(self) -> str:
-        """Tell the present value and the one before; empty where it is the same."""
+        """Return the present value and the one before as text; empty if they are equal."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -245,9 +247,7 @@ class Tasks(System):
     # --- beginning and going on ---
 
     def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """Start a task beside those that run. `folder`: where it has its files, if not where all others have. Raises
-        TaskActive.
-        """
+        """Start a task beside those that run. `folder`: of its files, if it has its own. Raises TaskActive."""
         there = self.get(number)
         if there is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "{ABORT} stops it")
@@ -288,7 +288,7 @@ class Tasks(System):
     # --- ending ---
 
     def abort(self, number: int) -> Track | None:
-        """Stop a task, and the robot if the task has it; None where no task of this number runs."""
+        """Stop a task, and the robot if the task has it. Return None if no task of this number runs."""
         track = self.get(number)
         if track is None or not track.running:
             return None
