@@ -104,9 +104,7 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
 
 
 class Screen(ClientMessage, frozen=True):
-    """The screen of the client has so many columns now: later replies are drawn for them, as `rendered` in `hello`
-    says it for the first ones.
-    """
+    """The client's screen has so many columns now: later replies are rendered so, as with `rendered` in `hello`."""
 
     columns: Columns
 
@@ -216,8 +214,8 @@ class Names(Request, frozen=True):
 
 
 class AskHelp(Command, frozen=True):
-    """A student asks the teacher for help, or does so no longer (`wanted` false). `student`: a teacher answers that
-    student's wish.
+    """A student asks the teacher for help, or no longer does (`wanted` false). `student`: a teacher has helped this
+    student.
     """
 
     wanted: bool = True
@@ -225,8 +223,8 @@ class AskHelp(Command, frozen=True):
 
 
 class HandIn(Command, frozen=True):
-    """A student hands in a program, the text of a .v2 file; without `text` all programs and variables of the robot.
-    `name`: how the student calls it.
+    """A student hands in a program, the text of a .v2 file; without `text`, all programs and variables of the robot.
+    `name`: the student's name for it.
     """
 
     name: Name = ""
@@ -234,18 +232,20 @@ class HandIn(Command, frozen=True):
 
 
 class WatchClass(Command, frozen=True):
-    """A teacher wants `classstate` of all students from now on."""
+    """A teacher asks for `classstate` of all students from now on."""
 
 
 class Announce(Command, frozen=True):
-    """A teacher says something to all students, or to one. `announced` tells them."""
+    """A teacher sends a text to all students, or to one; they get `announced`."""
 
     text: Text
     student: Name = ""
 
 
 class Freeze(Command, frozen=True):
-    """A teacher has all commands of students refused, but those that stop a robot, until `frozen` is false."""
+    """A teacher freezes the class: commands of students are refused, except those that stop a robot, until `frozen` is
+    false.
+    """
 
     frozen: bool = True
 
@@ -261,9 +261,8 @@ OF_CLASS = AskHelp | HandIn | TEACHING
 
 
 class Embody(Request, frozen=True):
-    """Be the robot's body from now on; with `held` false, be it no longer. `embodied` answers. One client at a time is
-    the body. `first`: the number of the oldest report that the client can still send; `rate`: how many reports it will
-    send [1/s].
+    """Become the robot's body; with `held` false, stop being it. `embodied` answers. One client at a time is the body.
+    `first`: the number of the oldest report that the client can still send; `rate`: of its reports [1/s].
     """
 
     held: bool = True
@@ -272,9 +271,9 @@ class Embody(Request, frozen=True):
 
 
 class Measured(ClientMessage, ReportRows, frozen=True, kw_only=True):
-    """Reports of the body, at most 2,000, with times that rise. `first`: the number of the first one; the others have
-    the numbers after it. `sent`: when it sent this, by the clock that `times` are of [s]. `round_trip`: the shortest
-    D_f + D_b that it has measured [s]. A refusal is told once a second.
+    """Reports of the body, at most 2,000, with rising times. `first`: the number of the first one; the others have the
+    numbers after it. `sent`: the time of sending by the clock of `times` [s]. `round_trip`: the shortest measured
+    D_f + D_b [s]. At most one refusal a second is sent.
     """
 
     first: Count
@@ -283,7 +282,7 @@ class Measured(ClientMessage, ReportRows, frozen=True, kw_only=True):
 
 
 class MeasuredWindow(Request, frozen=True):
-    """Ask for what was measured from `begin` to `end` [s]; absent: to the last report. `shownmeasured` answers."""
+    """Ask for the reports of the body from `begin` to `end` [s]; absent: to the last one. `shownmeasured` answers."""
 
     begin: Time
     end: Time | None = None
@@ -431,8 +430,8 @@ class Replaced(Change, frozen=True):
 
 
 class Course(ServerMessage, frozen=True):
-    """The course of the world from `since` on; absent: from its begin. All rows that begin at `since` or later, of all
-    lists, go, and these come. It is known up to `until` [s]; absent: for ever.
+    """The course of the world from `since` on [s]; absent: from its begin. The rows replace all known rows of all lists
+    that begin at `since` or later. The course is known up to `until` [s]; absent: for ever.
     """
 
     rows: CourseRows
@@ -441,7 +440,7 @@ class Course(ServerMessage, frozen=True):
 
 
 class Contacts(ServerMessage, frozen=True):
-    """What touches between `since` and `until` [s] (absent: for ever), in place of all that was said of that time."""
+    """The contacts between `since` and `until` [s] (absent: for ever). They replace all known contacts of that time."""
 
     touches: tuple[ContactSpan, ...]
     since: float
@@ -474,7 +473,7 @@ class Activity(ServerMessage, frozen=True):
 
 
 class Pulled(ServerMessage, frozen=True):
-    """Who drags the tool, how far it is from the wished pose, and what keeps it there. Sent to all when it changes."""
+    """Who drags the tool, its distance from the target, and what holds it back. Sent to all when it changes."""
 
     state: PulledState
 
@@ -525,7 +524,7 @@ class Listed(Result, frozen=True):
 
 
 class Embodied(Result, frozen=True):
-    """The answer to `embody`. `next`: the number of the first report that the server has not. `mode`, `at`: as in
+    """The answer to `embody`. `next`: the number of the first report that the server lacks. `mode`, `at`: as in
     `bodyorder`.
     """
 
@@ -535,19 +534,19 @@ class Embodied(Result, frozen=True):
 
 
 class BodyOrder(Numbered, frozen=True):
-    """To the body: from the time `at` on follow the timeline, or hold still."""
+    """An order to the body: from the time `at` on [s] follow the timeline, or hold still."""
 
     mode: BodyMode
     at: float
 
 
 class BodyReleased(Numbered, frozen=True):
-    """To a client that was the body: it is the body no longer."""
+    """Tells a client that it is no longer the body."""
 
 
 class BodyStatus(ServerMessage, frozen=True):
-    """The body of the robot, absent if there is none; `unknown`: nothing was measured since that time [s]. Sent to all
-    when something of it changes, counts and clock at most once a second.
+    """The body of the robot, absent if there is none. `unknown`: there are no reports since that time [s]. Sent to all
+    when it changes; counts and clock at most once a second.
     """
 
     body: BodySeen | None = None
@@ -555,17 +554,16 @@ class BodyStatus(ServerMessage, frozen=True):
 
 
 class Measurements(ServerMessage, ReportRows, frozen=True, kw_only=True):
-    """What was measured, for subscribers, in the order in which it came. `first` counts the reports that were told
-    since the robot was started: if it is not the next, this client was too slow, and `measuredwindow` asks for what is
-    missing.
+    """Reports of the body for subscribers, in the order of arrival. `first` counts the reports that were sent since the
+    robot was started. If it is not the next number, the client was too slow; `measuredwindow` asks for missing reports.
     """
 
     first: Count
 
 
 class ShownMeasured(Result, frozen=True):
-    """The answer to `measuredwindow`. `told`: the reports up to this number of `measurements` are in it. `goes_on`: the
-    end was too far for one message; ask again from the last time on.
+    """The answer to `measuredwindow`. `told`: it has the reports up to this number of `measurements`. `goes_on`: the
+    reports do not fit into one message; ask again from the last time on.
     """
 
     parts: tuple[ReportRows, ...] = ()
@@ -574,7 +572,7 @@ class ShownMeasured(Result, frozen=True):
 
 
 class Alarm(Numbered, frozen=True):
-    """The measured robot differs from the timeline."""
+    """An alarm: the measured robot differs from the timeline."""
 
     alarm: DivergenceAlarm
 
@@ -583,9 +581,9 @@ class Alarm(Numbered, frozen=True):
 
 
 class StudentState(Struct, frozen=True, omit_defaults=True):
-    """A student: the own robots, how many connections of this student are at them, and at which one was last. `help`:
-    the seconds since 1970 when help was asked for, null if it is not. `lesson`, `step`, `of`: where the student is in
-    the lessons. `handed_in`: the names of the files that were handed in, the newest last.
+    """A student: the own robots, the number of connections, and the robot `at` which the student was last. `help`: when
+    the student asked for help, in seconds since 1970; null if not. `lesson`, `step`, `of`: the present lesson, the step
+    in it, and the number of its steps. `handed_in`: the names of the hand-ins, the newest last.
     """
 
     name: str
@@ -600,8 +598,8 @@ class StudentState(Struct, frozen=True, omit_defaults=True):
 
 
 class ClassState(ServerMessage, frozen=True):
-    """The state of the class, told when it changes: to a student the own one, to a teacher who sent `watchclass` that
-    of all. `frozen`: commands of students are refused.
+    """The state of the class, sent when it changes. A student gets the own state, a teacher who sent `watchclass` that
+    of all students. `frozen`: commands of students are refused.
     """
 
     frozen: bool = False
@@ -609,8 +607,8 @@ class ClassState(ServerMessage, frozen=True):
 
 
 class LessonText(Numbered, frozen=True):
-    """A lesson says something, in Markdown: a step, a hint, what is missing. `title`: of the lesson; `step` of `of`
-    steps is the present one, counted from 1.
+    """A text of a lesson in Markdown: a step, a hint, or what is missing. `title`: of the lesson; `step`: the present
+    one of `of` steps, counted from 1.
     """
 
     text: str
@@ -620,7 +618,7 @@ class LessonText(Numbered, frozen=True):
 
 
 class Announced(Numbered, frozen=True):
-    """A teacher says something to this student."""
+    """A text of a teacher to this student."""
 
     by: str
     text: str
