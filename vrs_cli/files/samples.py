@@ -13,7 +13,7 @@ import struct
 from collections.abc import Callable, Iterator
 from heapq import merge
 from importlib.util import find_spec
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import ceil, cos, sin
 from typing import Any, BinaryIO, NamedTuple, Protocol
 
@@ -187,34 +187,56 @@ class _Counted:
 
 
 def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
-    n = arm.model.joint_count
-    joint_state = _stamped_encoder("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
-    tool, frames = _stamped_encoder("world", numbers="7d"), _Frames(arm)
+    n, names = arm.model.joint_count, frame_names(arm.model)
+    numbers, no_pose = ("d", *[0.0] * n), ("d", *[0.0] * 7)
+    joints = _Template(_stamp(0), "", joint_names(arm), ("I", n), numbers, ("I", n), numbers, ("I", 0))
+    tool = _Template(_stamp(0), "world", no_pose)
+    transforms = ((_stamp(0), parent, child, no_pose) for parent, child in pairwise(names))
+    frames = _Template(("I", len(names) - 1), *chain.from_iterable(transforms))
     for times in sample_times(timeline, rate):
         here = positions_at(arm, timeline, times)
+        ns = nanoseconds(times)
         rows = zip(
-            nanoseconds(times),
-            here.joints.tolist(),
-            here.velocity.tolist(),
-            here.T_world_tool[:, :, 3].tolist(),
-            quaternions(here.T_world_tool[:, :, :3]).tolist(),
-            frames.poses(timeline, times, here.joints),
+            ns,
+            joints.encode(ns, here.joints, here.velocity),
+            tool.encode(ns, _poses(here.T_world_tool)),
+            frames.encode(ns, *_frame_poses(arm.model, timeline, times, here.joints)),
             strict=True,
         )
-        for ns, joints, velocity, place, orientation, poses in rows:
-            yield LogMessage(ns, "/joint_states", joint_state(ns, *joints, n, *velocity, 0))
-            yield LogMessage(ns, "/tool", tool(ns, *place, *orientation))
-            yield LogMessage(ns, FRAMES, frames.message(ns, poses))
+        for t, joint_state, pose, links in rows:
+            yield LogMessage(t, "/joint_states", joint_state)
+            yield LogMessage(t, "/tool", pose)
+            yield LogMessage(t, FRAMES, links)
 
 
-def _stamped_encoder(*fields: Field, numbers: str) -> Callable[..., bytes]:
-    """Return a function that encodes messages in CDR that differ only in their time [ns] and in `numbers`, which come
-    last. The rest is encoded once.
-    """
-    head = cdr(_stamp(0), *fields)
-    between = head[len(CDR_HEAD) + _STAMP.size :] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))
-    pack = struct.Struct(f"<{numbers}").pack
-    return lambda ns, *values: CDR_HEAD + _STAMP.pack(*divmod(ns, NANOSECONDS)) + between + pack(*values)
+class _Template:
+    """Encodes messages in CDR that differ only in their times and in numbers of type double. The rest is constant."""
+
+    def __init__(self, *fields: Field) -> None:
+        self._body, self._stamps, self._blocks = bytearray(), list[int](), list[int]()
+        for field in fields:
+            _append(self._body, field)
+            if field == _stamp(0):
+                self._stamps.append(len(CDR_HEAD) + len(self._body) - _STAMP.size)
+            elif isinstance(field, tuple) and field[0] == "d":
+                self._blocks.append(len(CDR_HEAD) + len(self._body) - (len(field) - 1) * struct.calcsize("d"))
+
+    def encode(self, ns: list[int], *blocks: Floats) -> list[bytes]:
+        """Return N messages at times `ns`; each of `blocks` (N, k) replaces numbers."""
+        rows = np.tile(np.frombuffer(CDR_HEAD + self._body, np.uint8), (len(ns), 1))
+        stamps = np.stack(np.divmod(np.array(ns), NANOSECONDS), axis=1).astype("<i4").view(np.uint8)
+        for at in self._stamps:
+            rows[:, at : at + _STAMP.size] = stamps
+        for at, block in zip(self._blocks, blocks, strict=True):
+            data = np.ascontiguousarray(block, "<f8").view(np.uint8)
+            rows[:, at : at + data.shape[1]] = data
+        whole, size = rows.tobytes(), rows.shape[1]
+        return [whole[at : at + size] for at in range(0, len(whole), size)]
+
+
+def _poses(T: Floats) -> Floats:
+    """Convert transformations (N, 3, 4) to x, y, z [m] and a quaternion, (N, 7)."""
+    return np.hstack((T[:, :, 3], quaternions(T[:, :, :3])))
 
 
 def _commands(timeline: Timeline) -> Iterator[LogMessage]:
@@ -245,42 +267,14 @@ def frame_names(model: RobotModel) -> list[str]:
     return ["world", *(f"{model.name}/{name}" for name in ("base", *links, "flange", "tool"))]
 
 
-class _Frames:
-    """Makes messages with the frames of all links and the tool. Their texts are encoded once, because all messages of a
-    robot have the same length.
-    """
-
-    def __init__(self, arm: RobotArm) -> None:
-        self.model, self._body, self._places = arm.model, bytearray(), list[tuple[int, int]]()
-        names = frame_names(self.model)
-        _append(self._body, ("I", len(names) - 1))
-        for parent, child in pairwise(names):
-            _append(self._body, _stamp(0))
-            stamp = len(self._body) - _STAMP.size
-            for field in (parent, child, ("d", *[0.0] * 7)):
-                _append(self._body, field)
-            self._places.append((stamp, len(self._body) - _POSE.size))
-
-    def message(self, ns: int, poses: list[list[float]]) -> bytes:
-        """Return a message in CDR with poses, each x, y, z [m] and a quaternion."""
-        body, stamp = self._body.copy(), divmod(ns, NANOSECONDS)
-        for (at, place), pose in zip(self._places, poses, strict=True):
-            _STAMP.pack_into(body, at, *stamp)
-            _POSE.pack_into(body, place, *pose)
-        return CDR_HEAD + body
-
-    def poses(self, timeline: Timeline, times: Floats, q: Floats) -> list[list[list[float]]]:
-        """Return the poses of all frames at each time, of joints (N, n) [rad, m]."""
-        model = self.model
-        frames = [timeline.locate(t)[0].motion.frames for t in times.tolist()]
-        known = {one: (compose(inverse(one.base), model.base), one.tool) for one in set(frames)}
-        rows = stack([T for one in frames for T in known[one]]).reshape(-1, 2, 3, 4)
-        links = [_link_rows(model, i, q[:, i]) for i in range(model.joint_count)]
-        links[-1] = compose_batch(links[-1], stack([model.flange])[0])
-        T = np.stack([rows[:, 0], *links, rows[:, 1]], axis=1)
-        turned = quaternions(T[..., :3].reshape(-1, 3, 3)).reshape(*T.shape[:2], 4)
-        found: list[list[list[float]]] = np.concatenate((T[..., 3], turned), axis=-1).tolist()
-        return found
+def _frame_poses(model: RobotModel, timeline: Timeline, times: Floats, q: Floats) -> Iterator[Floats]:
+    """Yield for each frame its pose at each time, (N, 7), of joints (N, n) [rad, m]."""
+    frames = [timeline.locate(t)[0].motion.frames for t in times.tolist()]
+    known = {one: (compose(inverse(one.base), model.base), one.tool) for one in set(frames)}
+    rows = stack([T for one in frames for T in known[one]]).reshape(-1, 2, 3, 4)
+    links = [_link_rows(model, i, q[:, i]) for i in range(model.joint_count)]
+    links[-1] = compose_batch(links[-1], stack([model.flange])[0])
+    return map(_poses, (rows[:, 0], *links, rows[:, 1]))
 
 
 def _link_rows(model: RobotModel, i: int, x: Floats) -> Floats:
@@ -314,7 +308,7 @@ def _part_frames(world: PartPoses | None, timeline: Timeline, rate: float) -> It
                     yield LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, place))
 
 
-_STAMP, _POSE = struct.Struct("<ii"), struct.Struct("<7d")
+_STAMP = struct.Struct("<ii")
 
 
 def _stamp(nanoseconds: int) -> Field:
