@@ -1,4 +1,4 @@
-"""The picture of the arm on the rows that the text below it leaves, with prompt-toolkit."""
+"""Draw the arm with prompt-toolkit on the rows that the text below it leaves free."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ Cell = tuple[str, Ink]
 
 
 class ArmWindow(Container):
-    """Gives prompt-toolkit the whole picture where there is none yet, and where it ends. In between it writes what has
-    changed itself, before prompt-toolkit writes all else: comparing all cells as that does would take longer than
-    drawing them. `below`: the rows that it leaves free.
+    """A window with the picture of the arm. It gives prompt-toolkit the whole picture the first time and at the end. In
+    between it writes the changed cells itself, before prompt-toolkit writes everything else, because prompt-toolkit
+    would compare all cells, which takes longer than drawing them. `below` returns the number of rows to leave free.
     """
 
     def __init__(self, look: Callable[[], ArmPicture], below: Callable[[], int]) -> None:
@@ -108,7 +108,7 @@ def _put(lines: Sequence[TextLine], screen: Screen, x: int, y: int) -> None:
 
 
 def _rewrite(before: Sequence[TextLine], lines: Sequence[TextLine], at: WritePosition, cursor: Point) -> None:
-    """Write the cells that are others than before. The cursor stands somewhere, and is put there again."""
+    """Write the cells that have changed, and put the cursor back to its place."""
     app, y = get_app(), cursor.y
     out, depth = app.output, app.color_depth
     for number, (old, new) in enumerate(zip(before, lines, strict=True), at.ypos):
@@ -123,7 +123,7 @@ def _rewrite(before: Sequence[TextLine], lines: Sequence[TextLine], at: WritePos
 
 
 def _move(out: Output, down: int, x: int) -> None:
-    """To a column, so many rows below."""
+    """Move the cursor down by some rows, and to column x."""
     if down > 0:
         out.cursor_down(down)
     elif down < 0:
@@ -134,7 +134,7 @@ def _move(out: Output, down: int, x: int) -> None:
 
 
 def _changes(old: TextLine, new: TextLine) -> Iterator[tuple[int, list[Cell]]]:
-    """Yield the columns from which on cells are others, and these cells."""
+    """Yield each run of changed cells: its first column and its cells."""
     if old == new:
         return
     cells = list(_cells(new))
@@ -156,9 +156,9 @@ def _cells(line: TextLine) -> Iterator[Cell]:
 
 
 class ArmScreen:
-    """The picture of a robot at the time `t` [s] (now, if that is None), if the robot is seen, and text below it, until
-    a key ends both. Both are looked at as often as the text changes. `actions`: what each key does, None for keys that
-    leave; `over`: whether there is nothing more to be seen; `abort`: what Ctrl-X does; `world`: the cell around it.
+    """The picture of a robot at the time `t` [s] (None: now), with text below it, until a key ends both. `actions`: the
+    function of each key, None for keys that leave. `over`: whether there is nothing more to see. `abort`: the function
+    of Ctrl-X. `world`: the cell around the robot.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The user's settings of the shell: `config.toml` in the folder of the platform for such files."""
+"""Read the user's settings of the shell (`config.toml`), and open the history of typed lines."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ KEYS = ("emacs", "vi")
 
 
 class Config(Struct, frozen=True):
-    """`pager`: true, false, or a command; `colours`: of pieces of text. `wrong`: what was not taken of the file."""
+    """The settings. `pager`: true, false, or a command. `colours`: by piece of text. `wrong`: what is wrong in the
+    file.
+    """
 
     keys: str = "emacs"
     pager: bool | str = True
@@ -35,7 +37,7 @@ class Config(Struct, frozen=True):
 
 
 def config_path(environment: Mapping[str, str], platform: str = sys.platform) -> Path:
-    """Raises RuntimeError where there is no home."""
+    """Return the path of the settings on this platform. Raises RuntimeError if there is no home."""
     if platform == "win32":
         folder = Path(environment.get("APPDATA") or Path("~/AppData/Roaming").expanduser())
     elif platform == "darwin":
@@ -47,7 +49,7 @@ def config_path(environment: Mapping[str, str], platform: str = sys.platform) ->
 
 
 def read_config(environment: Mapping[str, str]) -> Config:
-    """Read the file; the defaults where there is none, and for what is wrong in it."""
+    """Read the settings. Missing and wrong ones get their defaults."""
     try:
         path = config_path(environment)
         text = path.read_text(encoding="utf-8")
@@ -103,7 +105,7 @@ SETTINGS: Mapping[str, Callable[[object], str]] = {  # what is wrong with a valu
 
 
 def settings_text(config: Config) -> str:
-    """Return all settings, as a file would have them."""
+    """Return all settings as the text of a file."""
     pager = str(config.pager).lower() if isinstance(config.pager, bool) else f'"{config.pager}"'
     rows = (
         (f'keys = "{config.keys}"', '"emacs" or "vi"'),
@@ -118,9 +120,9 @@ PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specifica
 
 
 def state_folder(environment: Mapping[str, str]) -> Path:
-    """Return the folder of files that outlive a shell: `$XDG_STATE_HOME/vrs`, or below `~/.local/state` when that is
-    not set to an absolute path. The file `history` has the lines, the folder `recovery` what shells have in memory
-    alone. Raises RuntimeError where there is no home.
+    """Return the folder of files that outlive a shell: `$XDG_STATE_HOME/vrs`, or one below `~/.local/state` if the
+    variable has no absolute path. `history` has the lines, `recovery` what shells have only in memory. Raises
+    RuntimeError if there is no home.
     """
     state = environment.get("XDG_STATE_HOME", "")
     root = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()
@@ -128,7 +130,7 @@ def state_folder(environment: Mapping[str, str]) -> Path:
 
 
 class QuietHistory(FileHistory):
-    """A history file whose failing (a full disk) loses the line and nothing else."""
+    """A history file. If it cannot be written (a full disk), a line is lost and nothing else."""
 
     def store_string(self, string: str) -> None:
         with suppress(OSError):
@@ -136,7 +138,7 @@ class QuietHistory(FileHistory):
 
 
 def open_history(path: Path) -> tuple[History, str]:
-    """Return the history of that file, and an empty string; or one in memory, and why."""
+    """Return the history of a file and "", or a history in memory and the reason."""
     try:
         path.parent.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
         with path.open("ab"):

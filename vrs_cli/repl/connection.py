@@ -1,4 +1,6 @@
-"""A robot behind a connection: the lines of its user, and messages to that user, about the connection and the lease."""
+"""A robot behind a connection: the lines about the connection that begin with a slash, and messages about the
+connection and the lease.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,7 @@ WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive,
 
 
 class Remote(Struct):
-    """A robot behind a connection, which is there. `told` hears what becomes of that."""
+    """A robot behind an open connection. `told` gets messages about the connection."""
 
     port: Port
     told: Callable[[str], None]
@@ -34,7 +36,7 @@ class Remote(Struct):
 
 
 class ConnectionWords:
-    """The lines of a front end that begin with a slash, and the messages that are about the connection."""
+    """Carries out lines that begin with a slash, and shows the messages about the connection."""
 
     def __init__(self, front_end: FrontEnd) -> None:
         self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
@@ -43,7 +45,7 @@ class ConnectionWords:
         front_end.hear_connection, front_end.opening = self.hear, self._begin
 
     def _begin(self) -> None:
-        """Ask for what a prompt shows, which comes with the answer to the first request."""
+        """Ask for the state that a prompt shows; it comes with the answer to the first request."""
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:
@@ -52,7 +54,7 @@ class ConnectionWords:
                 self._told(self._driver_text(driver))
 
     def take(self, text: str) -> bool:
-        """Carry out a line that begins with a slash; whether it does."""
+        """Carry out a line that begins with a slash. Return whether the line did."""
         if not text.startswith(SLASH):
             return False
         words = text[1:].split()
@@ -70,7 +72,7 @@ class ConnectionWords:
         return True
 
     def hear(self, message: ServerMessage) -> None:
-        """Tell that the connection is there again, what became of the lease, and what a lesson or its teacher says."""
+        """Show that the connection is back, changes of the lease, and texts of a lesson or its teacher."""
         match message:
             case Welcome(resumed=resumed):
                 if not resumed:

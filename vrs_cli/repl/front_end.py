@@ -1,7 +1,5 @@
-"""The front end of a shell at one port: lines go in; what is said is shown, and asked, at a terminal.
-
-Nothing is given twice by itself: of a line that was on its way when the connection was cut the user is told what became
-of it.
+"""The front end of a shell: the exchange with the robot, and what a prompt and full screens ask for (suggestions,
+status, the drafts of SEE).
 """
 
 from __future__ import annotations
@@ -45,18 +43,18 @@ class FrontEnd(Exchange):
         return self._status
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
-        """Return the signature of the word that is typed last; `steps`: in a program, whatever is open."""
+        """Return the signature of the word that is typed last. `steps`: always as in a program."""
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
-        """Suggest words that may come next after a text. Raises an error of vrs itself in this process."""
+        """Return words that may come next after a text. Raises an internal error in this process."""
         end = self.end_of(lambda id: messages.Complete(id, text, everything))
         if isinstance(end, Refused):
             end.refusal.error()
         return list(end.choices) if isinstance(end, messages.Completed) else []
 
     def end_of(self, make: MakeRequest, seconds: float = AT_ONCE) -> ServerMessage | None:
-        """Send a request of which nothing is shown, and return its end; None where that does not come in time."""
+        """Send a request of which nothing is shown. Return its end, or None if it does not come in time."""
         found: Inbox[ServerMessage] = Inbox()
         try:
             self.port.begin(make, found.put)
@@ -65,7 +63,7 @@ class FrontEnd(Exchange):
         return self.port.take(found, seconds)
 
     def rest(self) -> float:
-        """Return how long nothing happens that somebody would see [s], unless something comes from elsewhere."""
+        """Return how long nothing visible happens [s], unless a message comes."""
         now = self.status()
         return min(max(self.port.due, MIN_WAIT_S), KEEPING_UP if now.clock < now.end else RESTING)
 
@@ -79,14 +77,14 @@ class FrontEnd(Exchange):
         return FarHand(self.begin, question.joints, question.units, seen.found)
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request beside the one that is waited for; what is due is done."""
+        """Send a request beside the one that is waited for, and carry out what is due."""
         id = self.port.begin(make, outlet)
         self.keep_up()
         self.after()
         return id
 
     def recording(self, question: Playing) -> Recording:
-        """Return the trajectory of REPLAY: its file comes here, unless the robot of this process has it."""
+        """Return the trajectory of REPLAY. Its file is fetched unless the robot is in this process."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
         fetched = self.end_of(lambda id: messages.Get(id, question.path), COMING_BACK)
@@ -98,7 +96,7 @@ class FrontEnd(Exchange):
             return read_trajectory(path)
 
     def watched_robot(self) -> Watched | None:
-        """Return the robot, to be looked at as it moves; None where nothing is seen of it."""
+        """Return the robot to watch while it moves; None if it cannot be seen."""
         try:
             return self.port.follow()
         except RequestRefused:
@@ -109,9 +107,7 @@ Found = Callable[[tuple[Diagnostic, ...]], None]  # is told the mistakes in a te
 
 
 class DraftPage:
-    """The program of SEE while it is edited. One look at its text is on its way at a time, and the last text is looked
-    at.
-    """
+    """The program of SEE while it is edited. Only one text is checked at a time, and then the latest one."""
 
     def __init__(self, question: Editing, front_end: FrontEnd) -> None:
         self.name, self.text, self.row, self.dialect = question.name, question.text, question.row, question.dialect
@@ -120,7 +116,7 @@ class DraftPage:
         self._looking = False
 
     def look(self, text: str, found: Found) -> None:
-        """Tell `found` what is wrong with a text, at once or when that has come."""
+        """Check a text, and call `found` with its mistakes, at once or when they arrive."""
         self._latest = text, found
         if not self._looking:
             self._send()
@@ -142,7 +138,7 @@ class DraftPage:
             self._looking = False
 
     def save(self, text: str) -> str:
-        """Store the program; what is said of it. Raises VrsError."""
+        """Store the program. Return the robot's message. Raises VrsError."""
         end = self._front_end.end_of(lambda id: At(id, KeepDraft(text)), COMING_BACK)
         if end is not None:
             check_end(end)

@@ -1,6 +1,7 @@
-"""The shell on a terminal, with prompt-toolkit: history, completion, colours, and a key that aborts.
+"""The shell on a terminal, with prompt-toolkit: it reads lines at a prompt, and shows the state below it.
 
-Only prompt-toolkit is imported before the first prompt is seen; the robot and the language are made ready behind it.
+Only prompt-toolkit is imported before the first prompt is seen. A thread makes the robot and the language ready behind
+it.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ DROPPED = "The line is dropped"
 
 
 def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> ShellTerminal:
-    """Make the terminal of a shell, which can ask, and the front end that is its `screens`."""
+    """Return the terminal of a shell, with the front end as its `screens`."""
     from vrs_cli.language.text import parser
     from vrs_cli.render.console import TerminalRenderer
     from vrs_cli.repl.terminal import ShellTerminal, pager_of
@@ -80,7 +81,7 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
 
 
 class Backstage(Generic[V]):
-    """Makes one value in the background. `ready` never waits; `wait` does, and raises what the making raised."""
+    """Makes one value in a thread. `ready` never waits; `wait` does, and raises the error of the making."""
 
     def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
         self._make, self._when_ready = make, when_ready
@@ -89,7 +90,7 @@ class Backstage(Generic[V]):
         self._error: BaseException | None = None
 
     def begin(self) -> None:
-        """Start, unless it has been started."""
+        """Start the thread, unless it was started."""
         if self._thread is None:
             self._thread = Thread(target=self._work, name="backstage", daemon=True)
             self._thread.start()
@@ -103,11 +104,11 @@ class Backstage(Generic[V]):
 
     @property
     def ready(self) -> V | None:
-        """Return the value, or None while there is none."""
+        """Return the value, or None if it is not made yet."""
         return self._value
 
     def wait(self) -> V:
-        """Return the value, begun now if need be."""
+        """Return the value, and begin to make it if necessary."""
         self.begin()
         assert self._thread is not None
         self._thread.join()
@@ -121,7 +122,7 @@ class Backstage(Generic[V]):
 
 
 class ValCompleter(Completer):
-    """Suggestions of `complete`; none before the tables are there, and none where finding them fails."""
+    """Suggests words. Before the tables are ready, and if the search fails, it suggests none."""
 
     def __init__(self, ready: Callable[[], ShellTerminal | None]) -> None:
         self._ready = ready
@@ -140,7 +141,7 @@ class ValCompleter(Completer):
 
 
 class Shell:
-    """The loop: read a line, carry it out. Wrong lines and Ctrl-C never end it."""
+    """Reads lines at a prompt for `run_loop`. Neither wrong lines nor Ctrl-C end it."""
 
     def __init__(self, place: Place) -> None:
         self.place = place
@@ -244,7 +245,9 @@ class Shell:
         return not terminal.leaving
 
     def _prompt(self, prompts: PromptSession[str], message: Callable[[], str] | str, default: str = "") -> str:
-        """One line. In real time the robot goes on meanwhile, and what its programs type stands above the prompt."""
+        """Return a line. In real time the robot goes on meanwhile, and the output of programs appears above the
+        prompt.
+        """
         if not self.place.lives:
             return prompts.prompt(message, default=default)
 
@@ -256,7 +259,7 @@ class Shell:
             return prompts.prompt(message, default=default, pre_run=keep_up)
 
     async def _keep_up(self, prompts: PromptSession[str]) -> None:
-        """Show what changes as it does; at rest that is the time, once in a while."""
+        """Redraw the state when it changes; at rest redraw the time now and then."""
         shown, drawn, woken, loop = "", -inf, asyncio.Event(), asyncio.get_running_loop()
         while True:
             terminal = self.backstage.ready
@@ -273,7 +276,7 @@ class Shell:
                 self._redraw()
 
     def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
-        """Leave an empty prompt for a question of a program, and a question that waits for no answer any more."""
+        """Leave an empty prompt for the question of a program, and a question that waits for no answer any more."""
         idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
         withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:
@@ -281,18 +284,18 @@ class Shell:
             prompts.app.exit(result=QUESTION if idle else "")
 
     def _send_abort(self) -> None:
-        """Stop the robot, whatever is being carried out. Safe in a signal handler."""
+        """Stop the robot, whatever it does. Safe in a signal handler."""
         if self.backstage.ready is not None:
             self.backstage.ready.screens.abort()
 
     def _abort(self) -> None:
-        """Ctrl-X at a prompt: the line that is edited stays, what was stopped is told above it."""
+        """Abort at a prompt, by Ctrl-X: the typed line stays, and what was stopped is shown above it."""
         if self.backstage.ready is not None:
             self._send_abort()
             run_in_terminal(self.backstage.ready.screens.keep_up)
 
     def _leave_entry(self) -> bool:
-        """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
+        """Leave or go on with the program that is typed, at Ctrl-C or Ctrl-D. Return False if none is typed."""
         terminal, status = self.backstage.ready, self._look()
         if terminal is None or status is None or self._hung_up or not status.in_program:
             return False
@@ -301,7 +304,7 @@ class Shell:
         return True
 
     def _leave(self) -> bool:
-        """Ctrl-D at the prompt: as EXIT, but for a terminal that is gone."""
+        """Leave as with EXIT, at Ctrl-D; a terminal that is gone is left at once. Return whether the user leaves."""
         terminal = self.backstage.ready
         if terminal is None or self._hung_up:
             return True
@@ -324,7 +327,7 @@ class Shell:
         return IDLE if self._status is None else self._status.prompt
 
     def _toolbar(self) -> StyleAndTextTuples:
-        """Return the form of the word that is typed, if one is, and the state."""
+        """Return the form of the typed word, if there is one, and the state."""
         state: StyleAndTextTuples = [("", self._state())]
         if self.backstage.ready is None:
             return state
@@ -333,7 +336,7 @@ class Shell:
         return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
-        """F1: above the prompt."""
+        """Show the help on the word at the cursor above the prompt, at F1."""
         run_in_terminal(partial(self.backstage.wait().screens.take, f"? {asked_about(document)}"))
 
     def _state(self) -> str:
@@ -364,13 +367,13 @@ class Shell:
 
 @contextmanager
 def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
-    """While something is done for the user, Ctrl-C stops it."""
+    """Let Ctrl-C stop what is done for the user."""
     with stoppable(terminal.interrupt), without_echo(signals=True):
         yield
 
 
 async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
-    """Wait so long [s], or until something wakes."""
+    """Wait for some time [s], or until something wakes."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             await woken.wait()
@@ -378,7 +381,7 @@ async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
 
 
 def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
-    """From any thread, in the loop of a prompt, which may be over."""
+    """Call a function in the loop of a prompt, from any thread. The prompt may be over."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(act)
 
@@ -388,8 +391,8 @@ ABORT_KEY = b"\x18"  # Ctrl-X: on the keyboards of all countries, and no other p
 
 @contextmanager
 def without_echo(*, signals: bool) -> Iterator[None]:
-    """Switch the echo off, where standard input is a terminal that has one. `signals`: Ctrl-C, Ctrl-X and the like are
-    signals; they are keys otherwise, that wait for the next prompt.
+    """Switch the echo of the terminal off. `signals`: Ctrl-C and Ctrl-X are signals; otherwise they are keys that wait
+    for the next prompt.
     """
     try:
         import termios
@@ -415,7 +418,7 @@ def without_echo(*, signals: bool) -> Iterator[None]:
 
 
 def typed_ahead(source: Input) -> list[str]:
-    """Take all that was typed for the next prompt: the lines that are not blank, the last one perhaps not ended."""
+    """Take the lines that were typed for the next prompt, without blank ones. The last one may be unfinished."""
     keys = get_typeahead(source)
     with source.raw_mode():
         while more := source.read_keys():

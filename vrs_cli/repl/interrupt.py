@@ -1,4 +1,4 @@
-"""Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP), while something is carried out."""
+"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP), while something is carried out."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ ENDINGS = tuple(number for number in SAID if number != signal.SIGINT)
 
 
 class Ended(KeyboardInterrupt):
-    """A signal ends the process: it stops what Ctrl-C stops, and nothing goes on after it. `status` is what shells
-    report of it.
+    """A signal ends the process: everything that Ctrl-C would stop is stopped, and nothing follows. `status`: the exit
+    status as shells report it.
     """
 
     def __init__(self, number: int) -> None:
@@ -25,10 +25,10 @@ class Ended(KeyboardInterrupt):
 
 
 class Stoppable:
-    """Hears signals for as long as something is done. The first lets it come to a stop of its own, if `stop` says that
-    it will; another, or one while it is `waiting` for something outside, breaks it off with KeyboardInterrupt.
+    """Handles signals while something is carried out. At the first signal `stop` may let it come to a stop by itself. A
+    second signal, or one while it is `waiting` for something outside, breaks it off with KeyboardInterrupt.
 
-    `number` is the signal that came, one that ends the process before Ctrl-C. Signals that are ignored stay ignored.
+    `number`: the signal that came; one that ends the process counts more than Ctrl-C. Ignored signals stay ignored.
     """
 
     def __init__(self, stop: Callable[[], bool]) -> None:
@@ -53,7 +53,7 @@ class Stoppable:
 
     @contextmanager
     def broken_off(self) -> Iterator[None]:
-        """Enter while something outside is waited for: a signal ends the wait at once, and is no error."""
+        """Let a signal end a wait for something outside at once, without an error."""
         self.waiting = True
         try:
             yield
@@ -63,19 +63,17 @@ class Stoppable:
             self.waiting = False
 
     def end(self, *numbers: int) -> None:
-        """Call when everything has stopped: the process ends now, if a signal said so, or one of `numbers`. Raises
-        Ended.
-        """
+        """Call after everything has stopped. Raises Ended if a signal ends the process, or one of `numbers` came."""
         if self.number is not None and self.number in (*ENDINGS, *numbers):
             raise Ended(self.number)
 
 
 @contextmanager
 def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
-    """Ctrl-C stops the program that runs; a second one, or one while none does, stops whatever is being done. A signal
-    that ends the process does so once that has stopped.
+    """Let Ctrl-C stop the running program; a second one, or one without a program, stops whatever is done. A signal
+    that ends the process does so after that has stopped.
 
-    `interrupt` stops a program, and says whether one was running.
+    `interrupt` stops a program, and returns whether one was running.
     """
     with Stoppable(interrupt) as heard:
         yield
@@ -86,7 +84,7 @@ def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
 def _handling(
     numbers: Iterable[int], handler: Callable[[int, FrameType | None], None], *, ignored_too: bool = False
 ) -> Iterator[None]:
-    """Handle signals, in the main thread. `ignored_too`: also signals that are ignored."""
+    """Handle signals in the main thread. `ignored_too`: also signals that are ignored."""
     before = {}
     if threading.current_thread() is threading.main_thread():
         heard = [number for number in numbers if ignored_too or signal.getsignal(number) is not signal.SIG_IGN]
@@ -99,7 +97,7 @@ def _handling(
 
 
 def ending() -> AbstractContextManager[None]:
-    """Signals that end the process raise Ended, wherever it is."""
+    """Let signals that end the process raise Ended, at any place."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)
@@ -108,6 +106,8 @@ def ending() -> AbstractContextManager[None]:
 
 
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
-    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`without_echo`), while a line is carried out. Windows has none."""
+    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`without_echo`), while a line is carried out. Windows has no such
+    signal.
+    """
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)

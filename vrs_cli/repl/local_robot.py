@@ -1,4 +1,4 @@
-"""The robot of a shell in this process, and what only such a robot has: a transcript (LOG), a trajectory file
+"""The robot of a shell in this process, with what only such a robot has: a transcript (LOG), a trajectory file
 (`--save`) and a recovery file.
 """
 
@@ -42,7 +42,7 @@ SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by RE
 
 
 class ShellRobot:
-    """Makes a robot, and its front end at a terminal; the other arguments are those of `Local`. Raises VrsError."""
+    """Makes a robot, and its front end at a terminal. The other arguments are those of `Local`. Raises VrsError."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class ShellRobot:
             self._terminal.log_typed(self.port.status().prompt, text)
 
     def _keep(self) -> None:
-        """Write what is in memory alone to the recovery file, wherever that can be written."""
+        """Write what is only in memory to the recovery file."""
         try:
             if self._keeper is not None:
                 self._keeper.keep()
@@ -107,7 +107,7 @@ class ShellRobot:
 
 
 def _draw(path: Path, plot: Plot) -> None:
-    """Raises UsageError where there is no matplotlib, FileError."""
+    """Write a plot to a file. Raises UsageError without matplotlib, FileError."""
     from vrs_cli.render.plots import plot_curves
 
     plot_curves(path, plot)
@@ -117,7 +117,7 @@ def _draw(path: Path, plot: Plot) -> None:
 
 
 class LoggedTerminal:
-    """`terminal`, with a transcript while one is wanted."""
+    """A terminal that also writes a transcript while LOG asks for one."""
 
     def __init__(self, terminal: Terminal) -> None:
         self._terminal = terminal
@@ -128,7 +128,9 @@ class LoggedTerminal:
         return self._terminal.attended
 
     def log(self, path: Path | None) -> Path | None:
-        """Write to a file from now on, or (None) to none; return the file that was written so far. Raises FileError."""
+        """Write to a file from now on, or to none (None). Return the file that was written until now. Raises
+        FileError.
+        """
         from vrs_cli.render.documents import Transcript
 
         before, self.transcript = self.transcript, None
@@ -145,7 +147,7 @@ class LoggedTerminal:
         return None if before is None else before.path
 
     def log_typed(self, prompt: str, text: str) -> None:
-        """Lines were typed."""
+        """Add typed lines to the transcript."""
         for line in text.splitlines():
             self._keep(lambda transcript, line=line: transcript.add_typed(prompt, line))  # type: ignore[misc]
 
@@ -172,7 +174,7 @@ class LoggedTerminal:
     # --- writing ---
 
     def _keep(self, write: Callable[[Transcript], None]) -> None:
-        """Write something, where a transcript is wanted. A disk that is full ends it, and nothing else."""
+        """Add something to the transcript, if there is one. A full disk ends the transcript and nothing else."""
         if self.transcript is None:
             return
         try:
@@ -205,7 +207,7 @@ class Keeper:
         self._not_before = 0.0
 
     def keep(self) -> None:
-        """After a line: write what is not stored, remove the file where all is."""
+        """Write what is not stored yet; remove the file if everything is stored."""
         session, unfinished = self._conversation.session, self._conversation.unfinished_text
         if not (unfinished or session.unstored.programs() or session.unstored.items()):
             self.forget()
@@ -223,12 +225,12 @@ class Keeper:
         self._not_before = begun + REST * took if took > SLOW else begun
 
     def forget(self) -> None:
-        """Remove the recovery file: all is stored, or the user has left."""
+        """Remove the recovery file: everything is stored, or the user has left."""
         self._recovery.remove()
         self._kept = None
 
     def offer(self) -> None:
-        """Ask about what other shells have left."""
+        """Ask whether to load what other shells have left."""
         session, terminal = self._conversation.session, self._terminal
         for one in left_files(self._folder):
             first, _, rest = one.text.partition("\n")
@@ -247,7 +249,7 @@ class Keeper:
 
 
 def _contents(text: str) -> str:
-    """`programs pick, place, 2 locations`."""
+    """Return the contents of a text in words: `programs pick, place, 2 locations`."""
     parts = parse_file(text)[0].parts
     programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))
     said = [name_some("program", programs)] if programs else []
@@ -260,7 +262,9 @@ def _contents(text: str) -> str:
 
 
 class Recorder:
-    """Takes and reads the file at once, so that a wrong one is refused before the first prompt. Raises FileError."""
+    """The trajectory file of `--save`. It is read at once, so that a wrong file is refused before the first prompt.
+    Raises FileError.
+    """
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -271,12 +275,11 @@ class Recorder:
 
     @property
     def model(self) -> RobotModel | None:
-        """Return the robot of the file that is there."""
+        """Return the robot of the existing file."""
         return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session, terminal: Terminal) -> Message:
-        """Write from now on; return what to show of it. `terminal`: shows what goes wrong when the session is over.
-
+        """Write from now on, and return a message about the file. `terminal`: shows errors when the session is over.
         Raises UsageError for a file of another robot, FileError.
         """
         engine, recording = session.engine, self._taken.recording
@@ -295,9 +298,7 @@ class Recorder:
             self._show(Message(text, Tone.ERROR))
 
     def close(self) -> bool:
-        """Return the session is over: the last look at the file, which others may write then. Whether all is in the
-        file that was asked for.
-        """
+        """Close the file, which others may write then. Return whether it is complete."""
         if self._journal is None:
             self._taken.close()
             return True

@@ -70,7 +70,7 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
 
 
 class Lines:
-    """The lines of an input; one that turns out to be for somebody else may be put back."""
+    """The lines of an input. One that is meant for the next reader can be put back."""
 
     def __init__(self, source: Iterable[str]) -> None:
         self._source = iter(source)
@@ -87,10 +87,9 @@ class Lines:
 
 
 class PlainTerminal:
-    """Replies and what programs type in one stream, in order; `lines` is the input that questions are answered from.
-
-    A line that is no answer is left for who reads next: it is a command. `failed`: some command could not be done;
-    `leaving`: EXIT was said.
+    """Writes replies and the output of programs to one stream, in order. `lines` is the input, which also answers
+    questions: a line that is no answer stays for the next reader, as a command. `failed`: a command could not be
+    carried out. `leaving`: EXIT was said.
     """
 
     attended = False
@@ -114,10 +113,10 @@ class PlainTerminal:
         self.stream.write(for_stream(text, self.stream))
 
     def progress(self, doing: Running | Reading) -> None:
-        """Nobody watches."""
+        """Do nothing: nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the next line of the input, if it is an answer. Raises EndOfInput."""
+        """Return the answer in the next line of the input, if it is one. Raises EndOfInput."""
         if isinstance(question, LineWanted):
             return self._line(question)
         if not isinstance(question, Confirmation):
@@ -153,7 +152,7 @@ WANTED = "Y or N"  # what is said to another answer
 
 
 def yes_or_no(line: str) -> bool | None:
-    """Read an answer to (Y/N)?, None for another text; a comment may follow."""
+    """Return the answer to (Y/N)?, None for any other text. A comment may follow."""
     return ANSWERS.get(line.partition(";")[0].strip().upper())
 
 
@@ -259,52 +258,52 @@ class Exchange:
         self.taken()
 
     def answer(self) -> None:
-        """Put the questions that programs have."""
+        """Ask the questions that programs have."""
         self.act(Attend())
 
     def was_cut(self) -> bool:
-        """Return whether the connection is cut, or was since the last line was taken: what was typed meanwhile is not
-        to be taken, for it would be done later than whoever typed it expects.
+        """Return whether the connection was cut since the last line was taken. Lines that were typed meanwhile must not
+        be taken: they would be carried out later than their author expects.
         """
         return not self.port.open or self._breaks != self._count_breaks()
 
     def _count_breaks(self) -> int:
-        """Return a person expects nothing any more of a line that is quiet for long; a pipe waits."""
+        """Count cuts; for a person also stalls, because nobody expects anything of a line that is silent for long. A
+        pipe waits.
+        """
         return self.port.cuts + self.port.stalls * self.terminal.attended
 
     def drop(self, what: str) -> None:
-        """Tell that this was typed and is not taken."""
+        """Tell that a typed line is not sent."""
         self.lose(f"not given, for the connection was cut meanwhile: {what}")
 
     def leave_entry(self, why: str = "") -> None:
-        """Forget what is typed of a program, unless a user who is asked wants to go on with it."""
+        """Forget the program that is being typed, unless the user, who is asked, wants to go on with it."""
         if self.port.open:  # else the server forgets it by itself
             self.act(LeaveEntry(why))
 
     def leave(self) -> None:
-        """Ctrl-D: as EXIT, from which no error keeps the user. A robot behind a connection goes on for others: nothing
-        is lost.
+        """Leave as with EXIT, at Ctrl-D. No error keeps the user. A robot behind a connection goes on for others, so
+        nothing is lost.
         """
         end = None if self.port.name else self.do(lambda id: At(id, Say("EXIT")), None)
         if end is None or end.refusal is not None:
             self.terminal.show(Farewell())
 
     def stop_program(self) -> None:
-        """Stop the program that runs beside an empty line; its end is told when the arm stands."""
+        """Stop the program that runs beside an empty prompt. Its end is told when the arm stands."""
         self.act(StopProgram())
 
     def abort(self) -> None:
-        """Stop the robot before all else that is asked of it; `keep_up` shows what was stopped. Safe in a signal
-        handler.
-        """
+        """Stop the robot before all other requests; `keep_up` shows what was stopped. Safe in a signal handler."""
         self.port.post(Abort, self.come)
 
     def act(self, act: Act[None]) -> None:
         self.do(lambda id: At(id, act))
 
     def do(self, make: MakeRequest, line: str | None = "") -> Done | Refused | None:
-        """Send a command; show what is said of it, and ask what is asked, until it has ended. Return its end; None if
-        that was not waited for. A refusal of a `line` is shown; None: it is not shown.
+        """Send a command, show and ask what comes back until the command has ended, and return its end, or None if that
+        was not waited for. `line`: the line that a refusal is shown with; None to show no refusal.
         """
         self.noted = ""
         self._waits = True
@@ -367,7 +366,7 @@ class Exchange:
                 self.hear_connection(message)
 
     def _show(self, reply: Reply) -> None:
-        """Show a reply; if that fails, show the error of vrs in its place."""
+        """Show a reply. If that fails, show the internal error instead."""
         try:
             self.terminal.show(reply)
         except BrokenPipeError:
@@ -376,11 +375,11 @@ class Exchange:
             self.terminal.show(internal_error(error))
 
     def forget_questions(self) -> None:
-        """The robot has forgotten the questions that were asked over an earlier connection, and counts them anew."""
+        """Forget the questions of an earlier connection: the robot has forgotten them, and counts anew."""
         self._withdrawn = {self._question} - {0}
 
     def _ask(self, asked: Asked) -> None:
-        """Have a question answered."""
+        """Ask a question and send the answer."""
         self._asks, self._question = True, asked.number
         try:
             answer = answer_to(asked, self._ask_terminal)
@@ -390,7 +389,7 @@ class Exchange:
         self.port.tell(answer)
 
     def _ask_terminal(self, question: Question) -> Answer:
-        """Ask a question; a screen that cannot be filled is told, and counts as left."""
+        """Return the answer of the terminal. If a screen cannot be filled, tell the reason and count it as left."""
         try:
             return self.terminal.ask(question)
         except (EndOfInput, BrokenPipeError):
@@ -404,7 +403,7 @@ class Exchange:
     # --- Ctrl-C ---
 
     def interrupt(self) -> bool:
-        """Stop what is waited for; whether it comes to an end by itself. A question that is open is answered with
+        """Stop what is waited for, at Ctrl-C. Return whether it ends by itself. An open question is answered with
         Ctrl-C. Safe in a signal handler.
         """
         if not self._waits or self._asks:
@@ -420,17 +419,17 @@ class Exchange:
 
     @property
     def question_is_withdrawn(self) -> bool:
-        """Return whether the question that is before the user waits for no answer any more."""
+        """Return whether the present question waits for no answer any more."""
         return self._question in self._withdrawn
 
     def come(self, message: ServerMessage) -> None:
-        """Something is there to be looked at, perhaps in the thread of a connection."""
+        """Keep a message, and wake whoever waits. This may run in the thread of a connection."""
         self._heard.put(message)
         self.wake()
 
     def keep_up(self) -> None:
-        """Let happen, or show, what has become due while nobody was looking. What belongs to a command whose question
-        is before the user comes after it.
+        """Carry out and show everything that is due while no line is carried out. Messages of a command whose question
+        is open come after the question.
         """
         try:
             while (message := self.port.take(self._heard, 0.0)) is not None:

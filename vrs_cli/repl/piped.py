@@ -1,4 +1,4 @@
-"""Lines that come while time goes on: a thread reads a pipe, so that whoever waits for a line drives the robot."""
+"""Read the lines of a pipe in a thread, so that whoever waits for a line can drive the robot meanwhile."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ CHUNK = 65536  # bytes that are read at once
 
 
 class Driven(Protocol):
-    """A robot in whose time somebody waits for something else."""
+    """A robot that is driven while somebody waits for something else."""
 
     def step(self) -> None:
-        """Do the next thing that is due; where none is, wait for it, or until `wake` is called."""
+        """Do the next thing that is due; if nothing is, wait for it, or until `wake` is called."""
 
     def wake(self) -> None:
-        """End the wait; from any thread."""
+        """End the wait. Any thread may call this."""
 
 
 class PipedLines:
-    """The lines of a stream with a file descriptor. While one is waited for, `robot` is driven, once it is given."""
+    """The lines of a stream with a file descriptor. While a line is waited for, `robot` is driven, if one is set."""
 
     def __init__(self, stream: TextIOBase) -> None:
-        """Raises OSError for a stream without a descriptor."""
+        """Take the descriptor. Raises OSError for a stream without one."""
         self.robot: Driven | None = None
         self.after: Callable[[], object] = lambda: None  # is called after each step
         self._descriptor = stream.fileno()
@@ -44,7 +44,7 @@ class PipedLines:
         return self
 
     def __next__(self) -> str:
-        """Raises UnicodeDecodeError."""
+        """Return the next line. Raises UnicodeDecodeError."""
         if self._reader is None:  # a raw read holds no lock of the stream: the process may end in the middle of it
             self._reader = Thread(target=self._read, name="input", daemon=True)
             self._reader.start()
@@ -86,7 +86,7 @@ class PipedLines:
 
 
 def lines_of_pipe(stream: object) -> PipedLines | None:
-    """Return the lines of a stream; None for a stream that no thread can read by itself (a text in memory)."""
+    """Return the lines of a stream; None for a stream that a thread cannot read (a text in memory)."""
     try:
         return PipedLines(stream) if isinstance(stream, TextIOBase) else None
     except OSError:

@@ -1,4 +1,4 @@
-"""The place of the robot of a shell: this process, or the other end of a connection."""
+"""The place of a shell's robot: this process, or the other end of a connection."""
 
 from __future__ import annotations
 
@@ -25,32 +25,31 @@ SHOW pictures the arm here; vrs view, typed outside this prompt, in a browser.""
 
 
 class Place(Protocol):
-    """Where a shell has its robot."""
+    """The place of a shell's robot."""
 
     @property
     def lives(self) -> bool:
-        """Return whether things happen there while a line is typed."""
+        """Return whether the robot goes on while a line is typed."""
 
     @property
     def waits(self) -> bool:
-        """Return whether something is said or asked before the first line."""
+        """Return whether something is shown or asked before the first line."""
 
     @property
     def remote(self) -> bool:
-        """Return whether an answer takes its time."""
+        """Return whether answers take time."""
 
     @property
     def banner(self) -> str:
-        """Return what a terminal shows before the first prompt; empty for nothing."""
+        """Return the text before the first prompt of a terminal; "" for none."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         """Make the front end of the shell. Raises VrsError."""
 
 
 class Local(Struct):
-    """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone;
-    `outside`: whom programs may talk to; `dialect`: of what is typed; `cell`:
-    the file of what stands around the robot.
+    """A robot of this process. `file`: loaded first. `recovery`: the folder for what shells have only in memory.
+    `outside`: the devices of programs. `dialect`: of typed lines. `cell`: the file of the things around the robot.
     """
 
     model: RobotModel | None = None

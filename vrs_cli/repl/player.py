@@ -1,5 +1,5 @@
-"""A robot watched on the terminal, with prompt-toolkit: a trajectory that is played (REPLAY), a robot that others move,
-and the arm until it stands (SHOW).
+"""Watch and move a robot on the terminal, with prompt-toolkit: play a trajectory (REPLAY), watch a robot that others
+move, show the arm until it stands (SHOW), and move it by keys (JOG).
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ LIVE_KEYS = f"{ABORT}   any other key ends the picture, not the motion"
 
 
 class Action(NamedTuple):
-    """The effect of some keys: `change` makes the next playback; None leaves the player. `live`: only where the robot
-    is watched while it moves."""
+    """The effect of some keys. `change` returns the next playback; None leaves the player. `live`: only for a robot
+    that is watched while it moves.
+    """
 
     keys: tuple[str, ...]
     shown: str
@@ -61,9 +62,9 @@ PLAYER_ACTIONS: tuple[Action, ...] = (
 
 
 class Player(Struct):
-    """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: lines of what else there is to
-    tell of the time that is shown, such as who drives the robot; `live`: others move it; `passes`: whether its time
-    goes by itself. `abort` stops a robot that others move. `world`: the cell around it.
+    """Holds and draws a playback. `wall` returns the time of day [s]. `news`: more lines about the shown time, such as
+    who drives the robot. `live`: others move it. `passes`: whether its time passes by itself. `abort` stops a robot
+    that others move. `world`: the cell around it.
     """
 
     watched: Watched
@@ -122,7 +123,7 @@ class Player(Struct):
 
 
 def play(arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:
-    """Play a trajectory on the terminal, from its start, `rate` seconds of it in one second."""
+    """Play a trajectory on the terminal from its start, at `rate` seconds of it per second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
     Player(RecordedRobot(arm, timeline), playback, world=world).screen().run()
 
@@ -134,8 +135,8 @@ async def watch(
     abort: Callable[[], object],
     world: World | None = None,
 ) -> None:
-    """Watch a robot that others move, from where it is now on; `passes`: whether its time goes by itself. `abort` stops
-    it.
+    """Watch a robot that others move, from its present time on. `passes`: whether its time passes by itself. `abort`
+    stops it.
     """
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
@@ -146,8 +147,8 @@ async def watch(
 def show_motion(
     watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None], world: World | None = None
 ) -> None:
-    """SHOW while the arm moves: picture it as it is now, until it stands or a key is pressed. `keep_up` lets happen
-    what is due; `abort` stops the robot; `world` is the cell around it.
+    """Show the arm as it moves (SHOW), until it stands or a key is pressed. `keep_up` carries out what is due. `abort`
+    stops the robot. `world`: the cell around it.
     """
 
     def text() -> str:
@@ -170,7 +171,7 @@ up/down move   left/right, 1 to 9 axis   m joints/world/tool
 
 class JogPanel(Struct):
     """Draws the arm, with the axis, the length of a step [mm, deg] and the speed [%], which keys change. `watched`: the
-    robot, None where nothing is seen of it; `world`: the cell around it.
+    robot, None if it is not seen. `world`: the cell around it.
     """
 
     hand: FarHand
@@ -207,7 +208,7 @@ class JogPanel(Struct):
         self.hand.do(StopJog())
 
     def choose(self, index: int) -> None:
-        """Choose an axis by its number from 0; a number without an axis has no effect."""
+        """Choose an axis by its number from 0. A number without an axis has no effect."""
         if 0 <= index < len(self.axes):
             self.index = index
 
@@ -250,7 +251,7 @@ class JogPanel(Struct):
 
 
 def _neighbour(row: Iterable[float], value: float, by: int) -> float:
-    """Return the next greater or smaller one of a row, or the value where there is none."""
+    """Return the next greater (by > 0) or smaller number of a row, or the value if there is none."""
     choose: Callable[..., float] = min if by > 0 else max
     return choose((one for one in row if (one - value) * by > 0), default=value)
 

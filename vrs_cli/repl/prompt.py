@@ -1,4 +1,6 @@
-"""The colours of `render.colours` for what prompt-toolkit draws: bars, messages, menus, and the line that is typed."""
+"""The parts of the prompt for prompt-toolkit: colours, the bar at the bottom, suggestions from the history, and
+keys.
+"""
 
 from __future__ import annotations
 
@@ -51,16 +53,15 @@ STYLE = Style.from_dict(
 
 
 def colour_depth() -> ColorDepth | None:
-    """Return the depth of all colours where the terminal has them; None: the nearest of 256, as is usual."""
+    """Return the depth for all colours if the terminal has them; None: use the nearest of 256 colours."""
     if os.environ.get("COLORTERM", "").lower() in ("truecolor", "24bit"):
         return ColorDepth.from_env() or ColorDepth.DEPTH_24_BIT
     return None
 
 
 class ValLexer(Lexer):
-    """Plain text until `ready()`: the tables of the language are heavy, and the first prompt does not wait for them.
-
-    `names`: the keys of the variables that have a value.
+    """Colours lines of VAL-II. Until `ready()` it leaves them plain, because the first prompt does not wait for the
+    tables of the language. `names`: the keys of the variables that have a value.
     """
 
     def __init__(
@@ -90,8 +91,8 @@ MIN_MESSAGE_COLUMNS = 12  # columns: a shorter rest of the line says nothing
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
-    """Return as much of the state as fits, the most useful first. Without a robot yet: that it is being made ready.
-    `mode`: of vi.
+    """Return as much of the state as fits, the most useful parts first. Without a status the robot is being made ready.
+    `mode`: the mode of vi.
     """
     if status is None:
         return " one moment: the robot is being made ready"[:width]
@@ -105,7 +106,7 @@ def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") 
 
 
 def vi_mode(app: Application[Any]) -> str:
-    """INSERT, NORMAL ... where the keys are those of vi, else nothing."""
+    """Return the mode of vi, such as INSERT or NORMAL; "" with the keys of emacs."""
     if app.editing_mode is not EditingMode.VI:
         return ""
     mode = app.vi_state.input_mode
@@ -113,7 +114,7 @@ def vi_mode(app: Application[Any]) -> str:
 
 
 def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
-    """Return the form of the word that is typed, its present argument marked, and what it does as far as that fits."""
+    """Return the form of the typed word with its present argument marked, and its summary if that fits."""
     from vrs_cli.render.blocks import shorten
 
     begin, end = found.arguments[found.active]
@@ -131,7 +132,7 @@ def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
 
 
 def _message(last: str, room: int) -> str:
-    """Return the message, cut where it is too long; nothing where hardly any of it would be seen."""
+    """Return the message, cut to the room that is left; "" if hardly any of it would be seen."""
     from vrs_cli.render.blocks import shorten
 
     room -= len(GAP)
@@ -155,7 +156,7 @@ def _state(status: PromptStatus) -> tuple[str, ...]:
 
 
 def _pace(status: PromptStatus) -> tuple[str, ...]:
-    """In real time: the rate where it is not 1, and what the arm does."""
+    """Return the rate of the clock in real time, if it is not 1, and what the arm does."""
     clock = status.pace
     if clock is None:
         return ()
@@ -168,7 +169,7 @@ WORD = re.compile(r"[#$]?[A-Za-z][\w.]*")
 
 
 def asked_about(document: Document) -> str:
-    """Return the word at the cursor, where there is help on it, else the first of the line."""
+    """Return the word at the cursor if there is help on it, else the first word of the line."""
     from vrs_cli.interfaces.monitor.help import ALL_NAMES
 
     words = list(WORD.finditer(document.current_line))
@@ -184,7 +185,7 @@ MAX_SUGGESTION_LINES = 2000  # lines of the history that are looked at for each 
 
 
 class FromHistory(AutoSuggest):
-    """The rest of the last line that begins so, of those that were typed of late."""
+    """Suggests the rest of the last line that begins with the typed text, among the recent lines."""
 
     def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
         text = document.current_line
@@ -196,7 +197,7 @@ class FromHistory(AutoSuggest):
 
 
 def abort_binding(abort: Callable[[], None]) -> KeyBindings:
-    """Ctrl-X aborts, whatever else is typed: at once, though prompt-toolkit has keys that begin with it."""
+    """Bind Ctrl-X to `abort`, at once: prompt-toolkit has other keys that begin with it."""
     bindings = KeyBindings()
 
     @bindings.add("c-x", eager=True, save_before=lambda _event: False)
@@ -207,9 +208,9 @@ def abort_binding(abort: Callable[[], None]) -> KeyBindings:
 
 
 def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None]) -> KeyBindings:
-    """Ctrl-D also leaves where the line holds nothing but the indent of a program. F1 explains the word at the cursor.
-    Up goes through the history unless something of the menu is chosen, which prompt-toolkit would choose from. Ctrl-U
-    deletes all of the line, wherever the cursor is; Ctrl-Y brings it back.
+    """Return the keys of the prompt. Ctrl-D leaves, also on a line with only an indent. F1 explains the word at the
+    cursor. Up goes through the history unless a suggestion is chosen. Ctrl-U deletes the whole line; Ctrl-Y brings it
+    back.
     """
     bindings = abort_binding(abort)
 

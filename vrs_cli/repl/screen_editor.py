@@ -1,6 +1,5 @@
-"""SEE on the screen, with prompt-toolkit: colours, findings under the text while it is typed, search, undo.
-
-What a program is, and what is wrong with it, says `interfaces.editor.buffer`; here are the keys and the window.
+"""SEE on the screen, with prompt-toolkit: keys, colours, mistakes underlined while the text is typed, search, undo.
+`interfaces.editor.buffer` has the program and finds its mistakes.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 
 
 class WordCompleter(Completer):
-    """Suggestions for Tab."""
+    """Suggests words for Tab."""
 
     def __init__(self, suggested: Callable[[Document], list[Suggestion]]) -> None:
         self._suggestions = suggested
@@ -63,7 +62,7 @@ class WordCompleter(Completer):
 
 
 class Underlined(Processor):
-    """Underlines what is wrong in a line."""
+    """Underlines the mistakes in a line."""
 
     def __init__(self, editor: ScreenEditor) -> None:
         self._editor = editor
@@ -83,7 +82,7 @@ class Underlined(Processor):
 
 
 class ScreenEditor:
-    """One program on the screen."""
+    """Edits one program on the screen."""
 
     def __init__(self, question: Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False) -> None:
         self.page, self._screens = (page := DraftPage(question, screens)), screens
@@ -129,7 +128,7 @@ class ScreenEditor:
         self.app.run(pre_run=self._begin)
 
     def _begin(self) -> None:
-        """As in vi, where a text is looked at first."""
+        """Begin in the mode in which vi opens a text."""
         self.app.vi_state.input_mode = InputMode.NAVIGATION
 
     # --- the text ---
@@ -145,7 +144,7 @@ class ScreenEditor:
             self._touched, self.message = self._row, ""
 
     def _take_findings(self, findings: tuple[Diagnostic, ...]) -> None:
-        """Show the findings of this text, or over a connection of one shortly before."""
+        """Show the findings of this text. Over a connection they may be of a slightly older one."""
         self.findings = findings
         if self._draws:
             self.app.invalidate()
@@ -155,7 +154,7 @@ class ScreenEditor:
             self.tidy()
 
     def tidy(self) -> None:
-        """The row that was typed in, in canonical form."""
+        """Put the row that was typed in into canonical form."""
         row, self._touched = self._touched, None
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
@@ -169,7 +168,7 @@ class ScreenEditor:
         self._replace("\n".join((*lines[:row], text, *lines[row + 1 :])), at_row, column)
 
     def format(self) -> None:
-        """The whole text in canonical form."""
+        """Put the whole text into canonical form."""
         row, column = self._row, self.buffer.document.cursor_position_col
         self._touched = None
         text = canonical(self.buffer.text, self.page.dialect)
@@ -192,7 +191,7 @@ class ScreenEditor:
             self._quiet = before
 
     def new_line(self) -> None:
-        """Enter: the line in canonical form, and the next one indented as its block is."""
+        """Put the line into canonical form, and begin a new one with the indent of its block, at Enter."""
         row, rest = self._row, self.buffer.document.current_line_after_cursor
         if rest.strip() or not row:
             self.buffer.insert_text("\n")
@@ -210,7 +209,7 @@ class ScreenEditor:
     # --- leaving ---
 
     def save(self) -> None:
-        """Format and store."""
+        """Format and store the program."""
         self.format()
         try:
             self.message = self.page.save(self.buffer.text)
@@ -219,7 +218,7 @@ class ScreenEditor:
             self.message = str(error)
 
     def leave(self) -> None:
-        """At once where all is stored; otherwise when it is asked for twice."""
+        """Leave at once if everything is stored; otherwise at the second request."""
         if self.buffer.text == self._kept or self._warned:
             self.app.exit()
         else:
@@ -250,13 +249,13 @@ class ScreenEditor:
         return "   ".join(filter(None, (f" SEE {self.page.name}{changed}", place, vi_mode(self.app))))
 
     def _form(self) -> StyleAndTextTuples:
-        """Return the form and the meaning of the word that is typed."""
+        """Return the form and the meaning of the typed word."""
         document = self.buffer.document
         found = self._screens.signature(document.current_line_before_cursor, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
     def _suggestions(self, document: Document) -> list[Suggestion]:
-        """Suggest words that may come next: those that the robot knows, and the names of this text."""
+        """Return words that may come next: those of the robot, and the names in this text."""
         line = document.current_line_before_cursor
         found = self._screens.suggestions(line, True) if document.cursor_position_row else []
         begun = _BEGUN.search(line)
@@ -267,7 +266,7 @@ class ScreenEditor:
         return [*own, *found]
 
     def _message(self) -> StyleAndTextTuples:
-        """Return the latest message; or the finding where the cursor is, the first one elsewhere."""
+        """Return the latest message, else the finding at the cursor, else the first finding."""
         if self.message:
             return [("", f" {self.message}")]
         if not self.findings:
@@ -321,7 +320,7 @@ class ScreenEditor:
         return lambda _event: actions[name]()
 
     def _tab(self) -> None:
-        """The next suggestion behind a word that is begun, else blanks."""
+        """Complete the word that is begun with the next suggestion, else insert blanks."""
         if self.buffer.complete_state is not None:
             self.buffer.complete_next()
         elif _BEGUN.search(self.buffer.document.current_line_before_cursor):
@@ -330,7 +329,7 @@ class ScreenEditor:
             self.buffer.insert_text(INDENT)
 
     def _enter(self) -> None:
-        """Take the word that is chosen in the menu; begin a new line where none is."""
+        """Take the chosen suggestion; if none is chosen, begin a new line."""
         state = self.buffer.complete_state
         if state is not None and state.current_completion is not None:
             self.buffer.complete_state = None
@@ -338,7 +337,7 @@ class ScreenEditor:
             self.new_line()
 
     def _explain(self) -> None:
-        """F1: the help on the word at the cursor, below the text."""
+        """Show the help on the word at the cursor below the text, at F1."""
         word = asked_about(self.buffer.document)
         try:
             self.message = plain_text(help_page(word)).rstrip() if word else NO_WORD
@@ -346,7 +345,7 @@ class ScreenEditor:
             self.message = str(error)
 
     def _begins_word(self, event: KeyPressEvent) -> bool:
-        """Undo takes back a word at a time."""
+        """Return whether a new step of undo begins: undo takes back one word at a time."""
         return event.data == " " or self.buffer.cursor_position != self._typed_up_to
 
     def _type(self, event: KeyPressEvent) -> None:
@@ -354,7 +353,7 @@ class ScreenEditor:
         self._typed_up_to = self.buffer.cursor_position
 
     def _cut_line(self) -> None:
-        """The heading stays."""
+        """Cut the line. The heading stays."""
         if self._row:
             document = self.buffer.document
             lines = document.lines
@@ -364,14 +363,14 @@ class ScreenEditor:
             self.buffer.document = Document("\n".join(rest), _start_of("\n".join(rest), last))
 
     def _travel(self, go: Callable[[], None]) -> None:
-        """Undo and redo bring a text back as it was: it is not formatted again."""
+        """Undo or redo. The text comes back as it was and is not formatted again."""
         self._touched = None
         with self._quietly():
             go()
 
 
 class StepMargin(Margin):
-    """The numbers of the steps: the heading has none."""
+    """The margin with the numbers of the steps. The heading has no number."""
 
     WIDTH = 6
 
@@ -394,7 +393,7 @@ class StepMargin(Margin):
 
 
 def _start_of(text: str, row: int) -> int:
-    """Return the place of the first character of a line that is no blank."""
+    """Return the position of the first character of a row that is not blank."""
     document = Document(text)
     row = min(row, document.line_count - 1)
     line = document.lines[row]

@@ -1,4 +1,4 @@
-"""`vrs` without a subcommand: the interactive shell on a terminal, the plain one on a pipe."""
+"""Run the shell: with a prompt on a terminal, from a pipe otherwise."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ FAILED = 1
 
 
 def run(place: Local, save: str | None = None) -> int:
-    """Run the shell at a robot of this process until the user leaves; returns the exit status.
+    """Run the shell at a robot of this process until the user leaves; return the exit status.
 
-    `save`: a trajectory file that is written on, or begun; without a model its robot is taken. The status is 1 when not
-    all is in that file, and on a pipe when a line could not be carried out. Raises FileError.
+    `save`: a trajectory file to begin or to go on with; without a model its robot is taken. The status is 1 if that
+    file is not complete, and on a pipe if a line could not be carried out. Raises FileError.
     """
     if save is not None:
         from vrs_cli.repl.local_robot import Recorder
@@ -37,7 +37,7 @@ def run(place: Local, save: str | None = None) -> int:
 
 
 def at(place: Place) -> int:
-    """Run the shell at a robot; returns the exit status. Raises VrsError."""
+    """Run the shell at a robot; return the exit status. Raises VrsError."""
     if on_terminal():
         from vrs_cli.repl.interactive import Shell
 

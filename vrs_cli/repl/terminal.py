@@ -1,4 +1,6 @@
-"""The terminal of a session: with somebody there to answer, and where there is nobody (a pipe)."""
+"""The terminal of a session with a person at it, who reads replies and answers questions; and pagers for long
+replies.
+"""
 
 from __future__ import annotations
 
@@ -43,9 +45,8 @@ CLEAR_LINE = "\r\x1b[K"
 
 
 class ShellTerminal:
-    """A terminal with somebody at it. `read` asks for a line (it is prompt-toolkit's, or a stand-in).
-
-    `read` raises KeyboardInterrupt for Ctrl-C and EOFError for Ctrl-D. `screens`: the front end.
+    """A terminal with a person at it. `read` asks for a line; it raises KeyboardInterrupt for Ctrl-C and EOFError for
+    Ctrl-D. `screens`: the front end.
     """
 
     attended = True
@@ -80,7 +81,7 @@ class ShellTerminal:
         return self._stream or sys.stdout
 
     def interrupt(self) -> bool:
-        """Stop what is waited for, at Ctrl-C; False when that is nothing."""
+        """Stop what is waited for, at Ctrl-C; return False if nothing is."""
         self.echoed = True
         return self.screens.interrupt()
 
@@ -96,7 +97,9 @@ class ShellTerminal:
         self.last = latest(reply) or self.last
 
     def _draw(self, reply: Reply) -> None:
-        """Through the pager what is longer than the screen; but where a prompt stands below, or more was pasted."""
+        """Show a reply, through the pager if it is longer than the screen; not if a prompt is below, or several lines
+        were pasted.
+        """
         renderer = self._renderer()
         if not (self.pager and self.pages) or self.whole_lines:
             renderer.draw(reply)
@@ -123,7 +126,7 @@ class ShellTerminal:
         self._begun = ""
 
     def ask(self, question: Question) -> Answer:
-        """Asked until the answer is one: a line of a paste is none. Ctrl-C is no, and stops the program that asks."""
+        """Ask until there is an answer. Ctrl-C means no, and stops the program that asks."""
         self._clear_progress()
         if isinstance(question, LineWanted):
             return self._line(question)
@@ -153,7 +156,7 @@ class ShellTerminal:
             return None
 
     def _parts(self, question: Parting) -> bool:
-        """Y, EXIT or QUIT, or Ctrl-D. Ctrl-C and an empty line are no."""
+        """Return whether the user leaves: at Y, EXIT, QUIT or Ctrl-D, but not at Ctrl-C or an empty line."""
         if question.about:
             self.show(replies.Message(question.about, replies.Tone.WARNING))
         while True:
@@ -172,8 +175,8 @@ class ShellTerminal:
             self.type(WANTED, True)
 
     def _on_screen(self, question: OnScreen) -> bool | None:
-        """Let it fill the screen until the user leaves; None where this terminal cannot. What is said while the editor
-        fills the screen is shown after it.
+        """Fill the screen until the user leaves; return None if this terminal cannot. Messages that come while the
+        editor fills the screen are shown after it.
         """
         from prompt_toolkit.utils import is_dumb_terminal
 
@@ -214,14 +217,14 @@ class ShellTerminal:
     # --- progress ---
 
     def progress(self, doing: Running | Reading) -> None:
-        """A running program has come to that time, or so much of a file has been read."""
+        """Show the time of a running program, or the share of a file that was read."""
         if isinstance(doing, Running):
             self._report(f"running, t = {doing.clock:.1f} s (Ctrl-C stops it)")
         else:
             self._report(f"reading {doing.path}, {doing.share:.0%} (Ctrl-C stops it)")
 
     def _report(self, text: str) -> None:
-        """Show it in place of the last, not too often, and not before a while."""
+        """Show the progress in place of the last one, not too often, and not before a while."""
         now = self._clock()
         self._since = now if self._since is None else self._since
         if now - self._since < PROGRESS_DELAY_S or now - self._refreshed < REFRESH:
@@ -232,7 +235,7 @@ class ShellTerminal:
         self.stream.flush()
 
     def end_progress(self) -> None:
-        """A line has been carried out."""
+        """End the progress of a line that was carried out."""
         self._clear_progress()
         self._since = None
 
@@ -274,7 +277,7 @@ LONG = (
 
 
 def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
-    """Return the command of a pager; "" where none is wanted, or there is none."""
+    """Return the command of a pager; "" if none is wanted or found."""
     command = wanted if isinstance(wanted, str) else environment.get("PAGER", USUAL) if wanted else ""
     try:
         words = shlex.split(command)
@@ -284,7 +287,7 @@ def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
 
 
 def shown_by(pager: str, text: str) -> bool:
-    """Let a pager show a text; whether it could be started."""
+    """Show a text by a pager; return whether the pager could be started."""
     try:
         subprocess.run(shlex.split(pager), input=text, encoding="utf-8", env={**OPTIONS, **os.environ}, check=False)
     except OSError:
