@@ -8,7 +8,7 @@ from keyword import iskeyword
 import pytest
 
 from vrs_cli.cli.check import FORMATS
-from vrs_cli.cli.command_line import PATIENCE, Parser
+from vrs_cli.cli.command_line import SCRIPT_WAIT_S, Parser
 from vrs_cli.cli.commands import SUBCOMMANDS, TASKS
 from vrs_cli.cli.examples import EXAMPLES
 from vrs_cli.cli.experiment import EXPERIMENTS
@@ -34,7 +34,7 @@ def test_choices_are_those_of_the_modules() -> None:
 def test_defaults_and_helps_are_those_of_the_modules() -> None:
     assert Parser("serve", "vrs").parse([]).port == PORT
     assert f"(default {WINDOW:g})" in " ".join(Parser("view", "vrs").format_help(rare=True).split())
-    assert f"--replay-units {PATIENCE:g} s" in " ".join(Parser("run", "vrs").format_help(rare=True).split())
+    assert f"--replay-units {SCRIPT_WAIT_S:g} s" in " ".join(Parser("run", "vrs").format_help(rare=True).split())
     assert all(f"  {one.name:5} {one.summary}" in EXAMPLES["export"] for one in formats().values())
     assert all(name in Parser("convert", "vrs").format_help() for name in TARGETS)
 

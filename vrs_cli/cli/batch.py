@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
-MOST_TOLD = 20  # diagnostics of a file
+MAX_DIAGNOSTICS = 20  # diagnostics of a file
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
 MAIN = "main"  # the program of a project that is executed
@@ -148,14 +148,14 @@ class Batch(Struct, frozen=True):
             if lines is not None:
                 lines.robot = station.actor
             try:
-                with self._isolated(station), enough(end_by), wall(options.max_wall, end_by):
-                    found = self._loaded(station)
+                with self._isolation(station), enough(end_by), wall(options.max_wall, end_by):
+                    found = self._load(station)
                     if any(map(has_errors, found.values())):
-                        return self._refused(station, found)
+                        return self._refuse(station, found)
                     for source, diagnostics in () if options.quiet else found.items():
-                        print(source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
+                        print(source.diagnostics_text(diagnostics, most=MAX_DIAGNOSTICS), end="", file=sys.stderr)
                     stop = Stoppable(station.interrupt)
-                    result, sound = self._executed(station, progress, stop, enough)
+                    result, sound = self._execute(station, progress, stop, enough)
             except LimitReached as error:  # before the program was executed: there is none to stop
                 if options.json:
                     self._print_json(
@@ -164,11 +164,11 @@ class Batch(Struct, frozen=True):
                 raise
             finally:
                 station.close()
-        status = max(self._ended(station, terminal, result), OK if sound else FAILED)
+        status = max(self._finish(station, terminal, result), OK if sound else FAILED)
         stop.end(signal.SIGINT)
         return status
 
-    def _loaded(self, station: Station) -> dict[Source, tuple[Diagnostic, ...]]:
+    def _load(self, station: Station) -> dict[Source, tuple[Diagnostic, ...]]:
         """Load the files, and return what is wrong with each; where none has an error, also what surprises in a run."""
         found: dict[Source, tuple[Diagnostic, ...]] = {}
         loaded = station.load_texts([(source.text, source.name) for source in self.sources])
@@ -182,14 +182,14 @@ class Batch(Struct, frozen=True):
                 found[source] += told_before_run(one.programs, station.engine.model)
         return found
 
-    def _isolated(self, station: Station) -> AbstractContextManager[object]:
+    def _isolation(self, station: Station) -> AbstractContextManager[object]:
         """With --sandbox the program reaches no network and starts no process."""
         if self.options.sandbox is None:
             return nullcontext()
         station.contacts.prepare()
         return Isolation()
 
-    def _executed(
+    def _execute(
         self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
     ) -> tuple[RunResult, bool]:
         """Execute a program, and whether all is in the file of --save. A fence that is run against in the middle of a
@@ -281,12 +281,12 @@ class Batch(Struct, frozen=True):
         free = [one.name for key, one in programs.items() if key not in called]
         if MAIN in programs or len(free) == 1:
             return programs[MAIN].name if MAIN in programs else free[0]
-        listed = ", ".join(free[:MOST_TOLD])
+        listed = ", ".join(free[:MAX_DIAGNOSTICS])
         raise CommandLineError("which program of the project?", f"name one behind the folder: {listed}")
 
     # --- what is told -----------------------------------------------------------------------------------
 
-    def _refused(self, station: Station, found: Mapping[Source, Sequence[Diagnostic]]) -> int:
+    def _refuse(self, station: Station, found: Mapping[Source, Sequence[Diagnostic]]) -> int:
         """Files with errors are not executed."""
         if self.options.json:
             objects = [
@@ -296,7 +296,7 @@ class Batch(Struct, frozen=True):
             ]
             self._print_json(station, None, objects)
         for source, diagnostics in found.items():
-            print(source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
+            print(source.diagnostics_text(diagnostics, most=MAX_DIAGNOSTICS), end="", file=sys.stderr)
         return FAILED
 
     def _file(self, source: Source) -> Object:
@@ -306,7 +306,7 @@ class Batch(Struct, frozen=True):
     def _owner(self, program: str) -> Source:
         return self.owners.get(key_of(program), self.source)
 
-    def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
+    def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         if self.heard is not None:
             self.heard.ended(result)
@@ -322,7 +322,7 @@ class Batch(Struct, frozen=True):
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
         else:
-            print(for_stream(self._told(result.fault), sys.stderr), file=sys.stderr)
+            print(for_stream(self._fault_text(result.fault), sys.stderr), file=sys.stderr)
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
             for sentence in sentences(displaced):  # which motions begin at other times than the program asked
                 print(sentence, file=sys.stderr)
@@ -344,12 +344,12 @@ class Batch(Struct, frozen=True):
         for reading in wrong:
             print(for_stream(untrue_sentence(reading), sys.stderr), file=sys.stderr)
 
-    def _told(self, fault: ProgramFault) -> str:
+    def _fault_text(self, fault: ProgramFault) -> str:
         return fault_text(self._owner(fault.program).path, fault)
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
         """Another task has stopped with an error."""
-        said = f"{self._told(one.fault)} ({one.where})"
+        said = f"{self._fault_text(one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
     def _print_json(

@@ -60,7 +60,7 @@ def _text(findings: Sequence[Finding]) -> None:
             items = [Diagnosed(one, lines[one.span.line], finding.source.path) for one in finding.diagnostics]
             TerminalRenderer(sys.stdout).draw(DiagnosticsReport(tuple(items)))
         else:
-            print(finding.source.shown(finding.diagnostics), end="")
+            print(finding.source.diagnostics_text(finding.diagnostics), end="")
     everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
     errors = sum(has_errors([diagnostic]) for diagnostic in everything)
     mended = sum(finding.mended for finding in findings)
@@ -106,8 +106,8 @@ def _github(findings: Sequence[Finding]) -> None:
                 "endColumn": one.span.end,
                 "title": f"{one.text} ({one.label})",
             }
-            shown = ",".join(f"{name}={_escaped(str(value), _PROPERTY)}" for name, value in properties.items())
-            print(f"::{one.severity.value} {shown}::{_escaped(one.message, _DATA)}")
+            shown = ",".join(f"{name}={_escape(str(value), _PROPERTY)}" for name, value in properties.items())
+            print(f"::{one.severity.value} {shown}::{_escape(one.message, _DATA)}")
 
 
 # what a workflow command cannot hold as it stands (GitHub Actions toolkit, @actions/core)
@@ -115,7 +115,7 @@ _DATA: Mapping[str, str] = {"%": "%25", "\r": "%0D", "\n": "%0A"}
 _PROPERTY: Mapping[str, str] = {**_DATA, ":": "%3A", ",": "%2C"}
 
 
-def _escaped(text: str, table: Mapping[str, str]) -> str:
+def _escape(text: str, table: Mapping[str, str]) -> str:
     return text.translate({ord(character): code for character, code in table.items()})
 
 
@@ -125,12 +125,12 @@ FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "js
 # --- mending: what can surely be mended is written into the file, all of it or nothing ------------------------------
 
 
-def mended(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
+def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
     """Mend a text and return what is left; one mend may uncover another, which `find` finds."""
     now = finding
     for _ in range(ROUNDS):
         mends = tuple(_apart(now.diagnostics))
-        text = _written(now.source.text, mends)
+        text = _mended_text(now.source.text, mends)
         now = Finding(Source(now.source.path, text), find(text), now.mended + len(mends)) if mends else now
     return now
 
@@ -145,7 +145,7 @@ def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
             line, end = span.line, span.end
 
 
-def _written(text: str, mends: Iterable[Diagnostic]) -> str:
+def _mended_text(text: str, mends: Iterable[Diagnostic]) -> str:
     from vrs_cli.values.diagnostics import in_order
 
     lines = text.split("\n")
@@ -249,12 +249,12 @@ def _findings(
     read = [one.read(source.text, source.name) for one, source in zip(inspectors, group, strict=True)]
     for source, inspector, beside in zip(group, inspectors, beside_each(read), strict=True):
         if source in wanted:
-            find = partial(_found, source, inspector, beside, options)
+            find = partial(_find, source, inspector, beside, options)
             found = Finding(source, find(source.text))
-            yield mended(found, find) if options.fix else found
+            yield mend(found, find) if options.fix else found
 
 
-def _found(
+def _find(
     source: Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
     """Return all errors in a text, and the warnings that are wanted. Programs of files beside it may be called."""
@@ -391,5 +391,5 @@ def _canonical(source: Source, dialect: Dialect) -> str | None:
     text = canonical_text(source.text, dialect, source.name)
     if isinstance(text, str):
         return text
-    print(source.shown(text), end="", file=sys.stderr)
+    print(source.diagnostics_text(text), end="", file=sys.stderr)
     return None

@@ -141,7 +141,7 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
 def _add(container: argparse._ActionsContainer, row: OptionRow | OneOf | Group) -> None:
     """Add an option, or several, to a parser or to a group of its help."""
     if isinstance(row, OptionRow):
-        names, described = _described(row)
+        names, described = _argparse_form(row)
         container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
         return
     titles = (row.title, row.about) if isinstance(row, Group) else ()
@@ -150,7 +150,7 @@ def _add(container: argparse._ActionsContainer, row: OptionRow | OneOf | Group) 
         _add(inside, one)
 
 
-def _described(row: OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
+def _argparse_form(row: OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
     """Return the names of an option, and its other arguments of `add_argument`."""
     words = row.form.split()
     names = [word for word in words if word.startswith("-")] or words[:1]
@@ -224,7 +224,7 @@ def clock_of(rate: float | None) -> WallClock | None:
     return WallClock(time.monotonic, time.sleep, rate)
 
 
-PATIENCE = 60.0  # [s] that a unit waits for a peer that is written down
+SCRIPT_WAIT_S = 60.0  # [s] that a unit waits for a peer that is written down
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:
@@ -241,7 +241,7 @@ def chosen_outside(options: argparse.Namespace) -> Outside:
         raise CommandLineError("--net-host says where ports are opened", "give --allow-net too")
     if options.record_units is not None and not live and options.replay_units is None:
         raise CommandLineError("--record-units has nothing to record", "give --allow-net or --serial too")
-    patience = options.patience or (inf if live else PATIENCE)
+    patience = options.patience or (inf if live else SCRIPT_WAIT_S)
     outside: Outside
     if live:
         from vrs_cli.devices.sockets import LOOPBACK, Sockets

@@ -41,15 +41,15 @@ class Conversion(Batch, frozen=True):
             raise CommandLineError(error.detail, error.hint) from None
         return station
 
-    def _executed(
+    def _execute(
         self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
     ) -> tuple[RunResult, bool]:
         self.options.given = station.environment.copy()  # before the program changes it
-        return super()._executed(station, progress, stop, enough)
+        return super()._execute(station, progress, stop, enough)
 
-    def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
+    def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write what it did until then."""
-        status, options, engine = super()._ended(station, terminal, result), self.options, station.engine
+        status, options, engine = super()._finish(station, terminal, result), self.options, station.engine
         run, path = executed_run(engine.arm, engine.timeline), PurePath(self.source.path)
         tell, text = teller(options.prog), ""
         if options.as_written:

@@ -109,7 +109,7 @@ def _delays(options: Namespace) -> int:
         tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
         print(json.dumps({**tried, "rows": [*map(_row_object, rows)]}, indent=2))
     else:
-        print(text_of(_told(options, rows)), end="")
+        print(text_of(_report(options, rows)), end="")
     if picture is not None:
         _draw(picture, rows)
     return OK if all(row.sound for row in rows) else FAILED
@@ -132,7 +132,7 @@ class ExperimentRow(Struct, frozen=True):
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 
     @property
-    def moved(self) -> bool:
+    def has_moved(self) -> bool:
         return self.outcome.aborted < self.outcome.commands
 
 
@@ -169,7 +169,7 @@ def _outcome(trial: Trial) -> TrialOutcome:
 # --- what is told ------------------------------------------------------------------------------------------------
 
 
-def _told(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
+def _report(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     for name, group in groupby(rows, lambda row: row.delays):
         some = list(group)
         yield from _tables(options, name, some)
@@ -216,7 +216,7 @@ def _shares(row: ExperimentRow) -> tuple[str, ...]:
 
 def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
     """Return the errors of each strategy as text; dashes where the robot has not moved."""
-    return tuple(f"{of(error):.3f}" if row.moved else "-" for error in row.outcome.errors.values())
+    return tuple(f"{of(error):.3f}" if row.has_moved else "-" for error in row.outcome.errors.values())
 
 
 # --- what is drawn -----------------------------------------------------------------------------------------------
@@ -225,7 +225,7 @@ def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]
 def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
     """Mean errors [deg] of some strategies over the lead [s], for each policy and line, where the robot moved."""
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
-        some = sorted((row for row in group if row.moved), key=lambda row: row.trial.lead)
+        some = sorted((row for row in group if row.has_moved), key=lambda row: row.trial.lead)
         errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
         columns = [[each[strategy] for each in errors] for strategy in CHARTED]
         if len(some) > 1:
@@ -276,7 +276,7 @@ def _row_object(row: ExperimentRow) -> dict[str, object]:
         "flagged": it.flagged,
         "unconfirmed": it.unconfirmed,
         "round_trip_s": {"median": it.round_trip[0], "95": it.round_trip[1]},
-        "errors": errors if row.moved else None,
+        "errors": errors if row.has_moved else None,
         "flags_agree": it.agreed,
         "unflagged_error": {"max_deg": it.outside.most_degrees, "max_mm": it.outside.most_mm},
     }

@@ -152,9 +152,9 @@ def grade(options: Namespace) -> int:
     if options.check is not None:
         if options.exercise is not None:
             raise CommandLineError("--check grades no submissions", f"vrs grade --check {options.check}")
-        return _checked(options)
+        return _check_exercise(options)
     if options.new is not None:
-        return _proposed(options)
+        return _propose(options)
     if options.cell is not None:
         raise CommandLineError("--cell is for --new: submissions run in the cell of the exercise")
     if options.exercise is None or not options.files:
@@ -163,11 +163,11 @@ def grade(options: Namespace) -> int:
     exercise = read_exercise(find_exercise(options.exercise).resolve())
     submissions = find_submissions(options.files)
     _check_outputs(options, len(submissions) > 1)
-    gradings = _graded(options, exercise, submissions)
+    gradings = _grade_all(options, exercise, submissions)
     return FAILED if any(one.lost for one in gradings) else OK
 
 
-def _checked(options: Namespace) -> int:
+def _check_exercise(options: Namespace) -> int:
     """Tell what is wrong with an exercise, as it is found."""
     from tempfile import TemporaryDirectory
 
@@ -189,7 +189,7 @@ def _checked(options: Namespace) -> int:
     return FAILED if mistakes else OK
 
 
-def _proposed(options: Namespace) -> int:
+def _propose(options: Namespace) -> int:
     """Propose an exercise from a solution, and tell what was proposed."""
     if options.exercise is None or options.files:
         raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
@@ -200,7 +200,7 @@ def _proposed(options: Namespace) -> int:
     return OK
 
 
-def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
+def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
     """Grade all, show a table, and write all files."""
     grader = Grader(exercise)
     pages = None
@@ -211,7 +211,7 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
     total = len(submissions)
     told = RunProgress("grading", total, told=lambda done: f"{done:.0f} of {total}")
     try:
-        with told as progress, closing(_yielded(options, grader, submissions)) as arriving:
+        with told as progress, closing(_gradings(options, grader, submissions)) as arriving:
             for one in arriving:
                 found.append(one.grading)
                 if pages is not None:
@@ -225,7 +225,7 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
         )
         raise
     gradings = by_student(found)
-    alike = similar({one.student: one.text for one in submissions}, _given(exercise), exercise.similar)
+    alike = similar({one.student: one.text for one in submissions}, _texts_of_exercise(exercise), exercise.similar)
     results = results_object(exercise, gradings, alike)
     _write(options, exercise, gradings, results)
     if pages is not None:
@@ -236,7 +236,7 @@ def _graded(options: Namespace, exercise: Exercise, submissions: Sequence[Submis
     return gradings
 
 
-def _yielded(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
+def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
     """Grade on this machine, or on those of a Dask scheduler."""
     replays = options.html is not None
     if options.dask is None:
@@ -245,7 +245,7 @@ def _yielded(options: Namespace, grader: Grader, submissions: Sequence[Submissio
     return grade_on_cluster(options.dask, grader.exercise, submissions, replays=replays)
 
 
-def _given(exercise: Exercise) -> Iterator[str]:
+def _texts_of_exercise(exercise: Exercise) -> Iterator[str]:
     """Yield the program texts that students get with an exercise."""
     for name in ("given.v2", "start.v2"):
         path = Path(exercise.folder, "exercise", name)

@@ -132,7 +132,7 @@ class _Course:
             classroom = Classroom(lesson, stack, tell, page=self._page, attended=attended)
             begin = 0 if standing.is_finished else standing.passed
             course = {folder: _title(folder) for folder in self.folders}
-            learner = Learner(lesson, classroom.look, _shown(attended), progress, course, begin)
+            learner = Learner(lesson, classroom.look, _text_shower(attended), progress, course, begin)
             if self._page is not None and classroom.local_robot is not None:
                 self._page = self._page.at_port(classroom.local_robot.port)  # that of all lessons
                 if first:
@@ -159,7 +159,7 @@ def _read(folder: Path) -> Lesson:
     return read_lesson(folder)
 
 
-def _shown(attended: bool) -> Callable[[str], None]:
+def _text_shower(attended: bool) -> Callable[[str], None]:
     """Return what shows the Markdown of a lesson: in colours on a terminal, as it is in a pipe."""
     if not attended:
         return lambda text: print(f"{text}\n", flush=True)

@@ -60,12 +60,12 @@ def run(arguments: Sequence[str]) -> int:
     """Run a command line; returns the exit status. No exception leaves."""
     _prepare_streams()
     if arguments and arguments[0] in PAGES:
-        return _guarded("vrs", PAGES[arguments[0]])
+        return _run_guarded("vrs", PAGES[arguments[0]])
     try:
-        name, prog, rest = _chosen(arguments)
+        name, prog, rest = _choose(arguments)
     except UsageError as error:
-        return _told("vrs", str(error), USAGE)
-    return _guarded(prog, partial(_subcommand, name, prog, rest))
+        return _tell_error("vrs", str(error), USAGE)
+    return _run_guarded(prog, partial(_subcommand, name, prog, rest))
 
 
 STREAMS = (  # name, what becomes of what is no UTF-8, line ends
@@ -86,7 +86,7 @@ def _prepare_streams() -> None:
                 stream.reconfigure(encoding="utf-8", errors=errors, newline=newline)
 
 
-def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
+def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
     """Return the subcommand, what to call it in messages, and its arguments. Options alone are the shell's."""
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
@@ -146,7 +146,7 @@ PAGES: Mapping[str, Callable[[], int]] = {
 # --- errors --------------------------------------------------------------------------------------------------
 
 
-def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
+def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
     """Return the status of a subcommand, with every way in which it can end."""
     try:
         with ending():
@@ -155,21 +155,21 @@ def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
     except SystemExit as exit_:  # argparse, after --help
         return exit_.code if isinstance(exit_.code, int) else OK
     except VrsError as error:
-        return _told(prog, str(error), status_of(error))
+        return _tell_error(prog, str(error), status_of(error))
     except Ended as end:
-        return _told(prog, str(end), end.status)
+        return _tell_error(prog, str(end), end.status)
     except KeyboardInterrupt:
-        return _told(prog, "interrupted", INTERRUPTED)
+        return _tell_error(prog, "interrupted", INTERRUPTED)
     except BrokenPipeError:
         _abandon_output()
         return BROKEN_PIPE
     except Exception as error:
         if isinstance(error, OSError) and error.filename is None:  # of a stream: files are named
             _abandon_output()
-            return _told(prog, f"standard output cannot be written: {error.strerror}", FAILED)
+            return _tell_error(prog, f"standard output cannot be written: {error.strerror}", FAILED)
         from vrs_cli.interfaces.conversation.internal_error import internal_error
 
-        return _told(prog, internal_error(error).text, INTERNAL_ERROR)
+        return _tell_error(prog, internal_error(error).text, INTERNAL_ERROR)
     return status
 
 
@@ -180,7 +180,7 @@ def status_of(error: VrsError) -> int:
     return USAGE if isinstance(error, UsageError | FileError) else FAILED
 
 
-def _told(prog: str, message: str, status: int) -> int:
+def _tell_error(prog: str, message: str, status: int) -> int:
     try:
         sys.stdout.flush()
     except OSError:

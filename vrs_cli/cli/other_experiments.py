@@ -71,7 +71,7 @@ def run_methods(options: Namespace) -> int:
         tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
         print(json.dumps({**tried, "rows": [_row_object_methods(row) for row in rows]}, indent=2))
     else:
-        print(text_of(_told_methods(options, rows)), end="")
+        print(text_of(_report_methods(options, rows)), end="")
     return OK
 
 
@@ -119,7 +119,7 @@ def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
                 yield name, MethodTrial(robot, ways, scenario, one, seen, options.seconds, options.rate)
 
 
-def _told_methods(options: Namespace, rows: Sequence[MethodRows]) -> Iterator[Block]:
+def _report_methods(options: Namespace, rows: Sequence[MethodRows]) -> Iterator[Block]:
     for delays in dict.fromkeys(row.delays for row in rows):
         some = [row for row in rows if row.delays == delays]
         yield line(f"{delays}; {options.seeds} x {options.seconds:g} s, {options.rate:g} Hz")
@@ -348,7 +348,7 @@ def run_twin(options: Namespace) -> int:
         tried = {"seeds": options.seeds, "seconds": options.seconds}
         print(json.dumps({**tried, "rows": [*map(_row_object_twin, rows)]}, indent=2))
     else:
-        print(text_of(_told_twin(options, rows)), end="")
+        print(text_of(_report_twin(options, rows)), end="")
     if options.plot is not None:
         _draw(options.plot, rows)
     return OK if all(it.row.excess == 0.0 for it in rows) else FAILED
@@ -364,7 +364,7 @@ def _check_picture(path: str) -> None:
 
 def _rows_twin(options: Namespace) -> list[TwinRows]:
     cases = list(_cases_twin(options))
-    trials = [_seeded(trial, number) for _, _, trial in cases for number in range(options.seeds)]
+    trials = [_with_seed(trial, number) for _, _, trial in cases for number in range(options.seeds)]
     found = outcomes(twin_outcome, trials, options.jobs)
     parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
     return [
@@ -373,7 +373,7 @@ def _rows_twin(options: Namespace) -> list[TwinRows]:
     ]
 
 
-def _seeded(it: TwinTrial, number: int) -> TwinTrial:
+def _with_seed(it: TwinTrial, number: int) -> TwinTrial:
     """Return a trial with another seed."""
     ways = structs.replace(it.trial.ways, seed=it.trial.ways.seed + number)
     return structs.replace(it, trial=structs.replace(it.trial, ways=ways))
@@ -399,7 +399,7 @@ def _scenario(options: Namespace, robot: RobotModel, name: str) -> tuple[Disturb
     return load_scenario(Path(name), tuple(link.kind for link in robot.links)).disturbances
 
 
-def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
+def _report_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
     columns = (Column("scenario"), Column("policy"), number_column("lead s", 6))
     for delays in dict.fromkeys(it.delays for it in rows):
         some = [it for it in rows if it.delays == delays]
@@ -409,7 +409,7 @@ def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
         )
         seen = (
             (
-                *_named(it),
+                *_case_names(it),
                 *(f"{it.row.mean[name]:.3f}" for name in twin.SEEN),
                 f"{it.row.excess:g}",
                 f"{100 * it.row.flagged:.2f}",
@@ -421,7 +421,7 @@ def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
         yield line("What the operator was told")
         told = (
             (
-                *_named(it),
+                *_case_names(it),
                 f"{it.row.alarms}/{it.row.trials}",
                 "-" if isnan(it.row.alarm) else f"{it.row.alarm:.2f}",
                 str(it.row.false_alarms),
@@ -436,7 +436,7 @@ def _told_twin(options: Namespace, rows: Sequence[TwinRows]) -> Iterator[Block]:
     yield line(f"Outside flagged times the error of timeline, minus that of tracking, is at most {worst:g} deg")
 
 
-def _named(it: TwinRows) -> tuple[str, str, str]:
+def _case_names(it: TwinRows) -> tuple[str, str, str]:
     return Path(it.scenario).name, it.trial.trial.policy, f"{it.trial.trial.lead:g}"
 
 
@@ -458,7 +458,7 @@ def _draw(path: str, rows: Sequence[TwinRows]) -> None:
             it.curves.times,
         )
         for it in rows[:PANELS]
-        for scenario, policy, lead in (_named(it),)
+        for scenario, policy, lead in (_case_names(it),)
     ]
     write_atomically(path, curves_svg(panels, "t [s]") + "\n")
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 PAGES = (".html", ".htm")
-MOST_COMMANDS = 1000  # in the table
+MAX_COMMANDS = 1000  # in the table
 HALF_DIGIT = 0.0005  # [s]: the end is told with three decimals, which may be rounded up
 STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
@@ -178,9 +178,9 @@ def _write_report(
     moment = timeline.end if t is None else min(max(t, timeline.start), timeline.end)
     cells = "".join(
         f"<tr><td>{place}</td><td>{escape(text)}</td><td>{begin:.3f}</td><td>{end:.3f}</td></tr>"
-        for place, text, begin, end in rows[:MOST_COMMANDS]
+        for place, text, begin, end in rows[:MAX_COMMANDS]
     )
-    more = f"<p>{len(rows) - MOST_COMMANDS} more are not shown.</p>" if len(rows) > MOST_COMMANDS else ""
+    more = f"<p>{len(rows) - MAX_COMMANDS} more are not shown.</p>" if len(rows) > MAX_COMMANDS else ""
     parts = (
         f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
         _or_why("picture of the arm", lambda: _picture(arm, timeline, moment, world)),

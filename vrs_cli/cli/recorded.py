@@ -122,7 +122,7 @@ def verify(options: Namespace) -> int:
 
 
 DEFAULT_STEP = 0.1  # [s] between the rows of the table
-MOST_ROWS = 100_000
+MAX_TABLE_ROWS = 100_000
 
 
 def replay(options: Namespace) -> None:
@@ -142,9 +142,9 @@ def replay(options: Namespace) -> None:
         play(arm, timeline, options.speed)
     else:
         step = options.step or DEFAULT_STEP
-        if (timeline.end - timeline.start) / step > MOST_ROWS:
+        if (timeline.end - timeline.start) / step > MAX_TABLE_ROWS:
             what = f"--step {step:g} makes too many rows"
-            raise CommandLineError(what, f"at most {MOST_ROWS}; --csv writes long tables")
+            raise CommandLineError(what, f"at most {MAX_TABLE_ROWS}; --csv writes long tables")
         from vrs_cli.engine.position import position_at
         from vrs_cli.files.samples import sample_times
         from vrs_cli.render.text import plain_text

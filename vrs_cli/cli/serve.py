@@ -64,7 +64,7 @@ def serve(options: Namespace) -> int:
         audit = Audit(Path(path) if path else None, time.time, tell)
         at_end.callback(audit.close)
         if options.folder is not None:
-            folder = _made(Path(options.folder), "--folder")
+            folder = _make_folder(Path(options.folder), "--folder")
         else:
             folder = Path(at_end.enter_context(TemporaryDirectory(prefix="vrs-")))
         named, tokens = (name for name, _ in options.robot), None
@@ -85,7 +85,7 @@ def serve(options: Namespace) -> int:
         _warm()
         hub.open_all()
         sys.setswitchinterval(TURN)
-        return asyncio.run(_served(options, server, hub, tell))
+        return asyncio.run(_run_server(options, server, hub, tell))
 
 
 def _take_class(options: Namespace) -> ClassFolder | None:
@@ -104,7 +104,7 @@ def _take_class(options: Namespace) -> ClassFolder | None:
     return found
 
 
-async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
+async def _run_server(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
     stop = asyncio.Event()
     ending = asyncio.create_task(signal_comes())
     ending.add_done_callback(lambda _: stop.set())
@@ -207,7 +207,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     robots: Mapping[str, RobotModel] = {name: load_robot(robot, ends, options.task) for name, robot in wanted}
     for model in robots.values():
         tell_notes(tell, model, fitted=options.task is None)
-    journal = None if options.journal is None else _made(Path(options.journal), "--journal")
+    journal = None if options.journal is None else _make_folder(Path(options.journal), "--journal")
     cells = {name: read_cell(file) for name, file in options.cell}
     usual = Plan(
         load_robot(options.own_robot),
@@ -226,7 +226,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     return Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)
 
 
-def _made(folder: Path, option: str) -> Path:
+def _make_folder(folder: Path, option: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -40,7 +40,7 @@ class Source(Struct, frozen=True):
         """Return the name of the file without its folder and ending; empty if it is none."""
         return os.path.splitext(os.path.basename(self.path))[0] if self.is_file else ""
 
-    def shown(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
+    def diagnostics_text(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
         warnings, and how many more there are.
         """

@@ -41,8 +41,8 @@ from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.numbers import count
 
 KEPT = 1000  # targets after which what they left is not looked through for garbage any more
-MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
-LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole
+MAX_COMPLAINTS = 5  # lines that are no targets, or out of reach, that are named
+MAX_LINE_CHARS = 1 << 16  # characters: a longer one is no target, and is not kept whole
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
@@ -95,7 +95,7 @@ def _lines(path: str) -> Iterator[Iterable[str]]:
 def _read(stream: TextIO) -> Iterator[str]:
     """Line by line, to the end; a terminal that has gone is one."""
     with suppress(OSError):
-        yield from iter(partial(stream.readline, LONGEST_LINE), "")
+        yield from iter(partial(stream.readline, MAX_LINE_CHARS), "")
 
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
@@ -149,7 +149,7 @@ class _Run:
             )
             steering = self._begin(model, first := self._first(targets))
             with self.progress, stop:
-                failed = self._recorded(steering, chain((first,), targets), stop)
+                failed = self._follow_and_record(steering, chain((first,), targets), stop)
         self._tell(steering)
         self.outputs.write(steering.engine.arm, steering.engine.timeline, self.options.file)
         stop.end()
@@ -169,7 +169,7 @@ class _Run:
             engine.perform(SetParameter("PROFILE", self.options.profile))
         return Steering(engine, speed=self.options.speed / 100.0)
 
-    def _recorded(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
+    def _follow_and_record(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
         """Follow the targets; return whether part of the motion is missing in the file that was asked for: the stream
         ends, and the robot brakes, where it cannot be written.
         """
@@ -204,9 +204,9 @@ class _Run:
 
     def _complain(self, what: str) -> None:
         count = self.skipped + self.unreached
-        if count <= MOST_TOLD:
+        if count <= MAX_COMPLAINTS:
             self._say(what)
-        elif count == MOST_TOLD + 1:
+        elif count == MAX_COMPLAINTS + 1:
             self._say("and others")
 
     def _say(self, what: str) -> None:

@@ -104,7 +104,7 @@ async def _watch(options: Namespace) -> None:
 def _abort(client: Client, news: News) -> None:
     """Stop the robot; what became of that is told."""
     try:
-        client.begin(Abort, news.answered)
+        client.begin(Abort, news.keep_answer)
     except VrsError as error:
         news.cut(f"ABORT is not sent: {error}")
 
@@ -127,7 +127,7 @@ class News:
     def cut(self, why: str) -> None:
         self._cut = why
 
-    def answered(self, message: ServerMessage) -> None:
+    def keep_answer(self, message: ServerMessage) -> None:
         """Keep the answer to ABORT."""
         match message:
             case Told(reply):
@@ -203,10 +203,10 @@ def tell_page(options: Namespace, address: str) -> None:
     """Print the address of a page, and open it."""
     print(f"{options.prog}: {address}", flush=True)
     if not options.no_open:
-        Thread(target=_opened, args=(address,), daemon=True).start()
+        Thread(target=_open_browser, args=(address,), daemon=True).start()
 
 
-def _opened(address: str) -> None:
+def _open_browser(address: str) -> None:
     """Open a browser; without one the printed address is enough."""
     with suppress(webbrowser.Error):
         webbrowser.open(address)
