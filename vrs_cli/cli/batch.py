@@ -1,5 +1,6 @@
-"""A batch run: its terminal (TYPE goes out as it happens, PROMPT reads standard input, nobody answers other questions),
-the run itself, its reports (one JSON object, or the error of a program in words), and the runs of several files."""
+"""Carry out batch runs (`vrs run`): the terminal of a run, the run, its reports (a JSON object, or the error of a
+program in words), and the runs of several files.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +61,9 @@ NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
 
 
 class BatchTerminal(Struct, frozen=True):
-    """Writes to `output`; `quiet` leaves out all but what programs TYPE. `lines`: what PROMPT reads."""
+    """The terminal of a run. It writes to `output`; `quiet` leaves out everything but the output of programs. `lines`:
+    the input of PROMPT. Other questions get no answer.
+    """
 
     output: TextIO
     alive: RunProgress
@@ -69,23 +72,25 @@ class BatchTerminal(Struct, frozen=True):
     attended: bool = False
 
     def progress(self, doing: Running | Reading) -> None:
-        """The line on standard error."""
+        """Show the time of the run on standard error."""
         if isinstance(doing, Running):
             self.alive(doing.clock)
 
     def type(self, text: str, newline: bool) -> None:
-        """TYPE output."""
+        """Write the output of TYPE as it happens."""
         self._write(f"{text}\n" if newline else text)
 
     def show(self, reply: Reply) -> None:
-        """An answer of the session."""
+        """Write a reply of the session."""
         from vrs_cli.render.text import plain_text
 
         if not self.quiet:
             self._write(plain_text(reply))
 
     def ask(self, question: Question) -> Answer:
-        """One line of standard input; no other question is answered. Raises EndOfInput, which names the PROMPT."""
+        """Return one line of standard input. Other questions than PROMPT are not answered. Raises EndOfInput, which
+        names the PROMPT.
+        """
         if not isinstance(question, LineWanted) or (question.wrong and not sys.stdin.isatty()):
             return None
         self._write(f"{question.wrong}\n" if question.wrong else "")
@@ -107,15 +112,15 @@ class BatchTerminal(Struct, frozen=True):
 
 
 class Heard(NamedTuple):
-    """Callbacks of one run of several: `ended` gets its result, `printed` its object of --json."""
+    """Callbacks of one run of several. `ended` gets its result, `printed` its object of --json."""
 
     ended: Callable[[RunResult], None]
     printed: Callable[[Object], None]
 
 
 class Batch(Struct, frozen=True):
-    """One run: the options, the files to load, which are one name space, and who hears how it goes where there are
-    several runs. `owners`: the file of each program, by key.
+    """One run: the options, the files to load, which are one name space, and the callbacks if there are several runs.
+    `owners`: the file of each program, by key.
     """
 
     options: Namespace
@@ -131,11 +136,11 @@ class Batch(Struct, frozen=True):
 
     @property
     def aside(self) -> bool:
-        """Return whether the result of the run stands alone on standard output."""
+        """Return whether the result of the run is alone on standard output."""
         return self.options.json or self.outputs.takes_standard_output
 
     def run(self) -> int:
-        """Load and execute; the exit status."""
+        """Load and execute; return the exit status."""
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
         live = options.realtime is not None or options.allow_net or options.serial  # time passes as on the wall
@@ -169,7 +174,9 @@ class Batch(Struct, frozen=True):
         return status
 
     def _load(self, station: Station) -> dict[Source, tuple[Diagnostic, ...]]:
-        """Load the files, and return what is wrong with each; where none has an error, also what surprises in a run."""
+        """Load the files and return the diagnostics of each. If no file has an error, add warnings of surprises in the
+        run.
+        """
         found: dict[Source, tuple[Diagnostic, ...]] = {}
         loaded = station.load_texts([(source.text, source.name) for source in self.sources])
         for source, one in zip(self.sources, loaded, strict=True):
@@ -183,7 +190,7 @@ class Batch(Struct, frozen=True):
         return found
 
     def _isolation(self, station: Station) -> AbstractContextManager[object]:
-        """With --sandbox the program reaches no network and starts no process."""
+        """Return a context in which, with --sandbox, programs reach no network and start no process."""
         if self.options.sandbox is None:
             return nullcontext()
         station.contacts.prepare()
@@ -192,8 +199,9 @@ class Batch(Struct, frozen=True):
     def _execute(
         self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
     ) -> tuple[RunResult, bool]:
-        """Execute a program, and whether all is in the file of --save. A fence that is run against in the middle of a
-        step ends it too."""
+        """Execute a program. Return its result, and whether the file of --save is complete. A limit that is reached
+        within a step ends the program too.
+        """
         program, engine = self._program(station), station.engine
         engine.clock.set(0.0)
         durable = self.options.realtime is not None
@@ -210,7 +218,7 @@ class Batch(Struct, frozen=True):
 
     @contextmanager
     def _folder(self) -> Iterator[Folder]:
-        """Return the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
+        """Yield the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
         from vrs_cli.files.disk import working_folder
 
         options, given = self.options, self.options.file == STANDARD_STREAM
@@ -247,7 +255,7 @@ class Batch(Struct, frozen=True):
         return station
 
     def _limits(self) -> Limits:
-        """Return the limits of the options; the usual ones where none is given."""
+        """Return the limits of the options; for options that are not given, the usual limits."""
         options = self.options
         own = OWN if options.realtime is None else ATTENDED
         if options.allow_net or options.serial:
@@ -258,7 +266,7 @@ class Batch(Struct, frozen=True):
         )
 
     def _program(self, station: Station) -> str:
-        """Return the program asked for, or the first of the file. Raises CommandLineError."""
+        """Return the wanted program, or the first of the file. Raises CommandLineError."""
         environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
@@ -275,7 +283,7 @@ class Batch(Struct, frozen=True):
             raise CommandLineError(what, hint) from None
 
     def _main(self, station: Station) -> str:
-        """Return the program main, or the only one that no other calls. Raises CommandLineError."""
+        """Return the program main, or the only one that no other program calls. Raises CommandLineError."""
         programs = station.environment.programs
         called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
         free = [one.name for key, one in programs.items() if key not in called]
@@ -287,7 +295,7 @@ class Batch(Struct, frozen=True):
     # --- what is told -----------------------------------------------------------------------------------
 
     def _refuse(self, station: Station, found: Mapping[Source, Sequence[Diagnostic]]) -> int:
-        """Files with errors are not executed."""
+        """Report the errors of files that are not executed; return the exit status."""
         if self.options.json:
             objects = [
                 _object(one.severity, one.code, one.message, line=one.span.line) | self._file(source)
@@ -300,14 +308,14 @@ class Batch(Struct, frozen=True):
         return FAILED
 
     def _file(self, source: Source) -> Object:
-        """Return the file of an error, where there are several."""
+        """Return the file of an error as JSON, if there are several files."""
         return {"file": source.path} if len(self.sources) > 1 else {}
 
     def _owner(self, program: str) -> Source:
         return self.owners.get(key_of(program), self.source)
 
     def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
-        """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
+        """Report how the run ended, and write the files. After an error they have what there is of the trajectory."""
         if self.heard is not None:
             self.heard.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
@@ -335,7 +343,7 @@ class Batch(Struct, frozen=True):
         return FAILED if faults else OK
 
     def _tell_world(self, station: Station, wrong: Iterable[Untrue]) -> None:
-        """Tell what happened around the robot, and what programs have read and later edits made untrue (`wrong`)."""
+        """Report what happened around the robot, and readings of programs that later edits made wrong (`wrong`)."""
         if self.options.quiet:
             return
         course = station.driver.course
@@ -348,7 +356,7 @@ class Batch(Struct, frozen=True):
         return fault_text(self._owner(fault.program).path, fault)
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
-        """Another task has stopped with an error."""
+        """Report that another task has stopped with an error."""
         said = f"{self._fault_text(one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
@@ -365,7 +373,7 @@ class Batch(Struct, frozen=True):
 
 
 def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield the findings; a program that is not in memory leads to the file beside that has it."""
+    """Yield diagnostics. If a program is not in memory, but a file beside has it, the hint names the file."""
     beside: Mapping[str, str] | None = None
     for one in found:
         if source.is_file and one.code == UndefinedName.code:
@@ -379,7 +387,7 @@ def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[
 
 
 def _advice(option: str) -> str:
-    """Say what helps where the limit of an option stops a program."""
+    """Return what helps if the limit of an option stops a program."""
     if option == "signals":
         return "--signals FILE says when inputs change"
     return f"give it more with --{option.replace('_', '-')}"
@@ -389,9 +397,8 @@ def _advice(option: str) -> str:
 
 
 def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
-    """Return the object of `--json`; `result` is None when nothing could be executed.
-
-    `segments` counts those of motions: the initial pose is none.
+    """Return the object of `--json`. `result`: None if nothing could be executed. `segments` counts the segments of
+    motions, without the initial pose.
     """
     return {
         "program": result.program if result else None,
@@ -415,8 +422,8 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
 
 
 def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
-    """Return what `--json` tells of the world: `parts` at the end, and `notes`, of a cell with parts or sensors; and
-    `no_longer_true`, what programs have read and later edits made untrue (`wrong`), where there is any.
+    """Return the facts of the world for `--json`: `parts` at the end and `notes` of a cell with parts or sensors;
+    `no_longer_true`, the readings of programs that later edits made wrong (`wrong`), if there are any.
     """
     found, course, engine = Object(), station.driver.course, station.engine
     if course is not None and course.parts():
@@ -441,7 +448,7 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
 
 
 def _contact_object(motion: str, contact: Contact) -> Object:
-    """Return a contact that was told, with the text of its motion."""
+    """Return a contact, with the text of its motion, for `--json`."""
     return {
         "motion": motion,
         "t": round_to_ns(contact.t),
@@ -453,7 +460,7 @@ def _contact_object(motion: str, contact: Contact) -> Object:
 
 
 def _part_object(course: WorldCourse, name: str, t: float) -> Object:
-    """Return a part at a time [s]; one that falls then, where it comes to lie."""
+    """Return a part at a time [s] for `--json`; a falling part counts as landed."""
     last = course.spans(name, t)[-1]
     state = course.state(name, max(t, last.end) if last.end < inf else t)
     place = pose_object(state.pose) if state.exists else {"xyz_mm": None, "oat_deg": None}
@@ -469,13 +476,13 @@ def _object(
     line: int | None = None,
     numbers: Mapping[str, object] = NO_NUMBERS,
 ) -> Object:
-    """Return an error or a warning, with the numbers behind it where there are any [m, rad]."""
+    """Return an error or a warning for `--json`, with its numbers [m, rad] if it has any."""
     place = {"program": program, "step": step, "line": line}
     return {"severity": severity.value, "code": code, "message": message, **place, **numbers}
 
 
 def fault_text(path: str, fault: ProgramFault) -> str:
-    """Say where a program stopped and why, with its line and a caret."""
+    """Return where a program stopped and why, with its line and a caret."""
     place = f"{path}:{fault.line}: " if fault.line else ""
     source = fault.source.strip()
     lines = [f"{place}{fault.message}"]
@@ -488,7 +495,7 @@ def fault_text(path: str, fault: ProgramFault) -> str:
 
 
 class FileSummary(NamedTuple):
-    """A file of the summary; the seconds are the robot's."""
+    """A row of the summary of several files. `seconds`: in the robot's time."""
 
     path: str
     status: int
@@ -497,7 +504,7 @@ class FileSummary(NamedTuple):
 
 
 def run_many(options: Namespace, files: Sequence[str]) -> int:
-    """Execute the first program of each file; the worst status. Raises CommandLineError."""
+    """Execute the first program of each file; return the highest exit status. Raises CommandLineError."""
     for name in ALONE:
         if getattr(options, name) is not None:
             raise CommandLineError(f"--{name.replace('_', '-')} is for one file", "run the files one by one for it")
@@ -537,7 +544,7 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
 
 
 def _tell(rows: Sequence[FileSummary]) -> None:
-    """On standard error, beside what programs TYPE."""
+    """Print the summary on standard error, apart from the output of programs."""
     width = max(len(row.path) for row in rows)
     for row in rows:
         seconds = "" if row.seconds is None else f"{row.seconds:.3f} s"

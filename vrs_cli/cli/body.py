@@ -1,4 +1,4 @@
-"""`vrs body`: this process is the body of a robot that is served, or stands for it."""
+"""`vrs body`: this process is the body of a served robot, or represents it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Tell = Callable[[str], None]
 
 
 def body(options: Namespace) -> int:
-    """Be the body until Ctrl-C, or until the robot has another one. Raises what the robot refuses."""
+    """Be the body until Ctrl-C, or until the robot gets another body. Raises the robot's refusals."""
     kind = next((kind for kind in KINDS if getattr(options, kind)), None)
     if kind is None:
         raise CommandLineError("which body?", f"give --{' or --'.join(KINDS)}")
@@ -58,7 +58,7 @@ async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
 
 
 def _client(options: Namespace) -> BodyClient:
-    """Return the client that is to be the body. Raises CommandLineError for what is no address, and FileError."""
+    """Return the client of the body. Raises CommandLineError for a wrong address, FileError."""
     token, tell = token_of(options.token_file), teller(options.prog)
     try:
         return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
@@ -90,8 +90,8 @@ def _read_input(take: Callable[[str], None], end: Callable[[], object]) -> None:
 
 
 async def _simulate(options: Namespace) -> int:
-    """Be the body by an arm of MuJoCo. Raises CommandLineError without MuJoCo, NotAvailable for a robot whose masses
-    nobody says, and what is wrong with the scenario.
+    """Be the body with a simulated arm of MuJoCo. Raises CommandLineError without MuJoCo, NotAvailable for a robot
+    without known masses, and errors of the scenario.
     """
     try:
         from vrs_cli.bodies.mujoco_arm import ArmSettings, MujocoArm
@@ -134,8 +134,8 @@ async def _move(
     make_arm: Callable[[Joints, float], MujocoArm],
     commands: asyncio.Queue[Disturbance | Release],
 ) -> None:
-    """Let an arm follow the timeline, and report what it measures. Where the robot's clock jumps, as that of another
-    server does, the arm goes on from where it is.
+    """Let an arm follow the timeline, and report its measurements. If the robot's clock jumps, as with another server,
+    the arm goes on from its present pose.
     """
 
     def setpoint(t: float) -> JointState:
@@ -156,7 +156,7 @@ async def _move(
 
 
 def _commands(kinds: tuple[JointKind, ...], tell: Tell) -> asyncio.Queue[Disturbance | Release]:
-    """Return a queue into which disturbances come that are typed on standard input."""
+    """Return a queue of the disturbances that are typed on standard input."""
     found: asyncio.Queue[Disturbance | Release] = asyncio.Queue()
 
     def take(line: str) -> None:
@@ -174,8 +174,8 @@ def _commands(kinds: tuple[JointKind, ...], tell: Tell) -> asyncio.Queue[Disturb
 
 
 async def _stream(options: Namespace) -> int:
-    """Be the body by another program: set points on standard output, reports on standard input, until that ends. Return
-    FAILED if lines of it were no reports.
+    """Be the body with another program: write set points to standard output and read reports from standard input until
+    it ends. Return FAILED if some lines were no reports.
     """
     tell, form = teller(options.prog), LineFormat(options.format)
     async with _client(options) as body:
@@ -211,8 +211,8 @@ async def _stream(options: Namespace) -> int:
 
 
 async def _follow_by_ros(options: Namespace) -> int:
-    """Be the body by an arm of ros2_control behind a rosbridge server. Raises CommandLineError for names of joints that
-    do not fit, FileError, and RequestRefused if no rosbridge answers.
+    """Be the body with an arm of ros2_control behind a rosbridge server. Raises CommandLineError for wrong names of
+    joints, FileError, and RequestRefused if no rosbridge answers.
     """
     from vrs_cli.bodies.joint_trajectory import read_joints
     from vrs_cli.bodies.rosbridge import RosSettings, follow

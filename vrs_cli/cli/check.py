@@ -1,4 +1,4 @@
-"""Subcommands about program files that run nothing: `vrs check` and `vrs fmt`."""
+"""`vrs check` and `vrs fmt`: find mistakes in program files, and format them. Nothing is run."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ROUNDS = 10  # of mends that uncover others
 
 
 class Finding(Struct, frozen=True):
-    """A file and what is wrong with it, in the order of its lines; what was mended in it before."""
+    """The diagnostics of a file, in the order of its lines, and how many were mended before."""
 
     source: Source
     diagnostics: tuple[Diagnostic, ...]
@@ -50,7 +50,7 @@ class Finding(Struct, frozen=True):
 
 
 def _text(findings: Sequence[Finding]) -> None:
-    """Print all findings, and how many there are; nothing for files without fault. In colours on a terminal."""
+    """Print all diagnostics and their number, in colours on a terminal; nothing for files without mistakes."""
     for finding in findings:
         if sys.stdout.isatty():
             from vrs_cli.render.console import TerminalRenderer
@@ -96,7 +96,7 @@ def _object(one: Diagnostic) -> dict[str, Any]:
 
 
 def _github(findings: Sequence[Finding]) -> None:
-    """Workflow commands, as GitHub Actions reads them from the output of a step."""
+    """Print diagnostics as workflow commands, which GitHub Actions reads from the output of a step."""
     for finding in findings:
         for one in finding.diagnostics:
             properties = {
@@ -126,7 +126,7 @@ FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "js
 
 
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
-    """Mend a text and return what is left; one mend may uncover another, which `find` finds."""
+    """Mend a text, and return what is left. A mend may uncover another one, so `find` looks again."""
     now = finding
     for _ in range(ROUNDS):
         mends = tuple(_apart(now.diagnostics))
@@ -136,7 +136,7 @@ def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Fin
 
 
 def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield the mends of which none stands in another: of two such the one that begins first."""
+    """Yield the mends that do not overlap; of two that do, the one that begins first."""
     line, end = 0, 0
     for one in found:
         span = one.span
@@ -159,7 +159,7 @@ def _mended_text(text: str, mends: Iterable[Diagnostic]) -> str:
 
 
 def check(options: Namespace) -> int:
-    """Print all diagnostics of all files."""
+    """Print the diagnostics of all files; return the exit status."""
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
     if options.diff and not options.fix:
@@ -171,7 +171,7 @@ def check(options: Namespace) -> int:
 
 
 def _cell(options: Namespace, source: Source) -> Cell:
-    """Read the cell of a program; where it has none, return one that fills nothing."""
+    """Return the cell of a program, or an empty one if it has none."""
     found = cell_file(options, source)
     if found is None:
         from vrs_cli.language.run.signals import NO_CELL
@@ -183,7 +183,7 @@ def _cell(options: Namespace, source: Source) -> Cell:
 
 
 def _check(options: Namespace, model: RobotModel) -> int:
-    """Check all files once."""
+    """Check all files once; return the exit status."""
     findings, before, status = list[Finding](), dict[str, str](), OK
     for group in _groups(options):
         if isinstance(group, Unreadable):  # the other files are checked all the same
@@ -206,7 +206,7 @@ def _check(options: Namespace, model: RobotModel) -> int:
 
 
 class Unreadable(Struct, frozen=True):
-    """A file that cannot be read, and why."""
+    """A file that cannot be read, and the reason."""
 
     path: str
     error: FileError
@@ -238,7 +238,7 @@ def _groups(options: Namespace) -> Iterable[tuple[Source, ...] | Unreadable]:
 def _findings(
     group: Sequence[Source], wanted: Sequence[Source], options: Namespace, model: RobotModel
 ) -> Iterator[Finding]:
-    """Check the wanted files of a name space."""
+    """Yield the findings of the wanted files of a name space."""
     from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
 
@@ -257,7 +257,7 @@ def _findings(
 def _find(
     source: Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
-    """Return all errors in a text, and the warnings that are wanted. Programs of files beside it may be called."""
+    """Return the errors in a text and the wanted warnings. Programs of files beside it may be called."""
     parts = inspector.read(text, source.name)
     everything = inspector.inspect(parts, beside)
     if source.is_file and any(one.code == UndefinedName.code for one in everything):
@@ -279,7 +279,7 @@ def _show_mends(findings: Iterable[Finding], before: Mapping[str, str]) -> None:
 
 
 def _write_mends(findings: Iterable[Finding]) -> None:
-    """Raises FileError."""
+    """Write mended files. Raises FileError."""
     from vrs_cli.files.atomic import write_atomically
 
     for one in findings:
@@ -291,7 +291,7 @@ def _write_mends(findings: Iterable[Finding]) -> None:
 
 
 def _watch(options: Namespace, model: RobotModel) -> int:
-    """Check again and again. Ctrl-C ends it."""
+    """Check again whenever a file changes, until Ctrl-C."""
     import time
 
     seen: object = None
@@ -308,7 +308,7 @@ def _watch(options: Namespace, model: RobotModel) -> int:
 
 
 def _state(named: Sequence[str]) -> object:
-    """Return a value that is another one when a file has changed."""
+    """Return a value that changes when a file changes."""
     try:
         files = [(path, stamp(Path(path))) for path in program_files(named)]
         return [(path, stamp(Path(path))) for file in files for path in (file[0], *_files_named_in(*file))]
@@ -318,7 +318,7 @@ def _state(named: Sequence[str]) -> object:
 
 @cache
 def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the files that belong to one (`; with: lib.v2`), read again when it has changed."""
+    """Return the files that a file names (`; with: lib.v2`). They are read again when it has changed."""
     with suppress(FileError):
         return tuple(source.path for source in sources_of((path,), samples=False)[1:])
     return ()
@@ -328,7 +328,7 @@ def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def fmt(options: Namespace) -> int:
-    """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check or --diff would change."""
+    """Print, rewrite or compare files. Return 1 if a file has mistakes, or with --check or --diff would change."""
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     dialect = chosen_dialect(options)
@@ -347,7 +347,7 @@ def fmt(options: Namespace) -> int:
 
 
 def _tell(source: Source, text: str, options: Namespace) -> None:
-    """Show, name or rewrite a file that is not its canonical text."""
+    """Show, name or rewrite a file that is not canonical."""
     path = source.path
     if options.diff:
         _show(_difference(path, source.text, text))
@@ -385,7 +385,7 @@ def _show(lines: Iterable[str]) -> None:
 
 
 def _canonical(source: Source, dialect: Dialect) -> str | None:
-    """Return the canonical text; None for a file with mistakes, which are told on standard error."""
+    """Return the canonical text, or None for a file with mistakes, which are printed on standard error."""
     from vrs_cli.language.analysis.structure import canonical_text
 
     text = canonical_text(source.text, dialect, source.name)

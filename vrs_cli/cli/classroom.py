@@ -1,4 +1,6 @@
-"""`vrs class`: the folder of a class that works in browsers, its links, what was handed in, and students who leave."""
+"""`vrs class` and `vrs class token`: make the folder of a class that works in browsers, its links and tokens, collect
+programs, remove students.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ ACTIONS = ("new", "links", "collect", "forget")
 
 
 def class_(options: Namespace) -> None:
-    """Do what is asked of a class. Raises CommandLineError, FileError, UsageError."""
+    """Carry out an action on a class. Raises CommandLineError, FileError, UsageError."""
     folder = ClassFolder(Path(options.folder))
     own = {"names": "new", "at": "links", "to": "collect"}
     if wrong := next(
@@ -67,7 +69,7 @@ def _names_in(path: Path) -> list[str]:
 
 
 def _print_links(folder: ClassFolder, options: Namespace) -> None:
-    """Print a line for each: the name, and the link."""
+    """Print a line for each person: the name and the link."""
     at = urlsplit(options.at or "http://127.0.0.1:8765")
     if at.scheme not in ("http", "https") or not at.netloc or at.path.strip("/") or at.query or at.fragment:
         raise CommandLineError(f"--at {options.at}", "https://HOST:PORT, as students reach the server")
@@ -81,7 +83,7 @@ def _print_links(folder: ClassFolder, options: Namespace) -> None:
 
 
 def _collect(folder: ClassFolder, options: Namespace) -> None:
-    """Copy the newest program of each student, and tell who has handed in nothing."""
+    """Copy the newest program of each student, and name those who have handed in nothing."""
     if options.students:
         raise CommandLineError("collect takes the programs of all", f"vrs class collect {folder.root}")
     target = Path(options.to) if options.to else folder.collected_folder
@@ -105,7 +107,7 @@ def _forget(folder: ClassFolder, options: Namespace) -> None:
 
 
 def token(options: Namespace) -> None:
-    """Print a line for each name: the name and its token."""
+    """Print a line for each name: the name and its token. With --revoke remove the tokens instead."""
     wrong = next((name for name in options.names if not good_name(name)), None)
     if wrong is not None:
         raise CommandLineError(f"{wrong!r} is no name", NAME_RULE)

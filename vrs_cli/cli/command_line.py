@@ -1,4 +1,6 @@
-"""Read the arguments of subcommands: shared options, checked values, errors of one line."""
+"""Make the parsers of subcommands from their table, and read what several subcommands share: robot, dialect, clock,
+devices.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,7 @@ WIDTH = 80  # for which argparse tries each option when it is added
 
 
 class CommandLineError(UsageError):
-    """The command line itself is wrong; the message has no VAL-II text, for no VAL-II was spoken."""
+    """The command line itself is wrong. Its message has no VAL-II text, because no VAL-II was typed."""
 
     def __str__(self) -> str:
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
@@ -53,7 +55,7 @@ _WRITING = {  # by the ending of a file
 
 class Parser(argparse.ArgumentParser):
     """Reads the arguments of a subcommand by its row of the table. It raises CommandLineError, and suggests the option
-    that was perhaps meant. `prog`: the subcommand in messages.
+    that was probably meant. `prog`: the name of the subcommand in messages.
     """
 
     def __init__(self, name: str, prog: str) -> None:
@@ -74,7 +76,7 @@ class Parser(argparse.ArgumentParser):
             _add(self, one)
 
     def format_help(self, *, rare: bool = False) -> str:
-        """Return the help, as wide as the terminal; `rare`: with rare options, and what follows MORE in the epilog."""
+        """Return the help, as wide as the terminal. `rare`: with rare options, and with all examples."""
         formatter = argparse.RawDescriptionHelpFormatter(self.prog)
         needed = [action for action in self._actions if action.required or not action.option_strings]
         formatter.add_usage(None, needed, ())
@@ -112,7 +114,7 @@ class Parser(argparse.ArgumentParser):
         return tuple(self._actions)
 
     def options(self) -> tuple[str, ...]:
-        """Return all options, `--like` and `-l`."""
+        """Return the names of all options: `--output`, `-o`."""
         return tuple(self._option_string_actions)
 
     def error(self, message: str) -> NoReturn:
@@ -132,7 +134,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
-    """Return a hint: the known word or option that is near, or where all are listed."""
+    """Return a hint: the known word or option that is similar, or where all are listed."""
     names = {one.lstrip("-"): one for one in known}  # their dashes make no two options alike
     near = nearest(word.lstrip("-"), names)
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
@@ -178,15 +180,15 @@ def _argparse_form(row: OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
 
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
-    """Return the dialect of the option DIALECT."""
+    """Return the dialect of `--dialect`."""
     from vrs_cli.values.diagnostics import Dialect
 
     return Dialect[options.dialect.upper()]
 
 
 def chosen_robot(options: argparse.Namespace, named: str | None = None) -> RobotModel:
-    """Return the robot of the options ROBOT, else the one `named` by a program file, else the usual one; what was
-    decided though its file does not say it is told on standard error. Raises VrsError.
+    """Return the robot of `--robot`, else the one that a program file names (`named`), else the usual one. Decisions
+    that its file leaves open are told on standard error. Raises VrsError.
     """
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
@@ -196,7 +198,7 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
-    """Say what was decided of a robot though its file does not say it; `fitted`: its task, too."""
+    """Tell the decisions that the file of a robot leaves open; with `fitted` also its task."""
     from vrs_cli.kinematics.model_data import task_notes
 
     notes = () if model.origin is None else model.origin.notes
@@ -205,7 +207,7 @@ def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool =
 
 
 def teller(prog: str) -> Callable[[str], None]:
-    """Says on standard error, at once, what whoever runs a program has to know while it goes on."""
+    """Return a function that prints a message on standard error at once."""
 
     def tell(text: str) -> None:
         print(f"{prog}: {text}", file=sys.stderr, flush=True)
@@ -214,7 +216,7 @@ def teller(prog: str) -> Callable[[str], None]:
 
 
 def clock_of(rate: float | None) -> WallClock | None:
-    """Return a clock that keeps real time; None where time is the robot's own."""
+    """Return a clock that keeps real time; None for the robot's own time."""
     if rate is None:
         return None
     import time
@@ -228,9 +230,8 @@ SCRIPT_WAIT_S = 60.0  # [s] that a unit waits for a peer that is written down
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:
-    """Return the devices that programs may attach, by the options OUTSIDE. Real devices set `options.realtime`.
-
-    Raises CommandLineError, FileError.
+    """Return the devices that programs may attach, by the options UNITS. Real devices set `options.realtime`. Raises
+    CommandLineError, FileError.
     """
     live = options.allow_net or options.serial
     if live and getattr(options, "sandbox", None) is not None:

@@ -1,4 +1,4 @@
-"""`vrs convert`: execute a program in virtual time, and write what it did in the language of another robot."""
+"""`vrs convert`: execute a program in virtual time, and write its steps in the language of another robot."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from vrs_cli.values.results import RunResult
 
 
 class Conversion(Batch, frozen=True):
-    """A run of which `--to` says how it is written."""
+    """A run whose steps are written in the language of `--to`."""
 
     @property
     def aside(self) -> bool:
-        """Return whether what is written stands alone on standard output."""
+        """Return whether the written program is alone on standard output."""
         return bool(self.options.output == STANDARD_STREAM)
 
     def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
-        """Raises CommandLineError for a robot that cannot be written so."""
+        """Return the station. Raises CommandLineError for a robot that the target cannot have."""
         station = super()._station(terminal, folder)
         try:
             TARGETS[self.options.to].check(station.engine.model)
@@ -48,7 +48,7 @@ class Conversion(Batch, frozen=True):
         return super()._execute(station, progress, stop, enough)
 
     def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
-        """Tell how the run ended, and write what it did until then."""
+        """Report how the run ended, and write its steps until then."""
         status, options, engine = super()._finish(station, terminal, result), self.options, station.engine
         run, path = executed_run(engine.arm, engine.timeline), PurePath(self.source.path)
         tell, text = teller(options.prog), ""
@@ -73,7 +73,7 @@ class Conversion(Batch, frozen=True):
 
 
 def convert(options: Namespace) -> int:
-    """Execute and write; returns 1 when the file has errors or the program stopped with one."""
+    """Execute and write; return 1 if the file has errors or the program stopped with one."""
     if options.to not in TARGETS:
         known = f"known: {', '.join(TARGETS)}"
         raise CommandLineError(f"unknown target {options.to}", did_you_mean(options.to, TARGETS, known))

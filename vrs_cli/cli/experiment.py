@@ -1,6 +1,5 @@
-"""`vrs lab experiment`: what delays do to commands and to what is seen of a robot far away.
-
-`delays` is here; `methods` tries the viewers and controllers of users.
+"""`vrs lab experiment`: measure what delays do to commands, and to what is seen of a robot far away. This module has
+`delays`; `other_experiments.py` has the others.
 """
 
 from __future__ import annotations
@@ -36,8 +35,8 @@ POLICIES = ("ABORT", "POSTPONE")
 
 
 class Experiment(NamedTuple):
-    """An experiment, which `run_NAME(options)` of `other_experiments.py` does (None: this module); the names of its own
-    options, and their defaults if they are not the usual ones.
+    """An experiment: `run_NAME(options)` of `other_experiments.py` does it (None: this module). `options`: its own
+    options. `defaults`: where they differ from the usual ones.
     """
 
     name: str | None
@@ -78,7 +77,7 @@ CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # pla
 
 
 def experiment(options: Namespace) -> int:
-    """Run an experiment; returns the exit status. Raises CommandLineError for options that it does not have."""
+    """Run an experiment; return the exit status. Raises CommandLineError for options that it does not have."""
     if options.what is None:
         if not (options.viewer or options.controller):
             raise CommandLineError("which experiment?", f"one of {', '.join(EXPERIMENTS)}")
@@ -100,7 +99,7 @@ def experiment(options: Namespace) -> int:
 
 
 def _delays(options: Namespace) -> int:
-    """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
+    """Try all cases and print tables. Return 1 if the flags disagree with the logs, or miss an error."""
     picture = options.plot if options.plot != STANDARD_STREAM else None
     if picture is not None:
         check_plot(picture)
@@ -119,7 +118,7 @@ def _delays(options: Namespace) -> int:
 
 
 class ExperimentRow(Struct, frozen=True):
-    """One line of the tables: what it is tried with, the trial of the first seed, and what came of all of them."""
+    """A row of the tables: its delays, the trial of the first seed, and the outcome over all seeds."""
 
     delays: str
     trial: Trial
@@ -127,12 +126,13 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def sound(self) -> bool:
-        """Return whether the flags say all that is wrong with deltas."""
+        """Return whether the flags report all errors of deltas."""
         outside = self.outcome.outside
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 
     @property
     def has_moved(self) -> bool:
+        """Return whether the robot has moved: not all commands were aborted."""
         return self.outcome.aborted < self.outcome.commands
 
 
@@ -157,7 +157,9 @@ def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
 
 
 def _outcome(trial: Trial) -> TrialOutcome:
-    """While it is tried nothing of it is garbage: not to look for that again and again saves a tenth of the time."""
+    """Return the outcome of a trial. Garbage collection is off meanwhile: a trial makes no garbage, and looking for it
+    takes a tenth of the time.
+    """
     gc.disable()
     try:
         return outcome_of(trial)
@@ -215,7 +217,7 @@ def _shares(row: ExperimentRow) -> tuple[str, ...]:
 
 
 def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
-    """Return the errors of each strategy as text; dashes where the robot has not moved."""
+    """Return the errors of each strategy as text; dashes if the robot has not moved."""
     return tuple(f"{of(error):.3f}" if row.has_moved else "-" for error in row.outcome.errors.values())
 
 
@@ -223,7 +225,9 @@ def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]
 
 
 def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
-    """Mean errors [deg] of some strategies over the lead [s], for each policy and line, where the robot moved."""
+    """Yield curves of mean errors [deg] over the lead [s], for each policy and line, for leads at which the robot
+    moved.
+    """
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
         some = sorted((row for row in group if row.has_moved), key=lambda row: row.trial.lead)
         errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
@@ -245,14 +249,14 @@ def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
 
 
 def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: float) -> float:
-    """Return the value at x, between its neighbours."""
+    """Return the value at x, interpolated between its neighbours."""
     right = min(max(bisect_right(at, x), 1), len(at) - 1)
     part = (x - at[right - 1]) / (at[right] - at[right - 1])
     return values[right - 1] + part * (values[right] - values[right - 1])
 
 
 def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
-    """Raises UsageError where there are not two leads at which the robot moved, FileError."""
+    """Draw the curves. Raises UsageError without two leads at which the robot moved, FileError."""
     drawings = list(_drawings(rows))
     if not drawings:
         raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")

@@ -1,4 +1,6 @@
-"""Limits of the system around a run: time on the wall and memory. What a program does is counted: `Limits`."""
+"""Limit the time and the memory of a run by means of the operating system. The steps of programs are counted elsewhere
+(`Limits`).
+"""
 
 from __future__ import annotations
 
@@ -26,10 +28,8 @@ Enough = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]
 
 @contextmanager
 def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
-    """After so many seconds, `end_by` is to end the program that runs. Where none does, or where it has not ended some
-    seconds later, LimitReached is raised wherever that is.
-
-    Raises CommandLineError where the system has no such alarm.
+    """Let `end_by` end the running program after so many seconds. If none runs, or it has not ended some seconds later,
+    LimitReached is raised in the main thread. Raises CommandLineError if the system has no such alarm.
     """
     if seconds is None:
         yield
@@ -56,10 +56,9 @@ def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Itera
 
 @contextmanager
 def memory(most: int | None) -> Iterator[Enough]:
-    """Let the system give no more than so many bytes. What is yielded stands round that which may need more: it lifts
-    the limit then, and has `end_by` end the program, or raises LimitReached where no program runs.
-
-    Raises CommandLineError where the system has no such limit.
+    """Limit the address space of the process. The yielded context is for code that may need more: then it lifts the
+    limit and lets `end_by` end the program, or raises LimitReached if no program runs. Raises CommandLineError if the
+    system has no such limit.
     """
     if most is None:
         yield partial(_enough, 0, lambda: None)
@@ -118,5 +117,5 @@ def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached]
 
 
 def _address_space() -> int:
-    """Return how many bytes of address space this process has."""
+    """Return the size of the address space of this process [bytes]."""
     return int(STATM.read_bytes().split()[0]) * PAGESIZE

@@ -1,4 +1,4 @@
-"""`vrs grade`: grade submissions for an exercise, and write the marks as teachers and students need them."""
+"""`vrs grade`: grade submissions for an exercise, and write the marks for teachers and students."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ MAX_NAME_CHARS = 200
 def find_submissions(named: Iterable[str]) -> tuple[Submission, ...]:
     """Read the submissions that files, folders and patterns name, each once, in the order of their students.
 
-    A file is called after itself, a folder with one program file after the folder. Of any other folder each program
-    file, and each folder in it, is a submission. Where two have the same name, the folders above are told too.
-    Raises NonexistentFile for a name without any.
+    A file has the name of its student, and so has a folder with one program file. In any other folder each program file
+    and each folder is a submission. Submissions of the same name also get the names of their folders. Raises
+    NonexistentFile for a name without submissions.
     """
     found = dict[str, Path]()
     for name in named:
@@ -61,7 +61,7 @@ def _order(one: Submission) -> tuple[str, str]:
 
 
 def _places(name: str) -> Iterable[Path]:
-    """Return the files, and the folders of one student, that a word of the command line means."""
+    """Return the files and the folders of one student that a word of the command line names."""
     path = Path(name)
     if not os.path.lexists(path) and set(name) & set("*?["):
         found = [one for each in sorted(glob(name, recursive=True)) for one in _places(each)]
@@ -90,7 +90,7 @@ def _programs_below(folder: Path) -> list[Path]:
 
 
 def _students(paths: list[Path]) -> list[str]:
-    """Return a name for each path: as short as can be, so that no two are the same."""
+    """Return a name for each path, as short as possible, so that no two are equal."""
     depth, names = 1, list[str]()
     while depth <= 64:
         names = ["/".join((*path.parts[-depth:-1], _own_name(path))) for path in paths]
@@ -108,12 +108,12 @@ def _own_name(path: Path) -> str:
 
 
 def _text_of_name(name: str) -> str:
-    """Return a file name as text: bytes that are no characters are told as such."""
+    """Return a file name as text; bytes that are no characters are escaped."""
     return os.fsencode(name).decode(errors="backslashreplace")[-MAX_NAME_CHARS:]
 
 
 def _read(student: str, path: Path) -> Submission:
-    """Read a submission. A link is not followed: it could lead to a file of somebody else."""
+    """Read a submission. A link is not followed, because it could lead to a file of somebody else."""
     if path.is_dir() and not path.is_symlink():
         programs = _programs_below(path)
         if len(programs) != 1:
@@ -133,7 +133,7 @@ def _read(student: str, path: Path) -> Submission:
 
 
 def _text_at(path: Path) -> str:
-    """Raises OSError, FileError for what is no file, or too long."""
+    """Return the text of a file. Raises OSError, FileError if it is no file or too long."""
     with Folder(path.parent, closed=True).open_to_read(path) as stream:
         if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
             raise FileError("it is no file")
@@ -148,7 +148,9 @@ FOR_ONE = ("gradescope", "check50")  # of these a file is about one submission
 
 
 def grade(options: Namespace) -> int:
-    """Grade all, or check an exercise; returns 1 where a submission could not be graded, or the exercise is wrong."""
+    """Grade all submissions, or check an exercise. Return 1 if a submission could not be graded, or the exercise is
+    wrong.
+    """
     if options.check is not None:
         if options.exercise is not None:
             raise CommandLineError("--check grades no submissions", f"vrs grade --check {options.check}")
@@ -168,7 +170,7 @@ def grade(options: Namespace) -> int:
 
 
 def _check_exercise(options: Namespace) -> int:
-    """Tell what is wrong with an exercise, as it is found."""
+    """Print the mistakes of an exercise as they are found; return the exit status."""
     from tempfile import TemporaryDirectory
 
     try:
@@ -190,7 +192,7 @@ def _check_exercise(options: Namespace) -> int:
 
 
 def _propose(options: Namespace) -> int:
-    """Propose an exercise from a solution, and tell what was proposed."""
+    """Write an exercise that is proposed from a solution, and print what was proposed."""
     if options.exercise is None or options.files:
         raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
 
@@ -201,7 +203,7 @@ def _propose(options: Namespace) -> int:
 
 
 def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
-    """Grade all, show a table, and write all files."""
+    """Grade all submissions, print a table, and write all files; return the exit status."""
     grader = Grader(exercise)
     pages = None
     if options.html is not None:
@@ -237,7 +239,7 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
 
 
 def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
-    """Grade on this machine, or on those of a Dask scheduler."""
+    """Yield the gradings, made on this machine or on those of a Dask scheduler."""
     replays = options.html is not None
     if options.dask is None:
         return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)
@@ -257,7 +259,7 @@ def _texts_of_exercise(exercise: Exercise) -> Iterator[str]:
 
 
 def _check_outputs(options: Namespace, several: bool) -> None:
-    """Raise now what would make writing fail later: CommandLineError, FileError, PageError."""
+    """Raise the errors that writing would have later: CommandLineError, FileError, PageError."""
     named = {name: path for name in FILES if (path := getattr(options, name)) is not None}
     if list(named.values()).count(STANDARD_STREAM) > 1:
         raise CommandLineError("two outputs want standard output", "write one into a file")
@@ -301,7 +303,7 @@ def _write_text(path: str, text: str) -> None:
 
 
 def _make_folder(path: str) -> None:
-    """Raises FileError."""
+    """Make a folder. Raises FileError."""
     try:
         os.makedirs(path, exist_ok=True)
     except OSError as error:
@@ -309,7 +311,7 @@ def _make_folder(path: str) -> None:
 
 
 def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> None:
-    """Print a table of all, and similar submissions."""
+    """Print a table of all gradings, and similar submissions."""
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else PIPE.width
     for block in _blocks(exercise, gradings, alike):
         for part in split(block, width) if isinstance(block, Grid) else (block,):
@@ -335,7 +337,7 @@ def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Lik
 
 
 def _reason(grading: Grading) -> str:
-    """Why points were lost, in one line: the check that lost most, the first of equals."""
+    """Return why points were lost, in one line: the check that lost most, the first of equals."""
     if grading.lost:
         return f"not graded: {grading.lost}"
     if grading.stopped:

@@ -34,7 +34,7 @@ PROGRESS = "learn.json"
 
 
 def learn(options: Namespace) -> int:
-    """Lead through lessons until the learner leaves; returns the exit status. Raises VrsError."""
+    """Lead through lessons until the learner leaves; return the exit status. Raises VrsError."""
     if options.check is not None:
         return _check(Path(options.check))
     course = _Course(options.lesson, _progress_file())
@@ -48,7 +48,7 @@ def learn(options: Namespace) -> int:
 
 
 def _progress_file() -> Path | None:
-    """Return the file that keeps where the user is; None where there is no home."""
+    """Return the file with the learner's progress; None if there is no home."""
     try:
         return state_folder(os.environ) / PROGRESS
     except RuntimeError:
@@ -56,7 +56,7 @@ def _progress_file() -> Path | None:
 
 
 class _Course:
-    """The lessons that the command line means: those of vrs, or those of a folder."""
+    """The lessons that the command line names: those of vrs, or those of a folder."""
 
     def __init__(self, word: str | None, progress_file: Path | None) -> None:
         self._file = progress_file
@@ -71,7 +71,7 @@ class _Course:
         self._asked = None if word is None or folder is not None else chosen_folder(word, self.folders)
 
     def reset(self) -> None:
-        """Forget where the user is."""
+        """Forget the learner's progress."""
         if self._file is None or not self._file.exists():
             print("There is nothing to forget")
         elif self._asked is None:
@@ -82,14 +82,14 @@ class _Course:
             print(f"{self._asked.name} begins anew")
 
     def list(self) -> None:
-        """Print the lessons, and where the user is in each."""
+        """Print the lessons, with the learner's progress in each."""
         progress = self._progress()
         for number, lesson in enumerate(map(_read, self.folders), 1):
             standing = progress.of(lesson.key)
             print(f"{number:3}  {lesson.title:40} {standing.summary():>8}  {lesson.summary}")
 
     def run(self, options: Namespace) -> int:
-        """Lead through lessons until the learner leaves; returns the exit status."""
+        """Lead through lessons until the learner leaves; return the exit status."""
         progress = self._progress()
         folder, first, status = self._asked or self._next(progress), True, OK
         if folder is None:
@@ -101,14 +101,14 @@ class _Course:
         return status
 
     def _next(self, progress: LearnerRecord) -> Path | None:
-        """Return the lesson that the user has not finished, from the latest one on; None where all are done."""
+        """Return the first unfinished lesson from the latest one on; None if all are finished."""
         keys = [progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]
         return next((one for key, one in order[start:] + order[:start] if not progress.of(key).is_finished), None)
 
     def _progress(self) -> LearnerRecord:
-        """Read where the user is. A file that is no such record is told, and kept as it is."""
+        """Read the learner's progress. A file that is no such record is reported, and stays as it is."""
         try:
             return LearnerRecord(self._file)
         except FileError as error:
@@ -118,7 +118,7 @@ class _Course:
     def _lesson(
         self, options: Namespace, lesson: Lesson, progress: LearnerRecord, *, first: bool
     ) -> tuple[int, Path | None]:
-        """Lead through one lesson; return the exit status, and the lesson to which the learner goes on."""
+        """Lead through one lesson. Return the exit status, and the lesson to which the learner goes on."""
         from vrs_cli.teach.classroom import Classroom, LessonPlace
 
         tell, attended = teller(options.prog), on_terminal()
@@ -160,7 +160,7 @@ def _read(folder: Path) -> Lesson:
 
 
 def _text_shower(attended: bool) -> Callable[[str], None]:
-    """Return what shows the Markdown of a lesson: in colours on a terminal, as it is in a pipe."""
+    """Return a function that shows the Markdown of a lesson: in colours on a terminal, as text in a pipe."""
     if not attended:
         return lambda text: print(f"{text}\n", flush=True)
 

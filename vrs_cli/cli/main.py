@@ -1,4 +1,4 @@
-"""Find and run a subcommand; turn its errors into one message on stderr, and the exit status."""
+"""Find and run a subcommand; turn errors into one message on standard error and an exit status."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ STREAMS = (  # name, what becomes of what is no UTF-8, line ends
 
 
 def _prepare_streams() -> None:
-    """UTF-8 with the line ends of POSIX, whatever the system says; closed streams take and give nothing."""
+    """Set the standard streams to UTF-8 with line ends of POSIX. A closed stream becomes an empty one."""
     for name, errors, newline in STREAMS:
         stream = getattr(sys, name)
         if stream is None:
@@ -87,7 +87,7 @@ def _prepare_streams() -> None:
 
 
 def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
-    """Return the subcommand, what to call it in messages, and its arguments. Options alone are the shell's."""
+    """Return the subcommand, its name in messages, and its arguments. Options without a subcommand are the shell's."""
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
     name = arguments[0]
@@ -147,7 +147,7 @@ PAGES: Mapping[str, Callable[[], int]] = {
 
 
 def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
-    """Return the status of a subcommand, with every way in which it can end."""
+    """Run a subcommand; return its exit status, however it ends."""
     try:
         with ending():
             status = subcommand()
@@ -174,7 +174,7 @@ def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
 
 
 def status_of(error: VrsError) -> int:
-    """1 for what a file says or a robot cannot do, 2 for what the command line asks."""
+    """Return 1 for mistakes in files and things that a robot cannot do, 2 for mistakes in the command line."""
     if isinstance(error, FileDamaged):
         return FAILED
     return USAGE if isinstance(error, UsageError | FileError) else FAILED
@@ -191,6 +191,6 @@ def _tell_error(prog: str, message: str, status: int) -> int:
 
 
 def _abandon_output() -> None:
-    """Nobody takes what we write any more: what is left in the buffer must not be tried again at exit."""
+    """Redirect standard output to nowhere: nobody reads it, so the rest of the buffer must not be written at exit."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,6 @@
-"""`vrs lab experiment methods`: viewers and controllers of users beside those of vrs."""
+"""`vrs lab experiment methods`, `twin` and `study`: try viewers and controllers of users, disturb a simulated body, and
+let people drive under delays.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,7 @@ class MethodRows(NamedTuple):
 
 
 def run_methods(options: Namespace) -> int:
-    """Try all, and print tables. Raises MethodError for a class that fails, CommandLineError."""
+    """Try all methods, and print tables. Raises MethodError for a class that fails, CommandLineError."""
     for name in options.viewer:
         load_method(name, Predictor)
     for name in options.controller:
@@ -103,7 +105,7 @@ def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
 
 
 def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
-    """Yield each trial without its seed, and the name of its line. Viewers are tried with the first controller."""
+    """Yield the name of each line, and a trial without its seed. Viewers are tried with the first controller."""
     robot = chosen_robot(options)
     for scenario in options.scenario or ():
         if scenario not in SCENARIOS:
@@ -177,7 +179,7 @@ sys.exit(run(sys.argv[1:]))
 
 
 def run_study(options: Namespace) -> int:
-    """Let one participant do all trials that are not done. Raises CommandLineError, FileError, FileDamaged."""
+    """Let one participant do all trials that are left. Raises CommandLineError, FileError, FileDamaged."""
     from vrs_cli.lab.study import DryRun, Results, load_study, pseudonym, study_trials
 
     if options.file is None:
@@ -203,7 +205,7 @@ def run_study(options: Namespace) -> int:
 
 
 def _tell_results(path: Path, *, as_json: bool) -> None:
-    """Print a row for each condition, of all participants."""
+    """Print a row for each condition, over all participants."""
     from vrs_cli.lab.study import results_summary
 
     rows = list(results_summary(path))
@@ -230,7 +232,9 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
 
 @contextmanager
 def _live(study: Study, total: int, tell: Callable[[str], None]) -> Iterator[Callable[[StudyTrial], StudyResult]]:
-    """Serve the robot, and yield a function that does one trial with a person. Both sides of the line end with it."""
+    """Serve the robot, and yield a function that lets a person do one trial. The server and the delay line end with the
+    block.
+    """
     with ExitStack() as stack:
         pages = ("--pages",) if BUILT_PAGE.exists() else ()
         server = stack.enter_context(
@@ -243,7 +247,7 @@ def _live(study: Study, total: int, tell: Callable[[str], None]) -> Iterator[Cal
 
 
 class _People:
-    """Persons who drive at a page or a prompt, one trial after the other, behind the delays of each condition."""
+    """Lets people drive at a page or a prompt, one trial after the other, with the delays of each condition."""
 
     def __init__(
         self, study: Study, total: int, tell: Callable[[str], None], server: str, watched: object, stack: ExitStack
@@ -255,7 +259,7 @@ class _People:
         self._condition: Condition | None = None
 
     def do(self, trial: StudyTrial) -> StudyResult:
-        """Do one trial. Raises KeyboardInterrupt, also at the end of the input."""
+        """Let a person do one trial. Raises KeyboardInterrupt, also at the end of the input."""
         from vrs_cli.lab.study import Judge
 
         if trial.condition != self._condition:
@@ -285,7 +289,7 @@ class _People:
         return found
 
     def _connect(self, trial: StudyTrial) -> None:
-        """Put the delays of the trial's condition between the robot and the participant, at the same port as before."""
+        """Put the delays of the trial's condition between robot and participant, at the same port as before."""
         condition, self._condition = trial.condition, trial.condition
         self._line.close()
         ways = ("--forward", condition.forward, "--backward", condition.backward, "--seed", str(self._study.seed))
@@ -316,7 +320,7 @@ def _child(*words: str, end: Callable[[Popen[str]], None] = Popen.terminate) -> 
 
 
 def _first_line(child: Popen[str]) -> str:
-    """Return the first line that a process prints. Raises RequestRefused where it has ended; it has said why."""
+    """Return the first line that a process prints. Raises RequestRefused if the process has ended; it has said why."""
     assert child.stdout is not None
     line = child.stdout.readline()
     if not line:
@@ -328,8 +332,8 @@ PANELS = 8  # that are drawn, at most
 
 
 class TwinRows(NamedTuple):
-    """A case: the names of its line and of its scenario, what it is tried with, the curves of the first seed, and what
-    came of all.
+    """A case: the names of its line and scenario, its trial, the curves of the first seed, and the outcome over all
+    seeds.
     """
 
     delays: str
@@ -340,7 +344,7 @@ class TwinRows(NamedTuple):
 
 
 def run_twin(options: Namespace) -> int:
-    """Try all, print a table and draw; returns 1 where what is seen is wrong without a flag."""
+    """Try all cases, print a table and draw. Return 1 if something wrong is shown without a flag."""
     if options.plot is not None:
         _check_picture(options.plot)
     rows = _rows_twin(options)
@@ -355,7 +359,7 @@ def run_twin(options: Namespace) -> int:
 
 
 def _check_picture(path: str) -> None:
-    """Raise now what would go wrong when a picture is written: CommandLineError, FileError."""
+    """Raise the errors that writing the picture would have later: CommandLineError, FileError."""
     if path == STANDARD_STREAM or Path(path).suffix.lower() != ".svg":
         raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
 
@@ -380,7 +384,7 @@ def _with_seed(it: TwinTrial, number: int) -> TwinTrial:
 
 
 def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
-    """Yield the names of line and scenario, and what is tried."""
+    """Yield the names of line and scenario, and the trial."""
     robot = chosen_robot(options)
     scenarios = [(name, _scenario(options, robot, name)) for name in options.scenario or twin.SCENARIOS]
     for name, forward, backward in lines_of(options):
@@ -473,7 +477,7 @@ USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
 
 
 def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
-    """Yield the delays of both ways, with a name. Raises CommandLineError."""
+    """Yield the name and the delays of both ways of each line. Raises CommandLineError."""
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:
         if options.delay or options.jitter:
@@ -490,7 +494,7 @@ def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
 
 
 def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -> list[B]:
-    """Return what comes of each trial, tried in processes: `jobs`, or one for each core."""
+    """Return the outcome of each trial. Processes compute them: `jobs`, or one for each core."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     jobs = min(jobs or cores, len(trials))
     if jobs == 1:
@@ -504,6 +508,6 @@ def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -
 
 
 def _leave_signals() -> None:
-    """Ctrl-C is for the process that waits for this one."""
+    """Ignore Ctrl-C in this process: the process that waits for it handles the signal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -1,5 +1,5 @@
-"""The files that a subcommand makes of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ`, `--plot OUT`
-and `--report OUT`.
+"""Write the files that a subcommand makes of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ`, `--plot OUT` and
+`--report OUT`.
 """
 
 from __future__ import annotations
@@ -50,9 +50,8 @@ class Outputs(Struct, frozen=True):
 
     @staticmethod
     def of(options: argparse.Namespace) -> Outputs:
-        """Read the options. Raises now what would make `write` fail later.
-
-        Raises CommandLineError where options do not go together or one file is to be two things, FileError, UsageError.
+        """Read the options, and raise the errors that `write` would have later. Raises CommandLineError for options
+        that exclude each other, or one file for two outputs; FileError, UsageError.
         """
         if options.rate is not None and options.csv is None:
             raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")
@@ -90,7 +89,7 @@ class Outputs(Struct, frozen=True):
         return any(path is not None for path in (self.csv, self.plot, self.report))
 
     def write(self, arm: RobotArm, timeline: Timeline, title: str, world: World | None = None) -> None:
-        """Write all of them; `world`: the cell that the picture of a report shows. Raises FileError."""
+        """Write all files. `world`: the cell in the picture of a report. Raises FileError."""
         if self.csv is not None:
             from vrs_cli.files.exports import EXPORTERS
 
@@ -104,7 +103,7 @@ class Outputs(Struct, frozen=True):
 
 
 def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:
-    """Write a trajectory in one of the formats of `exports` or `pictures`. Raises FileError."""
+    """Write a trajectory in a format of `exports` or `pictures`. Raises FileError."""
     from vrs_cli.files.exports import export
 
     sys.stdout.flush()
@@ -113,14 +112,14 @@ def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timelin
 
 
 def check_moment(option: str, t: float, timeline: Timeline) -> None:
-    """Raise CommandLineError where a moment [s] is not in a trajectory."""
+    """Raise CommandLineError if a moment [s] is not in a trajectory."""
     if not timeline.start <= t <= timeline.end + HALF_DIGIT:
         span = f"{timeline.start:.3f} to {timeline.end:.3f} s"
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
 def check_distinct(paths: Iterable[str]) -> None:
-    """Raise CommandLineError when two paths are one file; devices may be named twice."""
+    """Raise CommandLineError if two paths are one file; a device may be named twice."""
     for one, other in combinations(paths, 2):
         path = os.path.realpath(one)
         if path == os.path.realpath(other) and (os.path.isfile(path) or not os.path.exists(path)):
@@ -131,10 +130,8 @@ def check_distinct(paths: Iterable[str]) -> None:
 def journal(
     path: str | None, engine: Engine, tell: Callable[[str], None], *, durable: bool
 ) -> Iterator[Callable[[], bool]]:
-    """Write every change of the timeline to a file, if one is named. `durable`: each is on the disk before it happens.
-    What is yielded tells afterwards whether all is in the file that was asked for.
-
-    Raises FileError where the file cannot be begun.
+    """Write every change of the timeline to a file, if one is named. `durable`: each change is on the disk before it
+    happens. Yield a function that returns whether the file is complete. Raises FileError if the file cannot be begun.
     """
     if path is None:
         yield lambda: True
@@ -155,7 +152,7 @@ def journal(
 
 
 def _check_report(path: str) -> None:
-    """Raise now what would make `_write_report` fail later: UsageError or FileError."""
+    """Raise the errors that `_write_report` would have later: UsageError, FileError."""
     if Path(path).suffix.lower() not in PAGES:
         raise UsageError(f"{path} is no page", f"its name ends in {PAGES[0]}")
     from vrs_cli.files.atomic import check_writable
@@ -166,8 +163,8 @@ def _check_report(path: str) -> None:
 def _write_report(
     path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None, world: World | None
 ) -> None:
-    """Write figures, a picture of the arm, curves and commands. The picture takes a browser some seconds; the page says
-    so where there is none. `t`: the moment of the picture [s]; None for the end. Raises FileError.
+    """Write figures, a picture of the arm, curves and commands. A browser takes some seconds for the picture; without
+    one the page says so. `t`: the moment of the picture [s], None for the end. Raises FileError.
     """
     from html import escape
 
@@ -195,7 +192,7 @@ def _write_report(
 
 
 def _or_why(what: str, make: Callable[[], str]) -> str:
-    """Return a part of the page; a sentence in its place where this machine lacks what it takes."""
+    """Return a part of the page, or a sentence that says why this machine cannot make it."""
     from html import escape
 
     try:
@@ -205,7 +202,7 @@ def _or_why(what: str, make: Callable[[], str]) -> str:
 
 
 def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -> str:
-    """Raises PictureError."""
+    """Return a picture of the arm as HTML. Raises PictureError."""
     from base64 import b64encode
 
     from vrs_cli.render.pictures import check_still, write_still
@@ -218,7 +215,7 @@ def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -
 
 
 def _commands(timeline: Timeline) -> Iterator[tuple[int, str, float, float]]:
-    """Yield the number and the text of each command, and from when to when it is under way [s]."""
+    """Yield the number and the text of each command, and when its motion begins and ends [s]."""
     for place, segments in groupby(timeline, lambda segment: segment.motion.number):
         first, *others = segments
         if first.motion.text:

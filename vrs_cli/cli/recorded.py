@@ -1,4 +1,4 @@
-"""Subcommands about saved trajectories: `vrs where`, `verify`, `replay` and `export`."""
+"""`vrs where`, `verify`, `replay` and `export`: subcommands about saved trajectories."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MAX_MEASURED = 500_000  # reports that are made a timeline
 
 
 def where(options: Namespace) -> None:
-    """Print where the robot is at the times asked for."""
+    """Print where the robot is at the given times."""
     recording = read_recording(options.prog, options.file, lenient=options.lenient)
     from vrs_cli.engine.position import position_at
     from vrs_cli.render.text import plain_text
@@ -72,16 +72,14 @@ def _where_measured(options: Namespace, recording: Recording) -> None:
 
 
 def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:
-    """Return the reports of a file. Raises CommandLineError if there is none."""
+    """Return the reports of a file. Raises CommandLineError if there are none."""
     if not recording.measured:
         raise CommandLineError(f"{options.file} has no measured reports", "leave --measured out")
     return recording.measured
 
 
 def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
-    """Return the way that a body reported, as a timeline. Raises CommandLineError if there is none, or it is too
-    long.
-    """
+    """Return the reported motion as a timeline. Raises CommandLineError if there are no reports, or too many."""
     measured = _reports(options, recording)
     if len(measured) > MAX_MEASURED:
         what = f"{options.file} has {len(measured)} reports, and {MAX_MEASURED} are played at most"
@@ -97,7 +95,7 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
 
 
 def verify(options: Namespace) -> int:
-    """Tell what is wrong in a file, line by line, or that nothing is."""
+    """Print the mistakes of a file, line by line, or that there are none; return the exit status."""
     recording = read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.rebuild import in_lines
@@ -201,6 +199,7 @@ def export(options: Namespace) -> None:
 
 
 def formats() -> Mapping[str, Exporter]:
+    """Return all formats by name."""
     from vrs_cli.files.exports import EXPORTERS
     from vrs_cli.render.pictures import PICTURES
 
@@ -208,7 +207,7 @@ def formats() -> Mapping[str, Exporter]:
 
 
 def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
-    """Return the format asked for, or the one that the file's ending says."""
+    """Return the wanted format, or the one of the file's ending. Raises CommandLineError."""
     if asked is not None:
         if asked not in formats:
             raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(formats)}")

@@ -1,5 +1,5 @@
-"""Subcommands that use a network: `vrs connect` and `vrs lab delay`; and what others share with them: the options
-of a robot's address, of the token and of delays, and the end by a signal.
+"""`vrs connect` and `vrs lab delay`; and what other subcommands use of a network: clients, tokens, waiting for
+signals.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs class token` tells one: NAM
 
 
 def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
-    """Return a client that is to be opened; news of its connection go to stderr. Raises CommandLineError for what is no
-    address, and for a file that cannot be read, FileError.
+    """Return a client that is not open yet. News of its connection go to standard error. Raises CommandLineError for a
+    wrong address, FileError.
     """
     hello = hello_of(token_of(options.token_file), name=options.name, behind=behind, attended=attended)
     try:
@@ -44,7 +44,7 @@ def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0
 
 
 def ask_once(options: Namespace, make: Callable[[int], Request]) -> ServerMessage:
-    """Connect, ask for one thing, and leave; what the robot answers. Raises what it refuses."""
+    """Connect, send one request, and disconnect; return the answer. Raises the robot's refusal."""
 
     async def once() -> ServerMessage:
         client = client_of(options)
@@ -58,8 +58,9 @@ def ask_once(options: Namespace, make: Callable[[int], Request]) -> ServerMessag
 
 
 def token_of(file: str | None) -> str:
-    """Read a token from a file, alone or as `vrs class token` printed it; from the environment without one. Raises
-    CommandLineError."""
+    """Return the token of a file, which has it alone or as `vrs class token` prints it; without a file that of the
+    environment. Raises CommandLineError.
+    """
     if file is None:
         return os.environ.get(TOKEN, "")
     try:
@@ -74,9 +75,9 @@ def token_of(file: str | None) -> str:
 
 
 async def signal_comes() -> int:
-    """Wait for Ctrl-C, or a signal that ends the process; its number. Signals that are ignored stay ignored.
+    """Wait for Ctrl-C, or a signal that ends the process, and return its number. Ignored signals stay ignored.
 
-    The event loop hears them: a handler of Python's own may not run before something else wakes the loop.
+    The event loop handles the signals: a handler of Python may not run before something else wakes the loop.
     """
     loop, came = asyncio.get_running_loop(), asyncio.Queue[int]()
     heard = [number for number in SAID if signal.getsignal(number) is not signal.SIG_IGN]
@@ -99,7 +100,7 @@ async def signal_comes() -> int:
 
 
 def connect(options: Namespace) -> int:
-    """Hand over to the shell, or put or get a file; returns the exit status. Raises what the robot refuses."""
+    """Run the shell at a served robot, or put or get a file; return the exit status. Raises the robot's refusals."""
     needed = {"called": "put", "output": "get"}
     wrong = next(
         (name for name, action in needed.items() if getattr(options, name) and not getattr(options, action)), ""
@@ -140,7 +141,7 @@ def once(told: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def _put(options: Namespace) -> None:
-    """Put a file there. Raises FileError, and what the robot refuses."""
+    """Put a file into the robot's folder. Raises FileError, and the robot's refusals."""
     try:
         data = options.put.read_bytes()
     except OSError as error:
@@ -150,7 +151,7 @@ def _put(options: Namespace) -> None:
 
 
 def _get(options: Namespace) -> None:
-    """Get a file, which is written whole or not at all. Raises FileError, and what the robot refuses."""
+    """Get a file, which is written whole or not at all. Raises FileError, and the robot's refusals."""
     path = Path(options.output or Path(options.get).name)
     if options.output != STANDARD_STREAM and path.exists() and not options.replace:
         raise FileExists(str(path), "--replace overwrites it, -o names another")
@@ -169,14 +170,14 @@ def _get(options: Namespace) -> None:
 
 
 def delay(options: Namespace) -> None:
-    """Serve until Ctrl-C."""
+    """Serve a line with delays until Ctrl-C."""
     number = asyncio.run(_serve(options))
     if number in ENDINGS:  # Ctrl-C is the way to stop it, any other signal ends the process
         raise Ended(number)
 
 
 async def _serve(options: Namespace) -> int:
-    """Serve until a signal comes; return its number. Raises CommandLineError where nobody can listen there."""
+    """Serve until a signal comes; return its number. Raises CommandLineError if the address cannot be used."""
     none, tell = ("0", Constant(0.0)), partial(print, flush=True)
     (there, forward), (back, backward) = (way or none for way in (options.forward, options.backward))
     ways = DelayWays(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)

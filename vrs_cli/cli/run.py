@@ -1,4 +1,4 @@
-"""`vrs run`: load a program file, execute a program of it, and write what was asked for."""
+"""`vrs run`: load a program file, execute a program of it, and write the wanted files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the
 
 
 def run(options: Namespace) -> int:
-    """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
+    """Load, check and execute. Return 1 if the file has errors or the program stopped with one."""
     named = _files(options)
     files = program_files(named)
     together = are_together(named, files, options.project)
@@ -43,8 +43,8 @@ def run(options: Namespace) -> int:
 
 
 def _files(options: Namespace) -> list[str]:
-    """Return the files that are named. The last of several words is the name of a program, unless it is a program file,
-    a folder or a pattern. Raises CommandLineError.
+    """Return the named files. The last of several words is the name of a program, unless it is a program file, a folder
+    or a pattern. Raises CommandLineError.
     """
     for name in options.files:
         if (kind := _NO_PROGRAMS.get(os.path.splitext(name)[1].lower())) is not None:
@@ -69,7 +69,7 @@ _NO_PROGRAMS = {  # by the ending of a file: what it is, and what takes it
 
 
 def _fence_in(options: Namespace) -> None:
-    """The folder, and the fence where none is given. Raises CommandLineError."""
+    """Set the limits that are not given, and make the folder of --sandbox. Raises CommandLineError."""
     missing = {
         "max_wall": options.realtime is not None or not hasattr(signal, "setitimer"),
         "max_memory": find_spec("resource") is None,

@@ -1,4 +1,4 @@
-"""`vrs serve`: robots that others hold over the network; `vrs class token`: who may enter such a server."""
+"""`vrs serve`: serve robots over the network."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR
 
 
 def serve(options: Namespace) -> int:
-    """Serve until a signal says to end."""
+    """Serve until a signal comes; return the exit status."""
     folder_of_class = _take_class(options)
     _check(options)
     from tempfile import TemporaryDirectory
@@ -89,7 +89,7 @@ def serve(options: Namespace) -> int:
 
 
 def _take_class(options: Namespace) -> ClassFolder | None:
-    """Take the options of a class: its tokens, its folders, and the page. Raises CommandLineError."""
+    """Set the options of a class: its tokens, folders, and the page. Raises CommandLineError."""
     if options.class_folder is None:
         return None
 
@@ -144,7 +144,9 @@ async def _run_server(options: Namespace, server: Server, hub: Hub, tell: Callab
 
 
 def _check(options: Namespace) -> None:
-    """Raises CommandLineError for what would let others in unasked, or be heard by others."""
+    """Raise CommandLineError for options that would let others in without a token, or let others read the
+    connection.
+    """
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
@@ -235,7 +237,7 @@ def _make_folder(folder: Path, option: str) -> Path:
 
 
 def _warm() -> None:
-    """The first line of whoever comes first is not to wait for what is loaded late."""
+    """Load what the first line of the first user would wait for."""
     session = Session(Notes())
     for line in WARM:
         session.perform(line)

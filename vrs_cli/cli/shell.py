@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def shell(options: Namespace) -> int:
-    """Hand over to the shell; returns its exit status."""
+    """Run the shell; return its exit status."""
     outside = chosen_outside(options)
     from vrs_cli.repl.place import Local
     from vrs_cli.repl.shell import run
@@ -36,7 +36,7 @@ def shell(options: Namespace) -> int:
 
 
 def _source(options: Namespace) -> Source | None:
-    """Return the program file to load first, if there is one that can be read."""
+    """Return the program file to load first; None if it cannot be read."""
     if options.file is None:
         return None
     try:
@@ -46,7 +46,7 @@ def _source(options: Namespace) -> Source | None:
 
 
 def _robot(options: Namespace, source: Source | None) -> RobotModel | None:
-    """Return the one that is asked for; None leaves it to the file that is written on."""
+    """Return the wanted robot; None to take that of the file of --save, or the usual one."""
     if options.robot is not None:
         return chosen_robot(options)
     if options.base is not None or options.tip is not None:

@@ -1,4 +1,4 @@
-"""Program and trajectory files as subcommands take them, and positions as subcommands print them."""
+"""Find and read program and trajectory files that command lines name, and write positions as JSON objects."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PROGRAMS = (".v2", ".pg")  # how files of programs end
 
 
 class Source(Struct, frozen=True):
-    """The text of a program file, and what to call it in messages."""
+    """The text of a program file, and its name in messages."""
 
     path: str
     text: str
@@ -37,12 +37,12 @@ class Source(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """Return the name of the file without its folder and ending; empty if it is none."""
+        """Return the name of the file without its folder and ending; "" for standard input."""
         return os.path.splitext(os.path.basename(self.path))[0] if self.is_file else ""
 
     def diagnostics_text(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
-        """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
-        warnings, and how many more there are.
+        """Return diagnostics in the order of their lines, each with its line and a caret. `most`: how many; errors come
+        before warnings, and the last line says how many more there are.
         """
         from vrs_cli.values.diagnostics import in_order, show
 
@@ -57,8 +57,8 @@ class Source(Struct, frozen=True):
 
 
 def read_source(path: str, *, samples: bool = True) -> Source:
-    """Return a program file, or standard input for `-`. `samples`: the name of a sample program of vrs is one too,
-    where no file of this name is here. Raises NonexistentFile, FileError, FileDamaged.
+    """Return a program file, or standard input for `-`. `samples`: if no such file is here, the name of a sample
+    program of vrs counts too. Raises NonexistentFile, FileError, FileDamaged.
     """
     from vrs_cli.files.opening import FREE
     from vrs_cli.files.program_file import decode_program, find_program_file, read_program_file
@@ -71,8 +71,8 @@ def read_source(path: str, *, samples: bool = True) -> Source:
 
 
 def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = True) -> tuple[Source, ...]:
-    """Return the files of one name space: those of the paths, and those that comments in them name (`; with: lib.v2`),
-    each once. `closed`: these are in the folder of the file. `samples`: as in `read_source`. Raises FileError.
+    """Return the files of one name space, each once: those of the paths, and those that comments in them name (`; with:
+    lib.v2`). `closed`: the latter are in the folder of the file. `samples`: as in `read_source`. Raises FileError.
     """
     from vrs_cli.files.program_file import project_of
 
@@ -85,15 +85,15 @@ def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = Tr
 
 
 def are_together(named: Sequence[str], files: Sequence[str], project: bool) -> bool:
-    """Return whether the files of a command line are one name space: several that are named, or all with --project. A
-    folder or a pattern stands for files that know nothing of each other.
+    """Return whether the files of a command line are one name space: several named files, or all with --project. The
+    files of a folder or a pattern are independent.
     """
     return project or (len(set(named)) > 1 and set(files) == set(named))
 
 
 def robot_of(prog: str, source: Source) -> str | None:
-    """Return the built-in robot that a program file names (`; robot: cobra600`). Of any other a note is told: which
-    files are read, the command line says.
+    """Return the built-in robot that a program file names (`; robot: cobra600`). For any other name tell a note: files
+    of robots are named by the command line alone.
     """
     from vrs_cli.kinematics.robot_file import robot_names
     from vrs_cli.language.text.parser import named_above
@@ -124,8 +124,8 @@ def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:
-    """Return the files that a command line names, each once: a file as it is, all program files in a folder and below
-    it, all that a pattern fits (`cell/*.v2`, `**/*.pg`). Raises NonexistentFile for a folder or a pattern without any.
+    """Return the files that a command line names, each once: a file, all program files in a folder and below it, or all
+    that fit a pattern (`cell/*.v2`, `**/*.pg`). Raises NonexistentFile for a folder or a pattern without any.
     """
     return tuple(dict.fromkeys(path for name in named for path in _meant(name)))
 
@@ -140,7 +140,7 @@ def _meant(name: str) -> Iterable[str]:
 
 
 def _below(folder: str) -> Iterator[str]:
-    """Hidden folders and files are left out."""
+    """Yield the program files below a folder, without hidden ones."""
     for here, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for name in names:
@@ -153,12 +153,12 @@ def _none(detail: str) -> NoReturn:
 
 
 def is_program(name: str) -> bool:
-    """Return whether a program file is meant, and no address."""
+    """Return whether a name is that of a program file, and not an address."""
     return name.lower().endswith(PROGRAMS) and "://" not in name
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
-    """Return whether a program with these is not executable."""
+    """Return whether there is an error among diagnostics."""
     from vrs_cli.values.diagnostics import first_error
 
     return first_error(diagnostics) is not None
@@ -171,14 +171,12 @@ DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing 
 
 
 def is_recording(name: str) -> bool:
-    """Tell whether a name is that of a trajectory file, not an address."""
+    """Return whether a name is that of a trajectory file, and not an address."""
     return name.endswith(".vrst") or (os.path.exists(name) and not is_program(name))
 
 
 def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = True) -> Recording:
-    """Return the trajectory of a file, with a bar on a terminal; where it is `told`, stderr hears what is wrong with
-    it.
-
+    """Return the trajectory of a file, with a progress bar on a terminal. `told`: print its mistakes on standard error.
     Raises FileError.
     """
     from vrs_cli.files.trajectory_file import read_trajectory
@@ -194,9 +192,7 @@ def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = 
 
 
 def position_object(position: Position, units: JointUnits) -> dict[str, list[float] | list[str]]:
-    """Return a position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` where a joint
-    slides.
-    """
+    """Return a position as a JSON object: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` if a joint slides."""
     return {
         "joints_deg": [tidy(number) for number in units.to_display(position.joints)],
         **units.json_units(len(position.joints)),
@@ -205,7 +201,7 @@ def position_object(position: Position, units: JointUnits) -> dict[str, list[flo
 
 
 def pose_object(T: Transform) -> dict[str, list[float]]:
-    """Return a pose as JSON objects tell it: `xyz_mm`, `oat_deg`."""
+    """Return a pose as a JSON object: `xyz_mm`, `oat_deg`."""
     return {
         "xyz_mm": [tidy(1000.0 * x) for x in (T.px, T.py, T.pz)],
         "oat_deg": [tidy(degrees(angle)) for angle in to_oat(T)],
@@ -213,5 +209,5 @@ def pose_object(T: Transform) -> dict[str, list[float]]:
 
 
 def tidy(value: float) -> float:
-    """Round off the noise of the last bits; never -0.0."""
+    """Return a number without the noise of its last bits, and never -0.0."""
     return round(value, DIGITS) + 0.0

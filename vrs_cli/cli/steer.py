@@ -1,4 +1,4 @@
-"""`vrs lab steer`: the robot follows a stream of targets, from a file or from another program."""
+"""`vrs lab steer`: let the robot follow a stream of targets from a file or another program."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ ALLOWANCE = 0.1  # [s] for what delays vary, and for the robot's planning
 
 
 def steer(options: Namespace) -> int:
-    """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
+    """Follow a stream to its end. Return 1 if some lines were no targets, or out of reach."""
     outputs = Outputs.of(options)
 
     run = _Run if _takes_address(options) is None else _ServedRun
@@ -60,8 +60,8 @@ def steer(options: Namespace) -> int:
 
 
 def _takes_address(options: Namespace) -> str | None:
-    """Put the address of a served robot, wherever it stands, into `options.url`, and return it. Raises CommandLineError
-    where something else is there, and for options that a served robot has no use for.
+    """Find the address of a served robot among the arguments, put it into `options.url`, and return it. Raises
+    CommandLineError for other arguments there, and for options that a served robot does not have.
     """
     if options.file.startswith(ADDRESSES):
         options.url, options.file = options.file, options.url or STANDARD_STREAM
@@ -82,7 +82,7 @@ def _takes_address(options: Namespace) -> str | None:
 
 @contextmanager
 def _lines(path: str) -> Iterator[Iterable[str]]:
-    """Return the lines of a file, or of standard input as they come. Raises NonexistentFile."""
+    """Yield the lines of a file, or of standard input as they come. Raises NonexistentFile."""
     try:
         stdin = path == STANDARD_STREAM
         opened = nullcontext(sys.stdin) if stdin else open(path, encoding="utf-8", errors="replace")  # noqa: SIM115
@@ -93,13 +93,13 @@ def _lines(path: str) -> Iterator[Iterable[str]]:
 
 
 def _read(stream: TextIO) -> Iterator[str]:
-    """Line by line, to the end; a terminal that has gone is one."""
+    """Yield line by line to the end, also if the terminal goes away."""
     with suppress(OSError):
         yield from iter(partial(stream.readline, MAX_LINE_CHARS), "")
 
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
-    """Return the joints at which a recording begins at time 0; None (READY) where it does not."""
+    """Return the joints of a target at time 0; None (READY) if the stream does not begin so."""
     joints = first.target
     if first.t > 0.0 or isinstance(joints, Transform) or joints_outside(joints, model.lower, model.upper):
         return None
@@ -135,7 +135,7 @@ class _Run:
         return "standard input" if self.live else str(self.options.file)
 
     def run(self) -> int:
-        """Follow, and tell how it went, whatever ended it; the exit status."""
+        """Follow the stream and report; return the exit status."""
         model, stop = chosen_robot(self.options), Stoppable(lambda: True)
         with _lines(self.options.file) as lines:
             targets = read_targets(
@@ -156,7 +156,7 @@ class _Run:
         return FAILED if failed or self.unreached or self.skipped else OK
 
     def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
-        """Raises CommandLineError, or FileDamaged for a stream with nothing but wrong lines."""
+        """Return the first target. Raises CommandLineError, or FileDamaged for a stream with only wrong lines."""
         first = next(targets, None)
         if first is None:
             kind = FileDamaged if self.skipped else CommandLineError
@@ -170,8 +170,8 @@ class _Run:
         return Steering(engine, speed=self.options.speed / 100.0)
 
     def _follow_and_record(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
-        """Follow the targets; return whether part of the motion is missing in the file that was asked for: the stream
-        ends, and the robot brakes, where it cannot be written.
+        """Follow the targets. Return whether part of the motion is missing in the file of --save. If that cannot be
+        written, the stream ends and the robot brakes.
         """
         failed, durable = False, self.options.realtime is not None
         with journal(self.options.save, steering.engine, self._say, durable=durable) as sound:
@@ -184,7 +184,7 @@ class _Run:
         return failed or not sound()
 
     def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
-        """To the end of the stream, or to a signal."""
+        """Follow the targets to the end of the stream, or until a signal."""
         for number, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
             if number % KEPT == 0:
                 gc.freeze()  # the timeline only grows: its garbage collection would cost ever longer pauses
@@ -247,10 +247,10 @@ class _Run:
 
 
 class _ServedRun(_Run):
-    """One stream for a robot that is served."""
+    """One stream for a served robot."""
 
     def run(self) -> int:
-        """Follow, and tell how it went; the exit status."""
+        """Follow the stream and report; return the exit status."""
         stop = Stoppable(lambda: True)
         with _lines(self.options.file) as lines, closing(SocketPort(client_of(self.options))) as port:
             robot = Supervisor(port)
@@ -278,8 +278,8 @@ class _ServedRun(_Run):
     def _send(
         self, steering: ChunkSteering, targets: Queue[TimedTarget | VrsError | None], clock: RobotClock, stop: Stoppable
     ) -> None:
-        """Send each target at its time, to the end of the stream, to a signal, or until the robot refuses to follow. A
-        stream that pauses lets the robot come to the last target.
+        """Send each target at its time, to the end of the stream, until a signal, or until the robot refuses. In a
+        pause of the stream the robot comes to the last target.
         """
         while stop.number is None and steering.refused is None:
             it: TimedTarget | VrsError | None = None
@@ -305,7 +305,7 @@ class _ServedRun(_Run):
             self.progress(it.t)
 
     def _lead(self, robot: Supervisor) -> float:
-        """Return --lead, or what a round trip takes now, at most, with what a chunk lasts [s]."""
+        """Return --lead, or the longest of some round trips plus the duration of a chunk [s]."""
         if self.options.lead is not None:
             return float(self.options.lead)
         times = [monotonic()]
@@ -351,7 +351,7 @@ class _ServedRun(_Run):
 
 
 def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError | None]:
-    """Read targets in a thread of its own; None follows the last one, or what is wrong with the stream."""
+    """Read targets in a thread. Return a queue of them, which ends with None or with the error of the stream."""
     found: Queue[TimedTarget | VrsError | None] = Queue(READ_AHEAD)
 
     def read() -> None:
@@ -367,7 +367,7 @@ def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError
 
 
 def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: RobotClock) -> Iterator[TimedTarget]:
-    """Each target when its time has come; no more after a signal."""
+    """Yield each target when its time has come, until a signal."""
     while stop.number is None:
         it = None
         with stop.broken_off():

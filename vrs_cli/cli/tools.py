@@ -1,4 +1,4 @@
-"""`vrs tools`: the settings of the shell, `completion` for bash, zsh and fish, `lsp` for editors."""
+"""`vrs tools` (settings of the shell, `completion` of shells, `lsp` for editors) and `vrs robots`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def config(options: Namespace) -> int:
-    """Print what holds."""
+    """Print the settings; return the exit status."""
     from vrs_cli.repl.config import config_path, read_config, settings_text
 
     path = config_path(os.environ)
@@ -45,7 +45,7 @@ FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
 
 def completion(options: Namespace) -> None:
-    """Print it, of one parser of the whole command line."""
+    """Print the completion script of a shell, made of one parser of the whole command line."""
     import shtab
 
     whole = ArgumentParser(prog="vrs")
@@ -68,7 +68,7 @@ def completion(options: Namespace) -> None:
 
 
 def _teach(action: Action, file: object, folder: object) -> None:
-    """Say what completes an argument."""
+    """Set what completes an argument."""
     from vrs_cli.cli.recorded import formats
     from vrs_cli.kinematics.robot_file import robot_names
 
@@ -85,7 +85,7 @@ def _teach(action: Action, file: object, folder: object) -> None:
 
 
 def lsp(options: Namespace) -> None:
-    """Serve one editor over standard input and output until it says goodbye."""
+    """Serve one editor over standard input and output until it ends the session."""
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
     from vrs_cli.lsp.server import Val2Server
@@ -95,7 +95,7 @@ def lsp(options: Namespace) -> None:
 
 
 def robots(options: Namespace) -> None:
-    """Print the list, or one robot."""
+    """Print the list of robots, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.render.blocks import text_of
 
@@ -146,7 +146,7 @@ def _one(arm: RobotArm) -> Iterator[Block]:
 
 
 def _hand(model: RobotModel) -> str:
-    """Describe the hand: what moves it, and how wide it opens."""
+    """Describe the hand of a robot: what moves it, and how wide it opens."""
     moved = "" if model.origin is None else ", ".join(model.origin.fingers)
     if model.hand_width:
         opens = f"opens {1000.0 * model.hand_width:.1f} mm"

@@ -1,4 +1,4 @@
-"""`vrs view`: watch and drive a robot in a browser, or watch one on the terminal; or a saved trajectory."""
+"""`vrs view` and `vrs demo`: watch and drive a robot in a browser or on the terminal, or watch a saved trajectory."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 
 def view(options: Namespace) -> int:
-    """Watch until the user leaves."""
+    """Watch until the user leaves; return the exit status."""
     if not options.terminal:
         return show(options)
     if not on_terminal():
@@ -74,7 +74,7 @@ def view(options: Namespace) -> int:
 
 
 def _world(options: Namespace, arm: RobotArm) -> World | None:
-    """Return the world of --cell, for pictures on the terminal. Raises FileError."""
+    """Return the world of --cell for pictures on the terminal. Raises FileError."""
     if options.cell is None:
         return None
 
@@ -82,7 +82,7 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
 
 
 async def _watch(options: Namespace) -> None:
-    """A robot afar. Raises RequestRefused, and what the server refuses."""
+    """Watch a served robot on the terminal. Raises RequestRefused, and the server's refusals."""
     client = client_of(options)
     news, predicted = News(), Predicted(client.far)
     client.far.ahead = Ahead.PRESENT if options.ahead is None else options.ahead
@@ -102,7 +102,7 @@ async def _watch(options: Namespace) -> None:
 
 
 def _abort(client: Client, news: News) -> None:
-    """Stop the robot; what became of that is told."""
+    """Stop the robot, and show what became of it."""
     try:
         client.begin(Abort, news.keep_answer)
     except VrsError as error:
@@ -110,7 +110,7 @@ def _abort(client: Client, news: News) -> None:
 
 
 class News:
-    """Collects news of a robot for one line: who drives, what runs, and whether it is heard of at all."""
+    """Collects news of a robot for one line: who drives, what runs, and whether the connection is up."""
 
     def __init__(self) -> None:
         self._activity = self._cut = self._said = ""
@@ -143,7 +143,7 @@ class News:
 
 
 def show(options: Namespace) -> int:
-    """Serve the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
+    """Serve the page until a signal, or until the user of the shell beside it leaves; return the exit status. Raises
     VrsError.
     """
     at_page, url = page_place(options), options.url or ""
@@ -162,7 +162,7 @@ def show(options: Namespace) -> int:
 
 
 def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
-    """Run the shell beside the page; on a pipe, the page stays when the lines are done."""
+    """Run the shell beside the page. On a pipe, the page stays after the last line."""
     connection = SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
@@ -176,7 +176,7 @@ DATA = "?recording"  # of the address of a page: it shows data, and no robot
 
 @contextmanager
 def said_of_command_line() -> Iterator[None]:
-    """Raise what is wrong with an option as CommandLineError."""
+    """Raise errors of options as CommandLineError."""
     try:
         yield
     except UsageError as error:
@@ -184,9 +184,8 @@ def said_of_command_line() -> Iterator[None]:
 
 
 def page_place(options: Namespace) -> PagePlace:
-    """Return where the page of a command is to be: at its options `--host` and `--port`. At a port that was chosen the
-    secret is that of the last time, so that a page that is still open goes on. Raises CommandLineError, and
-    NonexistentFile if the page is not built.
+    """Return the address and the secret of a page, from the options `--host` and `--port`. A chosen port keeps its
+    secret, so that an open page goes on. Raises CommandLineError, and NonexistentFile if the page is not built.
     """
     from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
 
@@ -207,7 +206,7 @@ def tell_page(options: Namespace, address: str) -> None:
 
 
 def _open_browser(address: str) -> None:
-    """Open a browser; without one the printed address is enough."""
+    """Open a browser. Without one the printed address is enough."""
     with suppress(webbrowser.Error):
         webbrowser.open(address)
 
@@ -218,7 +217,7 @@ def _open_browser(address: str) -> None:
 def host_robot(
     options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
 ) -> LocalRobot:
-    """Serve a new robot with its page, until the stack is left. Raises what is wrong with the program."""
+    """Serve a new robot with its page until the stack is left. Raises the errors of the program."""
     from vrs_cli.net.local_server import LocalRobot
 
     with said_of_command_line():
@@ -239,8 +238,8 @@ def host_robot(
 
 
 def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRobot:
-    """Serve a new robot with the programs of a file, and the cell around it; the first page executes the first of them.
-    Raises FileError, and what is wrong with the file.
+    """Serve a new robot with the programs of a file and its cell. The first page executes the first program. Raises
+    FileError, and the errors of the file.
     """
     source = read_source(options.url)
     found = cell_file(options, source)
@@ -269,8 +268,8 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
 
 
 def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
-    """Serve the page of a robot that is served elsewhere; in `cell` where its server tells none. Raises what it
-    refuses.
+    """Serve the page of a robot that is served elsewhere. `cell`: shown if its server has none. Raises the server's
+    refusals.
     """
     from vrs_cli.net.local_server import BROWSER, LocalServer
 
@@ -311,8 +310,8 @@ Try these lines:
 
 
 def demo(options: Namespace) -> int:
-    """Show the sample, and run the shell until the user leaves; returns the exit status. Without a terminal the program
-    runs as in `vrs run`. Raises VrsError.
+    """Show the sample, and run the shell until the user leaves; return the exit status. Without a terminal run the
+    program as `vrs run` does. Raises VrsError.
     """
     if not on_terminal():
         return run.run(Parser("run", options.prog).parse([SAMPLE]))
@@ -333,7 +332,7 @@ def demo(options: Namespace) -> int:
 
 
 def has_browser() -> bool:
-    """Return whether the page would open in a window of its own: browsers that work in the terminal do not show it."""
+    """Return whether the page would open in its own window. Browsers that work in the terminal cannot show it."""
     try:
         found = webbrowser.get()
     except webbrowser.Error:
@@ -342,7 +341,7 @@ def has_browser() -> bool:
 
 
 class DemoPlace(Local):
-    """A robot of this process, whose first lines are typed for the user."""
+    """A robot of this process. Its first lines are typed for the user."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         front_end = super().front_end(terminal)
