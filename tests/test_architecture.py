@@ -190,7 +190,7 @@ DEFERRED = (
     ),
     Deferred(
         ("contacts/watch.py", "net/course_teller.py", "teach"),
-        ("vrs_cli.contacts.checker", "vrs_cli.contacts.stages"),
+        ("vrs_cli.contacts.checker", "vrs_cli.contacts.sweep"),
         "it brings mujoco, which is an extra",
     ),
     Deferred(

@@ -12,7 +12,7 @@ import numpy as np
 
 from vrs_cli.contacts.checker import APART, Checker
 from vrs_cli.contacts.physics import Physics
-from vrs_cli.contacts.stages import HeldPart, Stage
+from vrs_cli.contacts.sweep import HeldPart, Stage
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import MotionError

@@ -11,7 +11,7 @@ pytest.importorskip("mujoco")
 
 from tests.contacts.cases import Case, cases, looked_at_all
 from vrs_cli.contacts.checker import SLOTS, Checker, touching_at_rest
-from vrs_cli.contacts.stages import HeldPart, Stage
+from vrs_cli.contacts.sweep import HeldPart, Stage
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot

@@ -10,7 +10,7 @@ pytest.importorskip("mujoco")
 
 from tests.contacts.test_watch import session_of
 from vrs_cli.contacts.checker import Checker
-from vrs_cli.contacts.stages import stages
+from vrs_cli.contacts.sweep import stages
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.world import Contact
 from vrs_cli.world.course import World

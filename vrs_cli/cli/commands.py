@@ -148,7 +148,7 @@ FILES = OptionRow("files FILE.v2 ...", "files, folders or patterns (- is standar
 GROUPS: Mapping[str, Mapping[str, Subcommand]] = {
     "work": {
         "shell": subcommand(
-            "shell",
+            "run",
             "[FILE.v2]",
             "the interactive shell (also plain vrs)",
             "The interactive VAL-II shell of a virtual robot.",

@@ -31,14 +31,7 @@ from vrs_cli.extras import BUILT_PAGE
 from vrs_cli.files.atomic import check_writable, write_atomically
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.lab import bench, twin
-from vrs_cli.lab.bench import (
-    SCENARIOS,
-    ControllerScore,
-    MethodOutcome,
-    MethodTrial,
-    ViewerScore,
-    method_outcome,
-)
+from vrs_cli.lab.bench import SCENARIOS, ControllerScore, MethodOutcome, MethodTrial, ViewerScore, method_outcome
 from vrs_cli.lab.delays import Trial, mean_score
 from vrs_cli.lab.methods import CONTROLLERS, VIEWERS, Predictor, RemoteController, load_method
 from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial, twin_outcome, twin_row

@@ -13,12 +13,7 @@ from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 
-from vrs_cli.cli.command_line import (
-    USUAL_ROBOT,
-    CommandLineError,
-    tell_notes,
-    teller,
-)
+from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, tell_notes, teller
 from vrs_cli.cli.main import OK
 from vrs_cli.cli.remote import signal_comes
 from vrs_cli.errors import FileError

@@ -17,13 +17,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from vrs_cli.cli import run
-from vrs_cli.cli.command_line import (
-    CommandLineError,
-    Parser,
-    chosen_robot,
-    clock_of,
-    teller,
-)
+from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot, clock_of, teller
 from vrs_cli.cli.remote import client_of, signal_comes, token_of
 from vrs_cli.cli.sources import cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import NonexistentFile, UsageError, VrsError

@@ -20,8 +20,7 @@ import numpy as np
 
 from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
 from vrs_cli.contacts.solids import LinkSolids, solids_of_robot, solids_of_shape
-from vrs_cli.contacts.stages import Course, Stage, changed_stages, stages
-from vrs_cli.contacts.sweep import Sweep, levers, sums_of
+from vrs_cli.contacts.sweep import Course, Stage, Sweep, changed_stages, levers, stages, sums_of
 from vrs_cli.engine.position import finish_after, start_before
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats

@@ -143,7 +143,7 @@ def _checker(arm: RobotArm, scene: CellScene, clearance: float, allow: tuple[che
 
 def first_contact(run: basis.JudgedRun, clearance: float, allow: tuple[checks.Pair, ...]) -> Contact | None:
     """Return the first contact in the whole run. `clearance` [m]: closer approaches count as contacts."""
-    from vrs_cli.contacts.stages import stages
+    from vrs_cli.contacts.sweep import stages
 
     it = run.evidence
     if it.end <= it.started:
