@@ -10,7 +10,7 @@ from __future__ import annotations
 from random import Random
 
 from tests.by_hand import command
-from tests.contacts.test_stages import CELL, PICK
+from tests.contacts.test_sweep import CELL, PICK
 from tests.contacts.test_watch import session_of
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.session.session import Session
