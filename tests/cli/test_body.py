@@ -56,7 +56,7 @@ def test_a_simulated_arm_follows_and_is_disturbed(served: Serving) -> None:
         assert process.stdin is not None
         process.stdin.write("stop\nnonsense\n")
         process.stdin.flush()
-        until(lambda: robot_body(served).seen.mode is BodyMode.STOPPED)
+        until(lambda: robot_body(served).view.mode is BodyMode.STOPPED)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
@@ -74,7 +74,7 @@ def test_another_program_reports_and_reads_set_points(served: Serving) -> None:
         report = {"t": point["t"], "joints": [1, 2, 3, 4, 5, 6]}
         process.stdin.write(f"{json.dumps(report)}\n1,2\n1e9,1,2,3,4,5,6\n")
         process.stdin.flush()
-        until(lambda: robot_body(served).seen.counts.received == 1)
+        until(lambda: robot_body(served).view.counts.received == 1)
         _, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 1
         assert "standard input:2:" in err
@@ -133,10 +133,10 @@ def test_an_arm_of_ros_follows_and_its_server_may_be_killed(tmp_path: Path) -> N
         process = stack.enter_context(body(served.address, "--rosbridge", url))
         assert process.stderr is not None
         record, engine = robot_body(served).record, served.hub.rooms["cell1"].session.engine
-        until(lambda: len(record) and robot_body(served).seen.mode is BodyMode.FOLLOWS)
+        until(lambda: len(record) and robot_body(served).view.mode is BodyMode.FOLLOWS)
         hand.lines("DRIVE 1, 5", "DRIVE 1, -5")
         end = engine.timeline.end
-        until(lambda: robot_body(served).seen.last > end)
+        until(lambda: robot_body(served).view.last > end)
         assert max(one.joints[0] for one in record.view) > 0.08
         assert record.view[-1].joints == pytest.approx(joints_at(engine.arm, engine.timeline, end), abs=1e-6)
         first.kill()
@@ -144,8 +144,8 @@ def test_an_arm_of_ros_follows_and_its_server_may_be_killed(tmp_path: Path) -> N
         assert "is gone" in process.stderr.readline()
         stack.enter_context(stand_in(port))
         assert "is back" in process.stderr.readline()
-        last = robot_body(served).seen.last
-        until(lambda: robot_body(served).seen.last > last + 0.2)
+        last = robot_body(served).view.last
+        until(lambda: robot_body(served).view.last > last + 0.2)
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
