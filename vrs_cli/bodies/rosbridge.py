@@ -15,8 +15,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 from msgspec import Struct
-from websockets.asyncio.client import ClientConnection as Socket
-from websockets.asyncio.client import connect
+from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
 from vrs_cli.bodies import joint_trajectory
@@ -421,7 +420,7 @@ async def _wait(body: BodyClient, seconds: float) -> None:
             return
 
 
-async def _converse(body: BodyClient, arm: RosArm, socket: Socket) -> None:
+async def _converse(body: BodyClient, arm: RosArm, socket: ClientConnection) -> None:
     """Send and receive messages until the connection ends."""
 
     async def read() -> None:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from asyncio import Event, Task
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
@@ -73,11 +72,11 @@ class BodyClient:
         self.far = self.client.far
         self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that were sent and are kept, and new ones
         self._first = 0  # the number of the first of these
-        self.embodied, self._stirred = False, Event()
+        self.embodied, self._stirred = False, asyncio.Event()
         self.life = ""
-        self._sending: Task[None] | None = None
-        self._asking: Task[None] | None = None
-        self._orders: list[tuple[deque[messages.BodyOrder], Event]] = []
+        self._sending: asyncio.Task[None] | None = None
+        self._asking: asyncio.Task[None] | None = None
+        self._orders: list[tuple[deque[messages.BodyOrder], asyncio.Event]] = []
 
     # --- the connection ---
 
@@ -197,7 +196,7 @@ class BodyClient:
 
     async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
         """Yield the present timeline, then each change of it and each order. Raises as `ticks` does."""
-        stirred, orders, loop = Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
+        stirred, orders, loop = asyncio.Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
         told = orders, stirred
         self._orders.append(told)
 

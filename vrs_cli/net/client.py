@@ -15,7 +15,6 @@ import os
 import re
 import ssl
 import time
-from asyncio import Event, Future, Task
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from functools import partial
@@ -25,8 +24,7 @@ from random import Random
 from urllib.parse import urlsplit
 
 from msgspec import structs
-from websockets.asyncio.client import ClientConnection as Socket
-from websockets.asyncio.client import connect
+from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
 
 from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
@@ -149,14 +147,14 @@ class Client:
         self.far = FarEnd(hello, time.monotonic)
         self.told = told
         self._tls, self._random = tls_for(self.url, ca), Random()
-        self._stirred = Event()
-        self._opened: Future[None]
-        self._task: Task[None] | None = None
+        self._stirred = asyncio.Event()
+        self._opened: asyncio.Future[None]
+        self._task: asyncio.Task[None] | None = None
         self._leaves = False
-        self._shown = Event()
-        self._recalling: Task[None] | None = None
+        self._shown = asyncio.Event()
+        self._recalling: asyncio.Task[None] | None = None
         self.measures = False
-        self._remeasuring: Task[None] | None = None
+        self._remeasuring: asyncio.Task[None] | None = None
 
     # --- asking ---
 
@@ -187,7 +185,7 @@ class Client:
 
     async def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
         """Send a request; return its end, which is `Done` or a result. Raises what the robot refuses."""
-        end: Future[messages.ServerMessage] = asyncio.get_running_loop().create_future()
+        end: asyncio.Future[messages.ServerMessage] = asyncio.get_running_loop().create_future()
 
         def hear(message: messages.ServerMessage) -> None:
             if isinstance(message, messages.Done | messages.Result | messages.Refused) and not end.done():
@@ -335,7 +333,7 @@ class Client:
                     self.far.look()
                     await self._stir(min(end, self.far.due))
 
-    async def _dialogue(self, socket: Socket) -> None:
+    async def _dialogue(self, socket: ClientConnection) -> None:
         """Receive and send until the socket or the connection is closed."""
         self.far.connection.begin()
         writing = asyncio.create_task(self._write(socket))
@@ -350,7 +348,7 @@ class Client:
             writing.cancel()
             await asyncio.wait([writing])
 
-    async def _write(self, socket: Socket) -> None:
+    async def _write(self, socket: ClientConnection) -> None:
         """Send waiting frames and do what is due, until the connection closes."""
         with suppress(ConnectionClosed):
             while not self._leaves and not self.far.connection.closing:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import socket
 import struct
-from asyncio import StreamReader, StreamWriter
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -48,7 +47,7 @@ class _Way:
         self._pieces: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         self._went = asyncio.Event()
 
-    async def receive(self, reader: StreamReader) -> None:
+    async def receive(self, reader: asyncio.StreamReader) -> None:
         """Read all bytes of the sender; wait while too many are on their way."""
         while True:
             while self.held >= MAX_BYTES_ON_WAY:
@@ -60,7 +59,7 @@ class _Way:
             if not piece:
                 return
 
-    async def deliver(self, writer: StreamWriter) -> None:
+    async def deliver(self, writer: asyncio.StreamWriter) -> None:
         """Write each piece when it is due."""
         while True:
             arrival, piece = await self._pieces.get()
@@ -82,7 +81,11 @@ class ProxyConnection:
         self.number, self.peer = number, peer
         self.forward, self.backward = (_Way(line, time) for line in ways.lines(number))
 
-    async def carry(self, near: tuple[StreamReader, StreamWriter], far: tuple[StreamReader, StreamWriter]) -> None:
+    async def carry(
+        self,
+        near: tuple[asyncio.StreamReader, asyncio.StreamWriter],
+        far: tuple[asyncio.StreamReader, asyncio.StreamWriter],
+    ) -> None:
         """Carry bytes until both ways have ended and all bytes have arrived. Raises OSError if one end is gone."""
         try:
             async with asyncio.TaskGroup() as group:
@@ -123,7 +126,7 @@ class DelayProxy:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    def _accept(self, reader: StreamReader, writer: StreamWriter) -> None:
+    def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.count += 1
         peer = writer.get_extra_info("peername") or ("somebody who has gone", 0)
         connection = ProxyConnection(self.count, str(Endpoint(*peer[:2])), self._ways, self._time)
@@ -131,7 +134,9 @@ class DelayProxy:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _connect(self, connection: ProxyConnection, reader: StreamReader, writer: StreamWriter) -> None:
+    async def _connect(
+        self, connection: ProxyConnection, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
         number = connection.number
         try:
             far = await asyncio.open_connection(*self._target)
@@ -153,7 +158,7 @@ class DelayProxy:
             self._tell(f"{number}: over, {there} bytes there, {back} back")
 
 
-def _reset(writer: StreamWriter) -> None:
+def _reset(writer: asyncio.StreamWriter) -> None:
     """Reset a connection, so that the other end sees a failure; a closed one stays closed."""
     if not writer.transport.is_closing():
         writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))

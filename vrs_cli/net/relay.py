@@ -20,7 +20,6 @@ from urllib.parse import quote, urlsplit
 from urllib.request import BaseHandler, HTTPRedirectHandler, HTTPSHandler, ProxyHandler, build_opener
 
 from msgspec import Struct, structs
-from msgspec.structs import replace
 from websockets.asyncio.client import ClientConnection as RobotSocket
 from websockets.asyncio.server import ServerConnection as PageSocket
 from websockets.exceptions import ConnectionClosed
@@ -312,7 +311,7 @@ class Relay:
         try:
             async with open_socket(self.url, self._tls) as robot:
                 end.begin(hello)
-                said = replace(hello, token=self._token, name=self._name or hello.name, robot=self.robot)
+                said = structs.replace(hello, token=self._token, name=self._name or hello.name, robot=self.robot)
                 await robot.send(encode(said, Encoding.JSON))
                 link = _Link(page, robot, end, hello.format, self._window)
                 works = [asyncio.create_task(work) for work in (link.forward(), link.backward(), link.keep())]
@@ -374,7 +373,7 @@ class _Link:
                     if self._end.connection.surrounded:
                         window = None  # the places of parts follow from the whole timeline
                     after = message.after if self._end.mirror is not None else None  # None: begin with a snapshot
-                    await self._robot.send(encode(replace(message, window=window, after=after), self._encoding))
+                    await self._robot.send(encode(structs.replace(message, window=window, after=after), self._encoding))
                 case _:
                     said = self._end.hear_page(message)
                     await self._robot.send(frame if said is message else encode(said, self._encoding))
