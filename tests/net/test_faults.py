@@ -160,7 +160,7 @@ def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path, monkey
 
 def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrs_cli.net.server.PING_INTERVAL_S", 0.1)
-    monkeypatch.setattr("vrs_cli.net.room.ALIVE", 0.1)
+    monkeypatch.setattr("vrs_cli.net.room.DRIVER_SILENCE_S", 0.1)
     monkeypatch.setattr("vrs_cli.net.server.CLOSE_TIMEOUT_S", 0.1)
     with serving(tmp_path, journal=False) as server, cable(server.address) as wire, server.call() as bob:
         room = server.hub.rooms["cell1"]
