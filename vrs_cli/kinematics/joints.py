@@ -163,7 +163,7 @@ def beyond(rate: Twist, bias: Twist) -> Twist:
     return vx - ax, vy - ay, vz - az, wx - bx, wy - by, wz - bz
 
 
-# --- walks along a line, of joints that are too many (`numeric.arm`) ------------------------------------------
+# --- walks of redundant joints along a line (`numeric.arm`) --------------------------------------------------------
 
 Asked = tuple[tuple[int, float], ...]  # joints, by index, with their values at the end: each is then its own guide
 
@@ -277,9 +277,6 @@ WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below it: FLIP and NOFLIP mee
 NONE = Configuration()  # for an arm with one configuration, or too many for words
 SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # for an arm without another choice, such as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
-
-
-# --- links from axes ---------------------------------------------------------------------------------------------
 
 
 class Profile(Enum):
