@@ -307,3 +307,40 @@ def test_a_real_passed_by_value_is_no_transformation() -> None:
     error = run(program("CALL sub(3)") + program("HERE place", name="sub", parameters="place")).error
     assert isinstance(error, ArgumentMismatch)
     assert str(error).endswith("place of sub: the argument is not a transformation (a transformation is wanted)")
+
+
+COUNTED = (
+    "n = 0",
+    "FOR i = 1 TO 4",
+    "  n = n+i",
+    "  IF n > 3 THEN",
+    "    CALL half(n)",
+    "  ELSE",
+    "    a[7] = n",
+    "    a[7] = a[7]+1",
+    "  END",
+    "END",
+    "TYPE n, a[7]",
+    "n = 3",
+    "WHILE n > 0 DO",
+    "  n = n-1",
+    "  m = 1/n",
+    "END",
+)
+
+
+@pytest.mark.parametrize("budget", [1, 2, 3, 7, 50])
+def test_the_budget_changes_neither_steps_nor_what_they_do(budget: int) -> None:
+    """Steps are counted in the compiled program: where it is suspended, where an error occurs, and in calls."""
+    found = []
+    for size in (10_000, budget):
+        text = program(*COUNTED) + "\n.PROGRAM half(x)\n  x = x/2\n.END\n"
+        task = Task(environment_with(text), StillRobot(), "main")
+        events = []
+        while not isinstance(event := task.resume(budget=size), Failed | ProgramCompleted):
+            if not isinstance(event, Budget):
+                events.append(event)
+        found.append((events, task.steps_done, task.stack, task.step, task.fault))
+    assert found[0] == found[1]
+    *_, fault = found[0]
+    assert fault is not None and (fault.step, fault.code) == (15, ArithmeticOverflow.code)
