@@ -343,4 +343,5 @@ def test_the_budget_changes_neither_steps_nor_what_they_do(budget: int) -> None:
         found.append((events, task.steps_done, task.stack, task.step, task.fault))
     assert found[0] == found[1]
     *_, fault = found[0]
-    assert fault is not None and (fault.step, fault.code) == (15, ArithmeticOverflow.code)
+    assert fault is not None
+    assert (fault.step, fault.code) == (15, ArithmeticOverflow.code)

@@ -6,7 +6,7 @@ there. Each counted operation takes 1 from `n`, the steps that are left of the t
 is done. While the program is suspended the context's `turn` holds n and the present operation. The lines of an
 operation's code have its number, so that an error tells where it occurred.
 
-    def program(X, R, L, S, P, F, pc, ...):      context; cells of reals, locations, strings, precision points;
+    def program(X, R, L, S, P, KR, KL, F, pc, ...):   context; cells of reals, locations, strings, precision points;
         l0, s0 = F                               frame: limits of FOR and subjects of CASE; ... arrays and arguments
         B = X.turn
         n = B[0]
@@ -40,7 +40,7 @@ from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.analysis.structure import waits_for_signals
 from vrs_cli.language.compile import lowering
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, constant_index, reads
+from vrs_cli.language.compile.expressions import CELLS, KEYS, Array, ExpressionCompiler, Library, constant_index, reads
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import free_in_parts, pause_collector
 from vrs_cli.language.text.printer import statement_text
@@ -95,7 +95,7 @@ class _ProgramCompiler(ExpressionCompiler):
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = [tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load())), _load_left()]
         body += self._with_frame(loop) if self._lowered.slots else loop
-        names = ["X", *CELLS.values(), "F", "pc", *self.parameter_fields(), *self.arrays.values()]
+        names = ["X", *CELLS.values(), *KEYS.values(), "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
         rest = py.arg("_rest")  # the arrays of later parts
         return tree.make_function(
@@ -249,7 +249,7 @@ class _ProgramCompiler(ExpressionCompiler):
         assert key is not None
         if other is not None and not is_real:
             denied = py.Expr(tree.method(tree.name(cells), "deny", key))
-            first.append(py.If(tree.compare(key, py.In(), tree.name(other)), [denied], []))
+            first.append(py.If(tree.compare(key, py.In(), tree.name(KEYS.get(other, other))), [denied], []))
         return [*first, py.Assign([py.Subscript(tree.name(cells), key, py.Store())], value)]
 
     def _instruction(self, statement: ast.Instruction) -> list[py.stmt]:
@@ -370,7 +370,7 @@ _SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]
 
 def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
     """Join functions; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
-    at = 2 + len(CELLS)
+    at = 2 + len(CELLS) + len(KEYS)
 
     def program(*arguments: object) -> Steps:
         pc = arguments[at]

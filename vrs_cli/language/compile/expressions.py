@@ -41,6 +41,10 @@ _RELATIONS: dict[str, type[py.cmpop]] = {
 }
 _LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}  # both sides, always
 NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
+KEYS = {
+    "R": "KR",
+    "L": "KL",
+}  # views of the keys of these cells, in which a key is found faster
 CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
 
 

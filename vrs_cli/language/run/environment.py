@@ -19,7 +19,7 @@ from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.analysis.structure import beyond
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
-from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
+from vrs_cli.language.compile.expressions import CELLS, KEYS, ExpressionCompiler, Library
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
 from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
@@ -158,7 +158,7 @@ class Executable:
         self._lines = stored.lines
         self._ahead: Compiled | None = None
         # by operation: the function, the cells of simple variables, the block number, and the cells of arrays
-        self._starts: dict[int, tuple[Callable[..., Steps], list[Cells], int, list[Cells]]] = {}
+        self._starts: dict[int, tuple[Callable[..., Steps], list[object], int, list[Cells]]] = {}
 
     @property
     def name(self) -> str:
@@ -196,9 +196,11 @@ class Executable:
         if known is None:
             variant, cells = self.compilation.variant(op), self._memory.cells
             arrays = [cells(*array) for array in variant.arrays]
-            known = self._starts[op] = variant.function, [*map(cells, CELLS)], variant.numbers[op], arrays
-        function, simple, block, arrays = known
-        return function(context, *simple, slots, block, *chain.from_iterable(arguments), *arrays)
+            simple = {name: cells(kind) for kind, name in CELLS.items()}
+            both: list[object] = [*simple.values(), *(simple[name].keys() for name in KEYS)]
+            known = self._starts[op] = variant.function, both, variant.numbers[op], arrays
+        function, both, block, arrays = known
+        return function(context, *both, slots, block, *chain.from_iterable(arguments), *arrays)
 
     def own(self) -> tuple[Reference, ...]:
         """Return the variables of an activation besides its arguments: new ones for AUTO, the kept ones for LOCAL."""
