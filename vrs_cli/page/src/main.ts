@@ -17,7 +17,7 @@ import { makeMove } from "./panels/move";
 import { makePrograms } from "./panels/programs";
 import { makePrompt } from "./panels/prompt";
 import { makeSignals } from "./panels/signals";
-import { makeDrives, makeQuestions, makeStop } from "./panels/talk";
+import { makeDrives, makeQuestions, makeStop } from "./panels/stop";
 import { Transcript, columnsOf } from "./panels/transcript";
 import { makeViewing, showRecording, type Recording } from "./recording";
 import "./style/driving.css";
