@@ -21,7 +21,7 @@ TRIES = 50  # of a command, while the line of the next condition begins
 
 
 def main(participants: int = 2) -> int:
-    """Let so many participants do both trials; the first is killed in the first one. Returns the exit status."""
+    """Let participants do both trials; the first one is killed in the first trial. Return the exit status."""
     with TemporaryDirectory() as folder:
         study = Path(folder, "study.toml")
         study.write_text(TEXT + "forward = '200ms'\nbackward = '200ms'\n")
@@ -59,7 +59,7 @@ def drive(study: Path, participant: int, *, killed: bool = False) -> None:
 
 
 def do(robot: vrs.Robot, line: str) -> None:
-    """Do a line, as soon as there is a connection."""
+    """Do a line as soon as there is a connection."""
     for _ in range(TRIES):
         try:
             robot.do(line)

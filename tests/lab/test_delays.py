@@ -1,4 +1,4 @@
-"""The experiment: what is flagged is what both logs say, and nothing else is wrong; the figures are those to expect."""
+"""Test the experiment with delays: flags equal both logs, nothing else is wrong, and figures are as expected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Viewers and controllers of users: what they are told, how they are judged, and the message for each that fails."""
+"""Test viewers and controllers of users: their inputs, their scores, and the messages about failures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A user study: orders are balanced, a judge sees when a trial is over, and results survive a kill."""
+"""Test a user study: balanced orders, the end of a trial, and results that survive a kill."""
 
 from __future__ import annotations
 

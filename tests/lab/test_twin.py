@@ -1,4 +1,4 @@
-"""What is seen of a body: it is wrong by the body's own error alone where nothing is flagged; a disturbance is told."""
+"""Test the displayed body: without flags, the error is that of the body itself; disturbances raise alarms."""
 
 from __future__ import annotations
 

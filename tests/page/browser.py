@@ -58,7 +58,7 @@ Picture = NDArray[np.uint8]  # (height, width, 3)
 
 
 def missing() -> str:
-    """Return what a test of the page lacks here; empty where nothing is missing."""
+    """Return what a test of the page lacks on this machine; empty if nothing."""
     if CHROMIUM is None:
         return "no chromium: apt-get install chromium"
     lacking = [name for name in ("playwright", "PIL") if find_spec(name) is None]
@@ -66,7 +66,7 @@ def missing() -> str:
 
 
 def leave_out(reason: str) -> None:
-    """Skip the test, or fail it where the page is required."""
+    """Skip the test, or fail it if the page is required."""
     if os.environ.get(REQUIRED):
         pytest.fail(reason)
     pytest.skip(reason)
@@ -76,7 +76,7 @@ needs_chromium = pytest.mark.skipif(bool(missing()) and not os.environ.get(REQUI
 
 
 def page_folder() -> Path:
-    """Return the built page, built of the sources that are here: once, by the first of all processes that needs it."""
+    """Return the page built of the current sources; the first process that needs it builds it."""
     if BUILDER.is_file():
         with FileLock(Path(tempfile.gettempdir()) / f"page-of-tests-{getuser()}.lock"):
             ended = subprocess.run([sys.executable, BUILDER], check=False, capture_output=True, text=True)
@@ -90,13 +90,13 @@ def page_folder() -> Path:
 
 
 def alone() -> FileLock:
-    """Return the lock of browsers on this machine: drawing by software takes all cores that there are."""
+    """Return the lock of browsers on this machine, because software rendering takes all cores."""
     return FileLock(Path(tempfile.gettempdir()) / f"chromium-of-tests-{getuser()}.lock")
 
 
 @contextmanager
 def running_chromium() -> Iterator[Browser]:
-    """A browser without a window."""
+    """Start a browser without a window."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -109,14 +109,14 @@ def running_chromium() -> Iterator[Browser]:
 
 @contextmanager
 def window(browser: Browser, **options: Any) -> Iterator[Page]:
-    """An empty window with storage of its own, for one test."""
+    """Open an empty window with its own storage for one test."""
     with unwatched(browser, **options) as page, watched(page):
         yield page
 
 
 @contextmanager
 def unwatched(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Page]:
-    """A window for many tests. `options`: those of Playwright's `new_context` (`color_scheme`, `has_touch`, ...)."""
+    """Open a window for many tests. `options`: those of Playwright's `new_context` (`color_scheme`, `has_touch`, ...)."""
     width, height = size
     context = browser.new_context(viewport={"width": width, "height": height}, **options)
     context.set_default_timeout(1000 * PATIENCE)
@@ -128,8 +128,8 @@ def unwatched(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any)
 
 @contextmanager
 def watched(page: Page) -> Iterator[None]:
-    """Fail the test at the end where the page threw an error, wrote one to the console, broke its security policy or
-    asked anybody but this machine.
+    """Fail the test at the end if the page threw an error, wrote one to the console, broke its security policy or sent
+    a request to another machine.
     """
     faults: list[str] = []
     hears: dict[Any, Callable[[Any], None]] = {
@@ -181,7 +181,7 @@ def until(page: Page, expression: str, value: object = None) -> None:
 
 
 def axe(page: Page, within: str = "") -> list[str]:
-    """Return what an accessibility check finds in a page, or in a part of it."""
+    """Return the findings of an accessibility check in a page or a part of it."""
     if not AXE.is_file():
         pytest.skip("axe-core is not there: npm ci in vrs_cli/page; .ci/run runs this test after it")
     if not page.evaluate("!!window.axe"):
@@ -196,19 +196,19 @@ def drawn(page: Page) -> None:
 
 
 def line(page: Page, text: str) -> None:
-    """Have the robot of a page do a line, as if somebody had typed it."""
+    """Type a line at the robot of a page."""
     done = page.evaluate("text => app.connection.ask('line', { text })", text)
     assert done["type"] == "done", done
     assert done.get("ok", True), done
 
 
 def picture(page: Page, selector: str = "canvas") -> Picture:
-    """Return a picture of an element as it is drawn."""
+    """Return a screenshot of an element."""
     from PIL import Image
 
     return np.array(Image.open(io.BytesIO(page.locator(selector).first.screenshot())).convert("RGB"))
 
 
 def changed(a: Picture, b: Picture, by: int = 16) -> float:
-    """Return which part of two pictures differs by more than `by` in a colour."""
+    """Return the share of pixels that differ by more than `by` in a colour."""
     return float(np.mean(np.any(np.abs(a.astype(int) - b.astype(int)) > by, axis=2)))

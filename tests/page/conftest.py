@@ -1,4 +1,4 @@
-"""The page in a real browser, beside a robot that is served in this process."""
+"""Provide the page in a real browser, beside a robot served by this process."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def built() -> Path:
-    """The folder of the built page."""
+    """Return the folder of the built page."""
     return page_folder()
 
 
 @pytest.fixture(scope="package")
 def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
-    """One browser for the tests of this folder."""
+    """Start one browser for the tests of this folder."""
     if missing():
         leave_out(missing())
     with running_chromium() as browser:
@@ -33,14 +33,16 @@ def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
 
 @pytest.fixture(scope="package")
 def desktop(chromium: Browser) -> Iterator[Page]:
-    """A window that tests have one after the other: a new one takes a process and a second of CPU."""
+    """Provide a window that tests use one after the other: a new one takes a process and a second of CPU."""
     with unwatched(chromium) as page:
         yield page
 
 
 @pytest.fixture
 def page(desktop: Page) -> Iterator[Page]:
-    """An empty window for one test, which has the machine for itself. Each server has a port: so storage is empty."""
+    """Provide an empty window for one test, which has the machine for itself. Each server has its own port, so storage
+    is empty.
+    """
     with alone(), watched(desktop):
         try:
             yield desktop
@@ -53,13 +55,13 @@ def page(desktop: Page) -> Iterator[Page]:
 
 @pytest.fixture
 def served(built: Path, tmp_path: Path) -> Iterator[Serving]:
-    """A server with one robot, `cell1`, and the page."""
+    """Serve the robot `cell1` with the page."""
     with serving(tmp_path, pages=ServedPage.read(built)) as it:
         yield it
 
 
 @pytest.fixture
 def shown(page: Page, served: Serving) -> Page:
-    """The page of that robot, drawn."""
+    """Return the drawn page of that robot."""
     open_robot(page, served)
     return page

@@ -1,4 +1,4 @@
-"""What builds the page, and what of it is in the packages."""
+"""Test the build of the page, and its files in the packages."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def builder(tmp_path: Path) -> ModuleType:
 
 
 def npm(builder: ModuleType, monkeypatch: pytest.MonkeyPatch, act: FakeNpm) -> None:
-    """Give a builder another npm."""
+    """Give a builder a fake npm."""
 
     def run(words: Sequence[str], folder: Path, **_: Any) -> None:
         act(words, folder)
@@ -176,7 +176,7 @@ def test_without_npm_there_is_one_message(
 
 
 class FakeApp:
-    """Hatch, as far as the hook talks to it."""
+    """A fake of hatch's application for the hook."""
 
     def __init__(self) -> None:
         self.warnings: list[str] = []

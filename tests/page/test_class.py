@@ -1,4 +1,4 @@
-"""A class in real browsers: a student's page, and the wall of the teacher."""
+"""Test a class in real browsers: a student's page, and the wall of the teacher."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> ClassFolder:
 
 @pytest.fixture
 def lesson_room(built: Path, folder: ClassFolder, tmp_path: Path) -> Iterator[Serving]:
-    """A served class."""
+    """Serve a class."""
     pages = ServedPage.read(built, cookies=True)
     with serving(tmp_path, (), tokens=folder.tokens, own=OWN_ROBOTS, pages=pages) as it:
         it.server.board = ClassBoard(folder, it.hub.clients, it.server.grants, it.hub.own_names, lambda: 1e9)

@@ -1,4 +1,4 @@
-"""The page's connection to a robot: a server that ends and comes back, a page that leaves."""
+"""Test the page's connection: a server that ends and comes back, and a page that leaves."""
 
 from __future__ import annotations
 

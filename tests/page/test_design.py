@@ -1,4 +1,4 @@
-"""The layout of the page: readable in light and dark, without overflow at five sizes, and ruled by keys."""
+"""Test the layout of the page: readable in light and dark, without overflow at five sizes, usable by keys."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ UNREACHED = """[...document.querySelectorAll('button, input, select, a[href], [r
 
 
 def walk(page: Page, begin: str = "body") -> None:
-    """Reach every control with Tab, and leave each; fields in which Tab has a meaning are left with Escape. `begin`:
-    what is before it was reached in an earlier walk.
+    """Reach every control with Tab, and leave each; fields that use Tab are left with Escape. `begin`: controls before
+    it were reached earlier.
     """
     page.evaluate(BEGIN, begin)
     at = ""
@@ -83,7 +83,7 @@ def walk(page: Page, begin: str = "body") -> None:
 
 @pytest.mark.parametrize(("size", "scheme"), [((1280, 720), "light"), ((390, 844), "dark")])
 def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, int], scheme: Any) -> None:
-    """An accessibility check of the page, at each of its tabs, with the menu open, and in the other colours too."""
+    """Check the accessibility of the page, at each tab, with an open menu, and in both themes."""
     with alone(), window(chromium, size=size, color_scheme=scheme, has_touch=size[0] < 700) as page:
         open_robot(page, served)
         line(page, "DRIVE 1, 30")
@@ -103,7 +103,7 @@ def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, 
 
 @pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
 def test_nothing_overflows_and_targets_are_large_enough(chromium: Browser, served: Serving, *, phone: bool) -> None:
-    """A window that is resized from one size to the next."""
+    """Resize a window from one size to the next."""
     first, *others = [size for size in SIZES if (min(size) < 500) == phone]
     with alone(), window(chromium, size=first, has_touch=phone, is_mobile=phone) as page:
         open_robot(page, served)

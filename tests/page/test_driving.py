@@ -1,4 +1,4 @@
-"""The robot is driven from the page: typed, edited, run, moved by hand, dragged and stopped."""
+"""Test driving from the page: typing, editing, running, moving by hand, dragging and stopping."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ TEXT_OF = "document.querySelector('{}')?.textContent"
 
 
 class Driver:
-    """Who sits before a page."""
+    """A user at a page."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
         self.field = page.locator("[data-slot=prompt] .cm-content")
 
     def type(self, text: str) -> None:
-        """With Enter."""
+        """Type a text and Enter."""
         self.field.click()
         self.page.keyboard.insert_text(text)
         self.page.keyboard.press("Enter")
@@ -49,11 +49,11 @@ class Driver:
         until(self.page, f"{TEXT_OF.format(where)}?.includes(x)", text)
 
     def holds(self, text: str) -> None:
-        """The field holds a text."""
+        """Wait until the field has a text."""
         until(self.page, f"{TEXT_OF.format('[data-slot=prompt] .cm-line')} === x", text)
 
     def edits(self, text: str) -> None:
-        """The editor has a line with a text."""
+        """Wait until the editor has a line with a text."""
         until(
             self.page, "[...document.querySelectorAll('.editor .cm-line')].some((one) => one.textContent === x)", text
         )
@@ -65,7 +65,7 @@ class Driver:
         self.page.locator(f"#to-{name}").click()
 
     def joint(self, number: int, at: float, within: float = 0.1) -> None:
-        """The joint comes to rest there [deg]."""
+        """Wait until the joint rests at a value [deg]."""
         q = f"app.source.timeline.segments.at(-1).joints?.[{number - 1}].reduce((r, a, i) => r + a * (\
 app.source.timeline.segments.at(-1).finish - app.source.timeline.segments.at(-1).start) ** i, 0) * 180 / Math.PI"
         until(self.page, f"Math.abs({q} - x) < {within}", at)
@@ -73,7 +73,7 @@ app.source.timeline.segments.at(-1).finish - app.source.timeline.segments.at(-1)
 
 @pytest.fixture
 def served(built: Path, tmp_path: Path) -> Iterator[Serving]:
-    """A server with one robot in real time, and the page."""
+    """Serve one robot in real time with the page."""
     with serving(tmp_path, pages=ServedPage.read(built), realtime=1.0, styled=styled_lines) as it:
         yield it
 
@@ -219,7 +219,7 @@ def test_the_arm_is_slid_stepped_held_and_stopped(ada: Driver) -> None:
 
 
 def test_the_arm_stops_when_a_browser_is_killed_that_holds_jog(ada: Driver, chromium: Browser, served: Serving) -> None:
-    """Each word of a held button leads 0.5 s ahead; the arm needs a moment more to slow down. The lease is kept."""
+    """Each message of a held button commands 0.5 s; then the arm slows down. The lease is kept."""
     room = served.hub.rooms["cell1"]
     engine = room.session.engine
     killed = chromium.browser_type.launch(executable_path=CHROMIUM, args=list(FLAGS))

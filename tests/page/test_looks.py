@@ -1,4 +1,4 @@
-"""Rare states of the page: meshes with textures, a cell at rest, a column that is resized."""
+"""Test rare states of the page: meshes with textures, a resting cell, a resized column."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page shows the robot that a server has."""
+"""Test that the page shows the robot of a server."""
 
 from __future__ import annotations
 

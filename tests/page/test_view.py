@@ -1,4 +1,4 @@
-"""`vrs view` in a process of its own, and its page: a robot, a program, a trajectory, a robot elsewhere."""
+"""Test `vrs view` as a process with its page: a robot, a program, a trajectory, a served robot."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ OUTPUT = "document.querySelector('[data-slot=output]').innerText"
 
 @contextmanager
 def started(folder: Path, *words: str, stdin: str = "", **more: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """A command of vrs in a process of its own, and the last word of the first line that it prints."""
+    """Start a command of vrs, and return the last word of its first line."""
     process = subprocess.Popen(
         [sys.executable, "-m", "vrs_cli", *words], cwd=folder,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -56,7 +56,7 @@ def view(folder: Path, *words: str, **options: str) -> object:
 
 
 def opened(page: Page, said: str) -> None:
-    """Show the page at an address that was told."""
+    """Open the page at a printed address."""
     page.goto(said.split()[-1])
     drawn(page)
 
@@ -172,7 +172,7 @@ def test_a_wrong_secret_shows_nothing(tmp_path: Path, page: Page) -> None:
 
 @contextmanager
 def far_robot(folder: Path, *words: str, delay: str = "") -> Iterator[tuple[str, ExitStack]]:
-    """A robot in real time behind a line, and its address; what ends the server is in the stack."""
+    """Serve a robot in real time behind a delay line; return its address. The stack ends the server."""
     with ExitStack() as stack, ExitStack() as server:
         _, said = server.enter_context(started(folder, "serve", "--port", "0", "--realtime", *words))
         address = said.split()[2].rstrip(",")
@@ -184,7 +184,7 @@ def far_robot(folder: Path, *words: str, delay: str = "") -> Iterator[tuple[str,
 
 
 def test_a_robot_elsewhere_is_predicted(tmp_path: Path, page: Page) -> None:
-    """Over 0.15 s each way, with a token that the page never has."""
+    """The delay is 0.15 s each way; the page never gets the token."""
     tokens = tmp_path / "tokens.toml"
     token = add_tokens(tokens, ["ada"])["ada"]
     with (

@@ -1,4 +1,4 @@
-"""The arm in the terminal."""
+"""Test the arm in the terminal."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_an_arm_that_only_moves_in_a_plane_is_seen_from_above_alone() -> None:
 
 @pytest.mark.parametrize("robot", robot_names())
 def test_the_scale_is_true(robot: str) -> None:
-    """The bar against the reach, as far as cells can tell."""
+    """Compare the scale bar with the reach, to the precision of cells."""
     picture = moving(robot)
     drawn = rows(picture, Page(160, height=60, unicode=True))
     bar = drawn[-1][: drawn[-1].index("┤") + 1]

@@ -1,4 +1,4 @@
-"""Grids: their columns, and what becomes of them where there is no room."""
+"""Test grids: their columns, and their layout on narrow pages; and control characters."""
 
 import re
 from io import StringIO

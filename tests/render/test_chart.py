@@ -1,4 +1,4 @@
-"""PLOT in the terminal, and the cells of dots that it is drawn in."""
+"""Test PLOT in the terminal, and the canvas of dots."""
 
 from random import Random
 
@@ -66,7 +66,7 @@ def test_a_constant_alone_is_a_line_across_the_middle() -> None:
 
 
 def test_curves_without_a_break() -> None:
-    """Every column of the drawing has a mark, also where the curve is steep."""
+    """Every column of the drawing has a mark, also at steep parts."""
     step = Curve("JT1", "1", tuple(0.0 if t < 0.5 else 90.0 for t in TIMES))
     drawn = [row[12:].ljust(WIDTH) for row in rows(step)[1 : HEIGHT + 1]]
     assert all(any(row[column] == "1" for row in drawn) for column in range(WIDTH))
@@ -98,7 +98,7 @@ def canvas_rows(canvas: Canvas) -> list[str]:
 
 
 def cells(canvas: Canvas) -> set[tuple[int, int]]:
-    """Row and column of those that are drawn in."""
+    """Return row and column of each cell with dots."""
     return {(r, c) for r, owner in enumerate(canvas.owner) for c in owner}
 
 

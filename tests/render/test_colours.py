@@ -1,4 +1,4 @@
-"""Every ink has a colour that both libraries know."""
+"""Test that both libraries know the colour of every ink, and the colours of VAL-II lines."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""What a terminal is believed to show."""
+"""Test which terminals can show Unicode, and the text of lessons."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves as SVG: where the numbers are, with round ticks, the same each time."""
+"""Test curves as SVG: right places, round ticks, equal bytes for equal numbers."""
 
 from __future__ import annotations
 

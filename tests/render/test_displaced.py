@@ -1,4 +1,4 @@
-"""What moved, in words."""
+"""Test the sentences about moved motions."""
 
 from __future__ import annotations
 

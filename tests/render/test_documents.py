@@ -1,4 +1,4 @@
-"""Explanations in a notebook: Markdown and LaTeX of the same blocks."""
+"""Test explanations in a notebook: Markdown and LaTeX of the same blocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replies on paper and on a terminal: the same figures, columns that fit, nothing printed as -0.000."""
+"""Test replies as plain text and on a terminal: equal numbers, fitting columns, never -0.000."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ EXIT
 
 @pytest.fixture(scope="module")
 def answers() -> list[Reply]:
-    """One reply of nearly every kind, by way of the commands."""
+    """Return one reply of nearly every kind, by commands."""
     with chdir(Path(__file__).parents[2]):
         return _answers()
 
@@ -132,7 +132,7 @@ def _answers() -> list[Reply]:
 
 
 def drawn(reply: Reply, width: int) -> str:
-    """A reply on a terminal without colours."""
+    """Return a reply as a terminal without colours shows it."""
     stream = StringIO()
     TerminalRenderer(stream, width).draw(reply)
     return stream.getvalue()
@@ -163,7 +163,7 @@ def test_a_terminal_is_never_overrun(answers: list[Reply], width: int) -> None:
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_a_terminal_shows_the_same_words(answers: list[Reply], width: int) -> None:
-    """In another order where columns go below each other, and with rules; drawings depend on the width."""
+    """The order differs if columns go below each other, and rules are added; drawings depend on the width."""
     for reply in answers:
         if not isinstance(reply, replies.Plot | replies.ArmPicture):
             missing = set(plain_text(reply).split()) - set(drawn(reply, width).split())

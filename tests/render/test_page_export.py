@@ -1,6 +1,4 @@
-"""An HTML file that plays a trajectory: the same each time, whatever it is called; it asks nobody, and runs no other
-script than its own.
-"""
+"""Test the HTML file of a trajectory: equal bytes, no requests, and no scripts but its own."""
 
 from __future__ import annotations
 
@@ -50,7 +48,7 @@ def moved() -> vrs.Robot:
 
 
 class Scripts(HTMLParser):
-    """The scripts of a page, as a browser separates them, and the attributes of all its elements."""
+    """Parses a page: its scripts, and the attributes of all elements."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,7 +69,7 @@ class Scripts(HTMLParser):
 
 
 def scripts_of(text: str) -> tuple[dict[str, object], str, list[str]]:
-    """The data of a page, its script, and the names of the attributes in it."""
+    """Return the data of a page, its script, and the names of its attributes."""
     parser = Scripts()
     parser.feed(text)
     (data_kind, data), (script_kind, script) = parser.found

@@ -1,4 +1,4 @@
-"""Pictures of a trajectory by the page: the arm is in them, and moves; what is missing is told."""
+"""Test pictures of a trajectory: the arm is visible and moves, and missing programs are named."""
 
 from __future__ import annotations
 

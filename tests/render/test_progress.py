@@ -8,7 +8,7 @@ from vrs_cli.render.progress import DELAY, PERIOD, RunProgress, reading
 
 
 class Screen(io.StringIO):
-    """A terminal that keeps what is written."""
+    """A terminal that stores its output."""
 
     def __init__(self, terminal: bool) -> None:
         super().__init__()
@@ -19,7 +19,7 @@ class Screen(io.StringIO):
 
 
 def shown_on(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> Screen:
-    """Standard error, from here to the end of the test."""
+    """Replace standard error until the end of the test."""
     monkeypatch.setenv("TERM", "xterm")
     screen = Screen(terminal)
     monkeypatch.setattr("sys.stderr", screen)

@@ -1,4 +1,4 @@
-"""The formulas that EXPLAIN shows: each is computed as it is printed, and gives the value that stands beside it."""
+"""Test the formulas of EXPLAIN: each printed formula gives the printed value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ROBOTS = {"puma560": 11, "irb120": 11, "ur5e": 10, "cobra600": 5, "planar3": 5} 
 
 
 def computable(formula: str, known: dict[str, float]) -> tuple[float, float] | None:
-    """Both sides of a formula; None where it speaks of what is not among the values."""
+    """Return both sides of a formula; None if it needs other values."""
     names = sorted(known, key=len, reverse=True)
     symbols = "|".join(map(re.escape, names))
     text = re.sub(

@@ -1,4 +1,4 @@
-"""A lesson for tests, and changes of its files."""
+"""Write a lesson for tests, with changed files."""
 
 from pathlib import Path
 

@@ -30,7 +30,7 @@ Lines = list[str]
 
 
 class Draft(NamedTuple):
-    """The lines of a correct program for an exercise, and what chooses the fault."""
+    """The lines of a correct program for an exercise, and the random choices of the fault."""
 
     lines: Lines
     random: Random
@@ -38,7 +38,7 @@ class Draft(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """A correct program with one fault. `where`: its file, `what`: what was done to it."""
+    """A correct program with one fault. `where`: its file. `what`: a description."""
 
     where: str
     what: str
@@ -52,7 +52,7 @@ def correct_programs(name: str) -> tuple[Path, ...]:
 
 @cache
 def grader(name: str) -> Grader:
-    """Return what grades submissions for an exercise."""
+    """Return the grader of an exercise."""
     return Grader(read_exercise(EXERCISES / name))
 
 
@@ -79,7 +79,7 @@ def fault(name: str, seed: int) -> Fault:
 
 
 def _places(lines: Lines, pattern: str) -> list[tuple[int, re.Match[str]]]:
-    """Return where a pattern occurs in the code of lines."""
+    """Return the matches of a pattern in the code of lines."""
     found = []
     for number, line in enumerate(lines):
         code = line.split(";")[0]
@@ -99,20 +99,20 @@ def _drop(lines: Lines, number: int) -> str:
 
 
 def _without_step(it: Draft) -> str:
-    """Leave out a step that the task needs."""
+    """Omit a step that the task needs."""
     motion = r"MOVES? (p[123]|part|feeder|where|way\[i\]|place|m|target|slot\[i\])\b"
     found = _places(it.lines, rf"^\s*(TOOL \w+|CLOSEI|{motion}|SIGNAL -?1|CALL fetch|TYPE .*)\s*$")
     return _drop(it.lines, it.random.choice(found)[0]) if found else ""
 
 
 def _last_open(it: Draft) -> str:
-    """Leave out the step that lets the part go."""
+    """Omit the step that releases the part."""
     found = _places(it.lines, r"^\s*OPENI\s*$")
     return _drop(it.lines, found[-1][0]) if found else ""
 
 
 def _copied(it: Draft) -> str:
-    """Write the numbers of a location in the place of its name."""
+    """Replace the name of a location by its numbers."""
     known = _given(it.name)
     found = [one for one in _places(it.lines, rf"\b({'|'.join(known)})\b") if _is_used(it.lines[one[0]])]
     if not found:
@@ -126,7 +126,7 @@ def _copied(it: Draft) -> str:
 
 
 def _other_place(it: Draft) -> str:
-    """Name another of the given locations."""
+    """Use another of the given locations."""
     known = _given(it.name)
     found = [one for one in _places(it.lines, rf"\b({'|'.join(known)})\b") if _is_used(it.lines[one[0]])]
     if not found:
@@ -140,7 +140,7 @@ def _is_used(line: str) -> bool:
 
 
 def _other_number(it: Draft) -> str:
-    """Change a distance or a factor that makes a place."""
+    """Change a distance or a factor of a place."""
     found = [
         one
         for one in _places(it.lines, r"(?<=[\s(,*/])\d+(?=\s*[*,)]|$)")
@@ -153,7 +153,7 @@ def _other_number(it: Draft) -> str:
 
 
 def _other_signal(it: Draft) -> str:
-    """Name another signal."""
+    """Use another signal."""
     found = _places(it.lines, r"(?<=SIGNAL )-?\d+|(?<=SIG\()\d+|(?<=REACT )\d+")
     if not found:
         return ""
@@ -172,7 +172,7 @@ def _other_text(it: Draft) -> str:
 
 
 def _other_loop(it: Draft) -> str:
-    """Let a loop go round once more or less."""
+    """Change the number of loop passes by one."""
     found = _places(it.lines, r"(?<=TO )\d+\s*$|(?<=<= )\d+|(?<=UNTIL row > )\d+|(?<=== )\d+\s*$")
     if not found:
         return ""
@@ -181,14 +181,14 @@ def _other_loop(it: Draft) -> str:
 
 
 def _other_frame(it: Draft) -> str:
-    """Give FRAME its points in another order."""
+    """Permute the points of FRAME."""
     found = _places(it.lines, r"FRAME\(corner, along, side, corner\)")
     orders = ("along, corner, side, along", "corner, side, along, corner", "side, along, corner, side")
     return _replace(it.lines, it.random.choice(found), f"FRAME({it.random.choice(orders)})") if found else ""
 
 
 def _inverted(it: Draft) -> str:
-    """Turn a condition round."""
+    """Invert a condition."""
     found = [one for one in _places(it.lines, r"(?<=\bIF )[\w. ()\d]+(?= THEN)") if "column" not in one[1][0]]
     if not found:
         return ""
@@ -198,7 +198,7 @@ def _inverted(it: Draft) -> str:
 
 
 def _stop(it: Draft) -> str:
-    """Stop on the way: after a place that is to be passed."""
+    """Stop after a place that the arm should pass."""
     found = _places(it.lines, r"^\s*MOVES (m|p[123]|way\[i\])\s*$")
     if not found:
         return ""
@@ -208,7 +208,7 @@ def _stop(it: Draft) -> str:
 
 
 def _curve(it: Draft) -> str:
-    """Turn all joints at once where a straight line is wanted."""
+    """Use joint interpolation instead of a straight line."""
     found = _places(it.lines, r"\bMOVES(?= (part|place|where|m|b|way\[i\]|p[1234])\s*$)")
     return _replace(it.lines, it.random.choice(found), "MOVE") if found else ""
 
@@ -223,7 +223,7 @@ def _hurry(it: Draft) -> str:
 
 
 def _low(it: Draft) -> str:
-    """Come to a place from hardly above it."""
+    """Approach a place from too low."""
     if it.name not in ("pick", "line", "pallet"):
         return ""
     found = _places(it.lines, r"(?<=APPRO part, )\d+|(?<=APPRO place, )\d+|(?<=APPRO a, )\d+|(?<=APPRO slot\[i\], )\d+")
@@ -231,7 +231,7 @@ def _low(it: Draft) -> str:
 
 
 def _out_of_reach(it: Draft) -> str:
-    """Go where the arm does not reach."""
+    """Move out of reach."""
     found = _places(it.lines, r"^\s*(MOVES?|APPROS?|DEPARTS) .*$")
     number = it.random.choice(found)[0]
     it.lines.insert(number + 1, "    MOVE TRANS(0, 1500, 0, 90, 90, 0)")
@@ -246,7 +246,7 @@ def _misspelt(it: Draft) -> str:
 
 
 def _endless(it: Draft) -> str:
-    """Begin again in the end."""
+    """Repeat the program for ever."""
     end = next(number for number, line in enumerate(it.lines) if line.strip().upper() == ".END")
     first = next(number for number, line in enumerate(it.lines) if re.match(r"(?i)\s*READY\s*$", line))
     it.lines[first] = f" 99 {it.lines[first].strip()}"
@@ -286,7 +286,7 @@ TOOLS = ("gripper", "nozzle", "camera")  # the variants do not move these: their
 
 
 def main(count: int = 40, seed: int = 1) -> int:
-    """Plant faults, grade them, and print what became of each."""
+    """Plant faults, grade them, and print the results."""
     failed = 0
     for name in NAMES:
         for path in correct_programs(name):

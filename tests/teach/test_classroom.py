@@ -1,4 +1,4 @@
-"""Lessons that are tried: those of vrs, and what is told of a step that teaches nothing."""
+"""Test rehearsals of lessons: the shipped lessons have no faults, and faulty steps are reported."""
 
 from contextlib import ExitStack
 from pathlib import Path

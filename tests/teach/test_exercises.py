@@ -1,4 +1,4 @@
-"""The exercises that come with vrs: correct programs pass, wrong ones fail the checks that they name."""
+"""Test the shipped exercises: correct programs pass, wrong ones fail the checks that they name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `vrs grade --check` finds: faults that are planted into an exercise without any."""
+"""Test the findings of `vrs grade --check` with faults planted into a good exercise."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vrs_cli.values.diagnostics import Dialect
 
 @pytest.fixture
 def pick(tmp_path: Path) -> Path:
-    """A copy of the exercise, to be spoilt."""
+    """Return a copy of the exercise for planting faults."""
     shutil.copytree(PICK, tmp_path / "pick")
     return tmp_path / "pick"
 
@@ -29,7 +29,7 @@ def spoil(folder: Path, file: str, before: str, after: str) -> None:
 
 
 def found(folder: Path) -> list[str]:
-    """All findings, without the folder."""
+    """Return all findings without the folder."""
     return [one.text.replace(f"{folder}/", "") for one in findings_of(read_exercise(folder), evidence)]
 
 

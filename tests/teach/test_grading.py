@@ -1,4 +1,4 @@
-"""Gradings: of honest and of wrong submissions, within limits, alike for any number of processes."""
+"""Test gradings of correct and wrong submissions, of limits, and of equal results for any number of processes."""
 
 from __future__ import annotations
 

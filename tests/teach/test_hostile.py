@@ -40,7 +40,7 @@ REASONS = {
 
 @pytest.fixture(scope="module")
 def reasons() -> dict[str, str]:
-    """What ended each of them, graded as a class."""
+    """Return why each submission ended, after grading all as a class."""
     grader = Grader(structs.replace(read_exercise(PICK), variants=()))
     handed_in = [Submission(name, "x.v2", text) for name, text in HOSTILE.items()]
     honest = Submission("honest", "x.v2", grader.exercise.solution)
@@ -61,7 +61,7 @@ def test_each_gets_a_mark_and_a_reason(reasons: dict[str, str], name: str) -> No
 
 @pytest.fixture
 def secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Files that are not for a submission, beside the place where it runs and in the temporary folder."""
+    """Write files that a submission must not reach, beside its folder and in the temporary folder."""
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
     (tmp_path / "secret.txt").write_text("secret")

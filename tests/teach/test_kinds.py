@@ -1,4 +1,4 @@
-"""Each kind of check with a program that passes, one within the rounding of the threshold, and one that just fails."""
+"""Test each kind of check with a program that passes, one within the rounding, and one that just fails."""
 
 from __future__ import annotations
 
@@ -290,7 +290,7 @@ def test_pairs_that_may_touch_do_not_count() -> None:
 
 
 def test_a_contact_of_a_motion_that_was_cut_short_does_not_count() -> None:
-    """Each motion is looked at when it is commanded, as if it came to its end."""
+    """A motion is checked to its end when it is commanded."""
     steps = DOWN.format(-290) + "\nMOVES TRANS(300, 600, -150, 90, 90, 0) AT 1.75"
     ran = run(steps, parse_cell(TABLE))
     assert ran.contacts

@@ -1,4 +1,4 @@
-"""A learner at the prompt: steps that pass by what was done, words of the lesson, and the progress that is kept."""
+"""Test a learner at the prompt: passing steps, words of lessons, and stored progress."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vrs_cli.values.replies import Farewell
 
 
 class Desk:
-    """A learner, what is shown, and what the robot says."""
+    """A learner with the shown texts and the robot's replies."""
 
     def __init__(self, folder: Path, stack: ExitStack, at: int = 0, progress: Path | None = None) -> None:
         self.shown, self.notes = list[str](), Notes()
@@ -34,7 +34,7 @@ class Desk:
         self.front_end.opening()
 
     def type(self, *lines: str) -> str:
-        """Type lines; return what is shown of the lesson."""
+        """Type lines; return the shown texts of the lesson."""
         del self.shown[:]
         for line in lines:
             self.front_end.take(line)
@@ -106,7 +106,7 @@ def test_skip_does_the_step_and_back_returns(seat: Seat) -> None:
 
 
 def test_undo_does_not_count_as_time_that_has_passed(seat: Seat) -> None:
-    """A motion that begins before the step began, after UNDO, is one of the step."""
+    """After UNDO, a motion that begins before the step counts for the step."""
     motion = '[[step.check]]\nkind = "motion"\nlast = true\nseconds = [0, 9]\n\n[[step]]\nname = "Say"'
     desk = seat(CHECKS.replace('[[step]]\nname = "Say"', motion))
     desk.type("DRIVE 2, 10")
@@ -209,7 +209,7 @@ def test_who_leaves_a_lesson_is_not_asked_what_to_store(tmp_path: Path) -> None:
 
 
 def test_what_is_done_elsewhere_counts_too(seat: Seat) -> None:
-    """A page beside the prompt, or a program that runs on."""
+    """The robot moves from a page beside the prompt, or by a running program."""
     desk = seat()
     desk.front_end.kept_up()
     desk.learner._look(lambda session: session.perform("DRIVE 1, 30"))

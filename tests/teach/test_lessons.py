@@ -1,4 +1,4 @@
-"""Lessons: what is read, and what is said of a wrong one."""
+"""Test reading lessons, and the messages about wrong ones."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Grading on a Dask scheduler: the same results as here, and one message where there is none."""
+"""Test grading on a Dask scheduler: equal results, and one message without a scheduler."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ needs_dask = pytest.mark.skipif(
 
 @pytest.fixture
 def address() -> Iterator[str]:
-    """A scheduler with one worker in this process; what it grades, it grades in processes of its own."""
+    """Return the address of a scheduler with one worker in this process, which grades in its own processes."""
     distributed: Any = import_module("distributed")
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, protocol="tcp://", dashboard_address=None

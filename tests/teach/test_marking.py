@@ -1,4 +1,4 @@
-"""Marks of runs: each kind of check with a program that passes, one that just fails, one within the rounding."""
+"""Test marks of runs: points, reasons and hidden checks."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ posix = pytest.mark.skipif(os.name == "nt", reason="limits of POSIX systems")
 
 
 def work(item: str) -> bytes:
-    """Do what the item says; return it, and what is in the folder."""
+    """Do what the item says; return its result and the files in the folder."""
     DEEDS.get(item, bool)()
     return f"{item} {os.listdir('.')}".encode()
 
@@ -52,7 +52,7 @@ def overflow() -> None:
 
 
 def leave_child() -> None:
-    """Start a process that would go on, and tell its number beside the folder, which is removed."""
+    """Start a process that would outlive its parent, and write its number beside the folder, which is removed."""
     left = subprocess.Popen(["sleep", "600"])
     Path("..", "left").write_text(str(left.pid))
     raise ValueError(f"left {left.pid}")
@@ -71,7 +71,7 @@ DEEDS: dict[str, Deed] = {
 
 
 def results(items: list[str], jobs: int = 2, fence: Fence = SMALL) -> dict[str, str]:
-    """What came of each item: its result, or why it was lost."""
+    """Return the result of each item, or why it was lost."""
     return {items[one.number]: one.lost or one.result.decode() for one in work_apart(work, items, jobs, fence)}
 
 
@@ -120,7 +120,7 @@ def test_no_process_is_left() -> None:
 
 
 def _is_dead(number: int) -> bool:
-    """Whether a process is gone, or has ended and waits until the first process takes it away."""
+    """Return whether a process is gone, or is a zombie."""
     try:
         os.kill(number, 0)
     except ProcessLookupError:

@@ -1,4 +1,4 @@
-"""An exercise that `vrs grade --new` proposes has no mistakes, whatever the solution; nothing is overwritten."""
+"""Test that exercises of `vrs grade --new` have no mistakes, and that nothing is overwritten."""
 
 from __future__ import annotations
 

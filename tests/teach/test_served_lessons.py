@@ -1,4 +1,4 @@
-"""Lessons of a class over a connection: steps that are seen by what is done, words, another lesson, a new start."""
+"""Test lessons of a class over a connection: steps, words, another lesson, a restart."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from vrs_cli.teach.served_lessons import ServedLessons
 
 
 class Student(Caller):
-    """Somebody at a lesson, who reads what it says in order."""
+    """A student at a lesson, who reads its messages in order."""
 
     read = 0  # of all messages
 
     def told(self, has: str) -> LessonText:
-        """What the lesson says next that has these words."""
+        """Return the next message of the lesson that contains these words."""
         while True:
             for one in self.heard[self.read :]:
                 self.read += 1

@@ -1,4 +1,4 @@
-"""Checks of the state of a robot: lines that are typed, and checks that pass then, or do not."""
+"""Test checks of the robot's state with lines after which they pass or fail."""
 
 import tomllib
 

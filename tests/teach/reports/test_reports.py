@@ -1,4 +1,4 @@
-"""Reports: hidden checks stay hidden, student text is obeyed by nobody, formats are those that are documented."""
+"""Test reports: hidden checks stay hidden, text of students is harmless, formats follow their documents."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ HOSTILE = (
 
 @pytest.fixture(scope="module")
 def exercise() -> Exercise:
-    """Two open checks and two hidden ones."""
+    """Return an exercise with two open and two hidden checks."""
     read = read_exercise(PICK)
     checks = (*read.checks[:2], *(structs.replace(one, hidden=True) for one in read.checks[2:4]))
     return structs.replace(read, checks=checks)
 
 
 def grading(exercise: Exercise, text: str = "a reason", student: str = "ann") -> Grading:
-    """Marks with that text in all that students can write; in the second variant less was earned."""
+    """Return marks with this text wherever students can write; the second variant earns less."""
     secret = "the hidden reason"
 
     def marks(share: float) -> tuple[Mark, ...]:

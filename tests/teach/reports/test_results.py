@@ -1,4 +1,4 @@
-"""Similar submissions: whatever names they use, without what was given."""
+"""Test the search for similar submissions: names do not matter, given text does not count."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OTHER = """\
 
 
 def renamed(text: str) -> str:
-    """The same program with other names, comments and blanks."""
+    """Return the program with other names, comments and blanks."""
     names = {"pick": "work", "start": "p1", "goal": "p2", "gripper": "hand1"}
     changed = re.sub(r"\b(pick|start|goal|gripper)\b", lambda found: names[found[0]], text)
     return "\n".join(f"  {line.lower()}   ; mine" if line and line[0] != "." else line for line in changed.split("\n"))
