@@ -116,7 +116,7 @@ def window(browser: Browser, **options: Any) -> Iterator[Page]:
 
 @contextmanager
 def unwatched(browser: Browser, *, size: tuple[int, int] = SIZE, **options: Any) -> Iterator[Page]:
-    """Open a window for many tests. `options`: those of Playwright's `new_context` (`color_scheme`, `has_touch`, ...)."""
+    """Open a window for many tests. `options`: those of Playwright's `new_context`."""
     width, height = size
     context = browser.new_context(viewport={"width": width, "height": height}, **options)
     context.set_default_timeout(1000 * PATIENCE)
