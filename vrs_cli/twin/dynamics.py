@@ -271,17 +271,17 @@ def _with_drives(
     still = np.zeros_like(q)
     holding = np.max(np.abs(torques(model, bare, q, still, still)), axis=0)
 
-    def said(values: Iterable[float | None], usual: Floats) -> Floats:
+    def or_usual(values: Iterable[float | None], usual: Floats) -> Floats:
         return np.array([x if y is None else y for x, y in zip(usual.tolist(), values, strict=True)])
 
-    gear = said((link.gear for link in known), none + 1.0)
-    armature = said((link.rotor for link in known), ROTOR_SHARE * own / gear**2) * gear**2
+    gear = or_usual((link.gear for link in known), none + 1.0)
+    armature = or_usual((link.rotor for link in known), ROTOR_SHARE * own / gear**2) * gear**2
     needed = holding + (own + armature) * np.array(model.max_acceleration)
     usual = RESERVE * needed
-    max_torque = said((link.max_torque for link in known), usual)
+    max_torque = or_usual((link.max_torque for link in known), usual)
     damping = VISCOUS_SHARE * usual / np.array(model.max_velocity)
-    viscous = said((link.viscous for link in known), damping / gear**2) * gear**2
-    coulomb = said((link.coulomb for link in known), COULOMB_SHARE * usual / gear) * gear
+    viscous = or_usual((link.viscous for link in known), damping / gear**2) * gear**2
+    coulomb = or_usual((link.coulomb for link in known), COULOMB_SHARE * usual / gear) * gear
     return bare._replace(armature=armature, viscous=viscous, coulomb=coulomb, max_torque=max_torque)
 
 
