@@ -22,7 +22,7 @@ from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.commands import HAND, Event, EventEdit, Motion, MotionKind, Start
+from vrs_cli.values.commands import HAND, EventEdit, Motion, MotionKind, Start
 
 MAIN = "main"
 
@@ -288,7 +288,10 @@ class Branches:
             when = _when(step.delta, old, timeline)
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
-                motion, event = retarget(arm, motion, before.joints), _own_event(step.delta, number)
+                motion, edit = retarget(arm, motion, before.joints), step.delta.events
+                own = HAND, step.delta.motion.number  # the event that came with the motion comes again
+                events = [one for one in edit.events if (one.channel, one.number) == own] if edit else []
+                event = events[0]._replace(number=number) if events else None
                 issued, insert = step.delta.issued, step.insert
                 delta = plan(arm, timeline, motion, issued, when, insert=insert, slowest=slowest, event=event)
             except MotionError as error:
@@ -305,14 +308,6 @@ class Branches:
             main.book.check_same(begun[0])
             left.book.check_same(begun[1])
         return planned, timeline, max(clock, left.clock)
-
-
-def _own_event(delta: TimelineDelta, number: int) -> Event | None:
-    """Return the event that came with the motion of a delta, for the motion that is planned again."""
-    events = () if delta.events is None else delta.events.events
-    own = (event for event in events if event.channel == HAND and event.number == delta.motion.number)
-    found = next(own, None)
-    return None if found is None else found._replace(number=number)
 
 
 def _set_again(

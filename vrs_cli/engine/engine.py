@@ -314,13 +314,16 @@ class Engine:
         return (Start.AFTER, end) if rounds is None else (Start.BLEND, max(now, rounds))
 
     def _rounding_begins(self, move: Move) -> float | None:
-        """Return when a motion may begin to round the corner before it [s]; None if it begins at rest. The answer is
+        """Return when a motion may begin to round the corner before it [s]. None if it begins at rest: the last motion
+        does not slow down, continuous path is off, or configuration words ask for another configuration. The answer is
         kept, since a program asks when it waits for the motion and again when the motion begins.
         """
         timeline, settings = self.timeline, self.settings
         if self._rounding is None or any(map(is_not, self._rounding, (move, timeline, settings))):
-            slowing = slowing_segments(timeline)
-            blends = slowing and self._may_blend(move)
+            slowing, asked = slowing_segments(timeline), settings.configuration
+            blends = slowing and settings.switch("CP") and settings.mode(commands.Mode.CONTINUOUS_PATH)
+            if blends and any(asked.flags) and isinstance(move.target, PoseTarget | commands.ToolOffsetTarget):
+                blends = not asked.words_beside((self.arm.configuration(joints_at(self.arm, timeline, self.end)),))
             begins = rounding_begins(self.arm, slowing, settings.rounding) if blends else None
             self._rounding = move, timeline, settings, begins
         return self._rounding[3]
@@ -331,17 +334,6 @@ class Engine:
         if stamp.relative:
             seconds, known = self.now + seconds, TIME_FROM_NOW
         return on_grid(known.check(seconds, given=stamp.seconds))
-
-    def _may_blend(self, move: Move) -> bool:
-        """Return whether continuous path is on, and the configuration words ask for no other configuration than the arm
-        will have.
-        """
-        if not (self.settings.switch("CP") and self.settings.mode(commands.Mode.CONTINUOUS_PATH)):
-            return False
-        asked = self.settings.configuration
-        if not isinstance(move.target, PoseTarget | commands.ToolOffsetTarget) or not any(asked.flags):
-            return True
-        return not asked.words_beside((self.arm.configuration(joints_at(self.arm, self.timeline, self.end)),))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
         """Make the motion of a request. One with a time stamp follows the motion under way then; any other follows the

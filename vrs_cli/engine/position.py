@@ -283,7 +283,10 @@ def _sample_at(
         which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
     if joints is not None:
         found.joints[:] = joints
-    _fill_hand(timeline, times, found.hand)
+    changes = list(timeline.changes(HAND)) if timeline.event_count else []
+    if changes:
+        begins, openings = zip((-inf, 0.0), *changes, strict=True)
+        found.hand[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
     for one, number in frames.items():  # many poses at once
         T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
         rows_of_frame = np.flatnonzero(which == number)
@@ -291,16 +294,6 @@ def _sample_at(
             T_world_flange = compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
             found.T_world_tool[chunk] = compose_batch(T_world_flange, T_flange_tool)
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
-
-
-def _fill_hand(timeline: Timeline, times: Floats, out: Floats) -> None:
-    """Store the opening of the hand at times (N,) in order."""
-    changes = list(timeline.changes(HAND)) if timeline.event_count else []
-    if changes:
-        begins, openings = zip((-inf, 0.0), *changes, strict=True)
-        import numpy as np
-
-        out[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
 
 
 def _fill_rates(
