@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.net.test_room import Wire, served
-from vrs_cli.interfaces.session.drag_control import SILENCE
+from vrs_cli.interfaces.session.drag_control import RELEASE_AFTER_S
 from vrs_cli.kinematics.transform import Transform, at_position
 from vrs_cli.net.messages import Drag, Pulled, Told
 from vrs_cli.trajectory.timeline import TimelineDelta
@@ -54,7 +54,7 @@ def test_what_is_beyond_reach_is_told_and_a_cut_line_lets_go(tmp_path: Path) -> 
         drag(ann, at(ann, 0.0, 3.0, 0.0))
         ann.until(lambda: Hold(Limit.REACH, which="far") in pulled(ann).state.held.holds)
         it.room.cut(ann.client, ann)
-        it.now += SILENCE + 0.1
+        it.now += RELEASE_AFTER_S + 0.1
         ann.until(lambda: pulled(ann).state.by == "")
         assert pulled(ann).state.why == "nothing was heard any more"
         engine = it.room.session.engine

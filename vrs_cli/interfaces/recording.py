@@ -22,15 +22,15 @@ from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
-STEP = 0.01  # [s] between two looks at the way
+LOOK_STEP_S = 0.01  # [s] between two looks at the way
 STANDS = 1e-6  # [rad, m] a joint that has not moved
 DECIMALS = 4  # of joints in a program [deg, mm]
 ATTEMPTS = 6
-FIRST = 0.7  # of the tolerance, for the way without its corners
-FINER = 0.6  # of the tolerance of the attempt before
-NEXT = 0.2  # of the tolerance: two poses of which one will do
-AHEAD = 60  # points of a way among which the next is
-MOST = 3600.0  # [s] of a way
+FIRST_SHARE = 0.7  # of the tolerance, for the way without its corners
+FINER_SHARE = 0.6  # of the tolerance of the attempt before
+SAME_POSE_SHARE = 0.2  # of the tolerance: two poses of which one will do
+NEAR_POINTS = 60  # points of a way among which the next is
+MAX_RECORDING_S = 3600.0  # [s] of a way
 
 
 class Tolerance(NamedTuple):
@@ -49,7 +49,7 @@ Way = tuple[Joints, ...]  # where the joints were, one after the other
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
     """Return the way from `begin` to `end` [s]; of neighbouring points within the tolerance only one."""
-    count, least = max(ceil((end - begin) / STEP), 1), tolerance.times(NEXT)
+    count, least = max(ceil((end - begin) / LOOK_STEP_S), 1), tolerance.times(SAME_POSE_SHARE)
     found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
     kept = [found[0]]
     for one in found[1:]:
@@ -67,20 +67,20 @@ def recorded_program(
 
     Raises UsageError if the arm stood.
     """
-    if end - begin > MOST:
-        raise UsageError(f"{end - begin:.0f} s of motion", f"record {MOST:.0f} s at most")
+    if end - begin > MAX_RECORDING_S:
+        raise UsageError(f"{end - begin:.0f} s of motion", f"record {MAX_RECORDING_S:.0f} s at most")
     way = way_of(arm, timeline, begin, end, tolerance)
     if len(way) < 2:
         raise UsageError("the arm stood all the time", "drag the tool while it is recorded")
     tool = timeline.locate(begin)[0].motion.frames.tool
-    rounded, finer = 0.5 * tolerance.away, tolerance.times(FIRST)
+    rounded, finer = 0.5 * tolerance.away, tolerance.times(FIRST_SHARE)
     for attempt in range(ATTEMPTS):
         chosen = [_as_written(arm, way[k]) for k in corners(arm, tool, way, finer)]
         last = attempt == ATTEMPTS - 1
         rounding = 0.0 if last else rounded
         if last or _follows_way(arm, tool, way, chosen, rounding, tolerance):
             break
-        rounded, finer = FINER * rounded, finer.times(FINER)
+        rounded, finer = FINER_SHARE * rounded, finer.times(FINER_SHARE)
     return "\n".join(_lines(arm, name, chosen, rounding)) + "\n"
 
 
@@ -176,7 +176,7 @@ def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Tran
     """Return whether each of some poses is near the way through the others, which are in the same order."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:
-        nearest = min(range(near, min(near + AHEAD, len(others))), key=lambda k: _unlike(pose, others[k], weight))
+        nearest = min(range(near, min(near + NEAR_POINTS, len(others))), key=lambda k: _unlike(pose, others[k], weight))
         sides = [k for k in (nearest - 1, nearest) if 0 <= k < len(others) - 1] or [0]
         if all(_beside(pose, others[k], others[min(k + 1, len(others) - 1)], tolerance) > 1.0 for k in sides):
             return False

@@ -429,7 +429,7 @@ class Slow(Paper):
 def test_changes_that_go_to_the_disk_together_are_answered_together(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "TOGETHER", inf)  # however slow this computer is
+    monkeypatch.setattr(module, "GROUP_COMMIT_S", inf)  # however slow this computer is
     journal = session.engine.book.journal = Slow(session.engine.book)
     events = session.engine.events.subscribe()
     answered: list[int] = []

@@ -21,7 +21,7 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, axis_of
+from vrs_cli.interfaces.jog.jogger import AXES, NEXT_STEP_LEAD_S, HeldDown, Jogger, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
@@ -273,7 +273,7 @@ def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWa
     hold(live, wall, axis, 1.0, 30)
     live.settle()
     engine = live.engine
-    assert engine.end - engine.now <= AHEAD + 0.4
+    assert engine.end - engine.now <= NEXT_STEP_LEAD_S + 0.4
     times = [begun + 0.3 + k * 0.02 for k in range(35)]
     assert all(engine.position(t).moving for t in times)
     assert any(a != b for a, b in zip(before.joints, engine.position().joints, strict=True))
@@ -493,7 +493,7 @@ def test_an_arm_that_is_held_moves_evenly_and_stops_when_it_is_let_go(live: Sess
 
 def test_an_arm_of_which_nothing_is_heard_any_more_stops_by_itself(live: Session, wall: ManualWall) -> None:
     held_down(live, wall, 20)
-    assert live.engine.end - live.engine.now <= AHEAD + 0.6
+    assert live.engine.end - live.engine.now <= NEXT_STEP_LEAD_S + 0.6
 
 
 def test_an_arm_that_was_stopped_by_hand_waits_until_the_button_is_let_go(live: Session, wall: ManualWall) -> None:

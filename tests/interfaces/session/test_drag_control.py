@@ -13,7 +13,7 @@ from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
-from vrs_cli.interfaces.session.drag_control import SILENCE, DragControl
+from vrs_cli.interfaces.session.drag_control import RELEASE_AFTER_S, DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.streams import Dragging
@@ -84,7 +84,7 @@ def test_one_wish_is_enough_to_get_there(served: Served) -> None:
 
 def test_who_is_not_heard_of_lets_go_and_the_arm_comes_to_rest(served: Served) -> None:
     served.pull(moved(0.3, 0.3, 0.3))
-    served.pass_time(SILENCE + 1.0)
+    served.pass_time(RELEASE_AFTER_S + 1.0)
     assert served.stands
     assert served.drag_control.drag_state == DragState(why="nothing was heard any more")
     served.pull(moved(0.1, 0.0, 0.0))  # it needs nothing to go on

@@ -15,7 +15,7 @@ from tests.net.serving import serving
 from vrs_cli.errors import IllegalValue, UndefinedName, UsageError
 from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.interfaces.roles.supervisor import Supervisor
-from vrs_cli.interfaces.session.acts import MOST_PLACES, act_on
+from vrs_cli.interfaces.session.acts import MAX_PLACES, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.segment import Segment
@@ -172,7 +172,7 @@ def test_lists_are_bounded() -> None:
     found = surveyed(session, "long")
     assert found.places is not None
     assert found.programs is not None
-    assert (len(found.places.rows), found.places.more) == (2 * MOST_PLACES, 10_000 - 2 * MOST_PLACES)
+    assert (len(found.places.rows), found.places.more) == (2 * MAX_PLACES, 10_000 - 2 * MAX_PLACES)
     assert found.places.rows[0].name == "a[0]"
     assert (found.programs.rows[0].name, found.programs.more) == ("long", 0)
 

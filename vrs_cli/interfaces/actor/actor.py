@@ -45,10 +45,10 @@ from vrs_cli.values.replies import Message, Reply, Tone
 if TYPE_CHECKING:
     from vrs_cli.interfaces.tasks.driver import Driver
 
-MOST_WAITING = 10_000  # requests
-TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them
-MOST_BESIDE = 3  # threads for long work: more would keep the robot's own thread from its turn
-LAG = 0.01  # [s] between two checks whether the users who see what programs TYPE have caught up
+MAX_WAITING_REQUESTS = 10_000  # requests
+GROUP_COMMIT_S = 0.02  # [s] for which answers may wait for others, that go to the disk with them
+MAX_WORK_THREADS = 3  # threads for long work: more would keep the robot's own thread from its turn
+LAG_CHECK_S = 0.01  # [s] between two checks whether the users who see what programs TYPE have caught up
 T = TypeVar("T")
 
 
@@ -105,8 +105,9 @@ class Actor:
         ticket = Ticket(dialogue, by, outlet, self._inbox.put, self._react, self._withdraw)
         if self._closed:
             ticket.end(None, RequestRefused("the robot is not driven any more"))
-        elif not urgent and len(self._inbox) + self._waiting.count >= MOST_WAITING:
-            ticket.end(None, RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
+        elif not urgent and len(self._inbox) + self._waiting.count >= MAX_WAITING_REQUESTS:
+            what = f"{MAX_WAITING_REQUESTS} requests wait already"
+            ticket.end(None, RequestRefused(what, "wait for some answers first"))
         else:
             self._inbox.put(partial(self._overtake, ticket) if urgent else partial(self._move, self._waiting, ticket))
         return ticket
@@ -287,7 +288,7 @@ class Actor:
         error: BaseException | None = None
         try:
             if self._driver.waits_for_users:
-                self._inbox.wait(LAG)
+                self._inbox.wait(LAG_CHECK_S)
             else:
                 self._driver.step()
         except (Exception, KeyboardInterrupt) as raised:
@@ -367,7 +368,7 @@ class Actor:
             return
         self._move(self._beside, ticket)
         self._works.put((ticket, it))
-        if self._workers < min(len(self._beside), MOST_BESIDE):
+        if self._workers < min(len(self._beside), MAX_WORK_THREADS):
             self._workers += 1
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
@@ -391,7 +392,7 @@ class Actor:
         if journal is not None and journal.unsettled:
             now = time.monotonic()
             self._since = min(self._since, now)
-            if (len(self._inbox) or self._present or self._ready) and now - self._since < TOGETHER:
+            if (len(self._inbox) or self._present or self._ready) and now - self._since < GROUP_COMMIT_S:
                 return
             try:
                 journal.settle()

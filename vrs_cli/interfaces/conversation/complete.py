@@ -32,7 +32,7 @@ from vrs_cli.values.numbers import Value, count, decimal
 from vrs_cli.values.questions import Suggestion
 
 MEASURED_ROBOT = (monitor.MEASURED, "where a body measured the robot")
-MOST = 500  # names of a kind that are offered: a menu is for reading
+MAX_NAMES = 500  # names of a kind that are offered: a menu is for reading
 
 
 class DefinedNames(Struct, frozen=True):
@@ -56,18 +56,18 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
     asked for: most lines need one kind, or none.
     """
     programs, begun = memory.programs, begun.lower()
-    first = nsmallest(MOST, (key for key in programs if key.startswith(begun)))
+    first = nsmallest(MAX_NAMES, (key for key in programs if key.startswith(begun)))
     written = (name if _NAME.fullmatch(name) else f'"{name}"' for name in parts)
 
     def variables(kind: Kind) -> dict[str, str]:
-        return {name: _note(value, memory.units) for name, value in memory.first_variables(kind, MOST, begun)}
+        return {name: _note(value, memory.units) for name, value in memory.first_variables(kind, MAX_NAMES, begun)}
 
     return DefinedNames(
         programs={programs[key].name: count(len(programs[key].program.steps), "step") for key in first},
         variables=variables,
         switches={row.name: row.summary for row in SWITCHES.values()},
         branches=dict.fromkeys(branches, "branch"),
-        parts=dict.fromkeys(islice((name for name in written if name.lower().startswith(begun)), MOST), "part"),
+        parts=dict.fromkeys(islice((name for name in written if name.lower().startswith(begun)), MAX_NAMES), "part"),
         parameters={row.name: row.summary for row in PARAMETERS.values()},
     )
 
@@ -82,7 +82,7 @@ def _note(value: Value, units: JointUnits) -> str:
 
 # --- where the cursor is -------------------------------------------------------------------------------------------
 
-LONGEST = 1000  # characters of a line that is completed: searches from its end cost their square
+MAX_LINE_CHARS = 1000  # characters of a line that is completed: searches from its end cost their square
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
 _NAME = re.compile(r"[A-Za-z][\w.]*")
@@ -213,7 +213,7 @@ def suggestions(
     Without `everything`, suggest real functions and constants only after their first letter: so many would hide the
     other words at the place of a number.
     """
-    if len(text) > LONGEST:
+    if len(text) > MAX_LINE_CHARS:
         return []
     line = _LABEL.sub("", text, count=1) if in_program else text
     blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
@@ -234,7 +234,7 @@ def suggestions(
 
 def typed_name(text: str) -> str:
     """Return the part of a name that stands at the end of a line."""
-    found = _PREFIX.search(text) if len(text) <= LONGEST else None
+    found = _PREFIX.search(text) if len(text) <= MAX_LINE_CHARS else None
     return found.group() if found else ""
 
 

@@ -28,26 +28,28 @@ from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.questions import Jogging
 from vrs_cli.values.replies import Message, Tone
 
-AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
-JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
-SHORTER = 7  # times: half a step after half a step is tried where something touches on its way
-ROUNDING = 1e-9  # [rad] a step that is none
+NEXT_STEP_LEAD_S = 0.3  # [s] before the arm rests, the next step of a sequence may come, so that the arm does not stop
+MAX_JOINT_JUMP = radians(45.0)  # [rad, m]: if a joint would move more for a step, a singularity is too near
+MAX_HALVED_STEPS = 7  # times: half a step after half a step is tried where something touches on its way
+SAME_JOINTS = 1e-9  # [rad] a step that is none
 INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
-AWAY = "jog the joints away from there first"
-LEFT_OUT = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line to the end of the reach, until the joints can follow
+JOG_JOINTS_HINT = "jog the joints away from there first"
+SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line at the end of the reach, until joints can follow
 HALVINGS = 12  # of the first part that is out of reach, to find how far it can go
-LONGEST = 1000.0  # [mm, deg] a step
-LONGEST_TURN = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
+MAX_STEP = 1000.0  # [mm, deg] a step
+MAX_TURN_DEG = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
-SLOW = 10.0  # [%] with keys one begins so
+START_SPEED = 10.0  # [%] with keys one begins so
 
 
 UNITS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 AXES: Mapping[str, Axis] = {
     axis.name: axis for frame in (Frame.WORLD, Frame.TOOL) for axis in (Axis(frame, index) for index in range(6))
 }
-FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
+JOG_HINT = (
+    "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
+)
 
 
 @handles("JOG")
@@ -61,28 +63,29 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
             yield Message(said, Tone.WARNING)
         return
     jogger, user_state = Jogger(station), station.user_state
-    shown = user_state.attended and (yield from user_state.show(jogger, Jogging(jogger.joints, jogger.units, SLOW)))
+    question = Jogging(jogger.joints, jogger.units, START_SPEED)
+    shown = user_state.attended and (yield from user_state.show(jogger, question))
     if not shown:
         raise errors.UsageError(
-            "JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else FORM
+            "JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else JOG_HINT
         )
 
 
 def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
     if len(it.arguments) != 2 or None in it.arguments:
-        raise errors.UsageError("JOG takes an axis and an amount, or nothing", FORM)
+        raise errors.UsageError("JOG takes an axis and an amount, or nothing", JOG_HINT)
     named, by = it.arguments
     assert named is not None
     assert by is not None
     amount = real(station, by)
-    if not abs(amount) <= LONGEST:
-        right = f"a number of mm or degrees, up to {LONGEST:g}"
-        raise errors.IllegalValue(f"an amount of {plain(amount)}", right, value=amount, lower=-LONGEST, upper=LONGEST)
+    if not abs(amount) <= MAX_STEP:
+        right = f"a number of mm or degrees, up to {MAX_STEP:g}"
+        raise errors.IllegalValue(f"an amount of {plain(amount)}", right, value=amount, lower=-MAX_STEP, upper=MAX_STEP)
     name = named.name if isinstance(named, Variable) and named.indexes is None else plain(real(station, named))
     axis = axis_of(station.engine, name)
-    if axis.turns and not abs(amount) < LONGEST_TURN:
+    if axis.turns and not abs(amount) < MAX_TURN_DEG:
         raise errors.IllegalValue(
-            f"a turn of {plain(amount)} deg", f"the tool turns by less than {LONGEST_TURN:g} deg in a step"
+            f"a turn of {plain(amount)} deg", f"the tool turns by less than {MAX_TURN_DEG:g} deg in a step"
         )
     return axis, amount
 
@@ -93,7 +96,7 @@ def axis_of(engine: Engine, name: str) -> Axis:
         return AXES[name.upper()]
     count = engine.model.joint_count
     if not name.isdigit():
-        raise errors.UsageError(f"there is no axis {name}", FORM)
+        raise errors.UsageError(f"there is no axis {name}", JOG_HINT)
     if not 1 <= int(name) <= count:
         raise errors.IllegalJoint(f"joint {name}", f"this robot has joints 1 to {count}")
     return Axis(Frame.JOINT, int(name) - 1)
@@ -138,7 +141,7 @@ class Jogger:
             takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
             self._goes_on = False
             return self._take_over(axis, amount, takes_back)
-        if left > AHEAD:
+        if left > NEXT_STEP_LEAD_S:
             return ""
         self._goes_on = left > 0.0
         return self.step(axis, amount)
@@ -165,7 +168,7 @@ class Jogger:
     def _step_to_contact(self, begin: Joints, axis: Axis, amount: float) -> str:
         """Do a step, or the longest of its halves, quarters, ... before which nothing touches."""
         why = ""
-        for _ in range(SHORTER):
+        for _ in range(MAX_HALVED_STEPS):
             try:
                 return self._step(begin, axis, amount) or why
             except errors.CollisionAhead as error:
@@ -174,7 +177,7 @@ class Jogger:
 
     def _step(self, begin: Joints, axis: Axis, amount: float) -> str:
         goal, part, why = self._farthest(begin, axis, amount)
-        if largest_change(begin, goal) <= ROUNDING:
+        if largest_change(begin, goal) <= SAME_JOINTS:
             return why or (f"This arm does not move along {axis.name}" if amount else "")
         if axis.frame is Frame.JOINT:
             self._go(goal, axis, amount * part)
@@ -186,7 +189,7 @@ class Jogger:
         """Go along a line from a pose; a little less far where `why` says that the arm reaches no farther: near the end
         of its reach no joint can follow a line. Raises MotionError for a line that the arm cannot follow.
         """
-        for left_out in LEFT_OUT if why else (0.0,):
+        for left_out in SHORTENINGS if why else (0.0,):
             by = way - copysign(left_out, way)
             if by * way <= 0.0:
                 return
@@ -194,8 +197,8 @@ class Jogger:
                 self._go(step_pose(pose, axis, by), axis, by)
                 return
             except (errors.StraightLineSingular, errors.JointOutOfRange, errors.LocationOutOfRange) as error:
-                if not why or left_out == LEFT_OUT[-1]:
-                    raise error.reworded(hint=AWAY) from None
+                if not why or left_out == SHORTENINGS[-1]:
+                    raise error.reworded(hint=JOG_JOINTS_HINT) from None
 
     def _go(self, goal: Joints | Transform, axis: Axis, by: float) -> None:
         engine, speed, text = self.engine, self.speed / 100.0, f"JOG {axis.name}, {plain(round(by, 3))}"
@@ -260,14 +263,14 @@ class Jogger:
         """
         goal = self.engine.joints_for(pose, begin)
         change = largest_change(begin, goal)
-        if change > JUMP:
+        if change > MAX_JOINT_JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
             raise errors.TooNear(
                 f"joint {joint} would move by {self.engine.model.joint_text(joint, change, 0)} for it",
-                AWAY,
+                JOG_JOINTS_HINT,
                 joint=joint,
                 value=change,
-                upper=JUMP,
+                upper=MAX_JOINT_JUMP,
             )
         return goal
 

@@ -173,7 +173,7 @@ def _full_name(name: str) -> str:
     return starting[0] if starting else name
 
 
-MOST_USERS = 3
+MAX_USERS = 3
 _TABLES: Mapping[str, Mapping[str, Word]] = {
     "control structure": CONTROL,
     "monitor command": COMMANDS,
@@ -189,7 +189,7 @@ def _users(name: str) -> Iterator[HelpEntry]:
         for row in table.values()
         if name in re.findall(r"[A-Z]+", row.form) and row.state is State.SUPPORTED
     )
-    for sort, row in islice(users, MOST_USERS):
+    for sort, row in islice(users, MAX_USERS):
         yield _entry(sort, row, "")
 
 

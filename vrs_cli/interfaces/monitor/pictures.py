@@ -41,8 +41,8 @@ from vrs_cli.values.replies import ReachReport
 from vrs_cli.values.results import ChainReport, MotionReport, Reach
 
 BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
-ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
-SAME = 1e-6  # [m] between two corners that are one
+LINE_ERROR_M = 0.004  # [m] of its lines: less than a dot of a wide terminal
+SAME_PLACE_M = 1e-6  # [m] between two corners that are one
 
 Lines = tuple[tuple[transform.Vector, ...], ...]
 
@@ -51,7 +51,7 @@ class Sight:
     """Pictures of one arm, one after the other, in a cell or alone; it remembers what does not change between them."""
 
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
-        self.arm, self._path, self._world = arm, ToolPath(arm, ERROR), world
+        self.arm, self._path, self._world = arm, ToolPath(arm, LINE_ERROR_M), world
 
     def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
         """Picture the robot at time t [s], with its past and its planned way, and the bodies of its cell."""
@@ -114,14 +114,14 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
     """Yield points in another frame; of consecutive points at one place only the first."""
     before: transform.Vector | None = None
     for p in points:
-        if before is None or dist(p, before) > SAME:
+        if before is None or dist(p, before) > SAME_PLACE_M:
             yield transform.moved_point(T, p)
             before = p
 
 
 # --- the cell ----------------------------------------------------------------------------------------------------
 
-ROUND = 8  # points of a circle
+CIRCLE_POINTS = 8  # points of a circle
 
 
 def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
@@ -154,8 +154,8 @@ def corners(shape: Shape, T: transform.Transform) -> tuple[transform.Vector, ...
 
 
 def _circle(radius: float) -> Iterator[tuple[float, float]]:
-    for k in range(ROUND):
-        yield radius * cos(2.0 * pi * k / ROUND), radius * sin(2.0 * pi * k / ROUND)
+    for k in range(CIRCLE_POINTS):
+        yield radius * cos(2.0 * pi * k / CIRCLE_POINTS), radius * sin(2.0 * pi * k / CIRCLE_POINTS)
 
 
 def _region(region: Beam | Zone | Proximity) -> tuple[transform.Vector, ...]:

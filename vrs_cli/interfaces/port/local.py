@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 T = TypeVar("T")
-PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
+LOOK_AGAIN_S = 0.005  # [s] between two looks whether another thread, which drives the robot, has done the request
 
 
 class KnownError(Refusal, frozen=True, kw_only=True):
@@ -123,7 +123,7 @@ class LocalPort:
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:
-            if not self._driving.acquire(timeout=PATIENCE):
+            if not self._driving.acquire(timeout=LOOK_AGAIN_S):
                 continue  # another thread drives the robot
             try:
                 if inbox:

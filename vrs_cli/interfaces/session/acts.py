@@ -52,12 +52,12 @@ from vrs_cli.wire.steered import LinePieces
 T = TypeVar("T", covariant=True)
 
 # of a survey: lists have their first rows and the number of the other rows
-MOST_PLACES = 100  # of a kind
-MOST_PROGRAMS = 200
-MOST_TASKS = 8
+MAX_PLACES = 100  # of a kind
+MAX_PROGRAMS = 200
+MAX_TASKS = 8
 
-MOST_STEPS = 100  # of a program that is printed at once
-MOST_SEGMENTS = 2000  # of a branch, the last ones
+MAX_STEPS_AT_ONCE = 100  # of a program that is printed at once
+MAX_SEGMENTS = 2000  # of a branch, the last ones
 
 
 def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
@@ -215,7 +215,7 @@ def _record_program(session: Session, act: acts.RecordProgram) -> Dialogue[acts.
 
 def _look_at_program(session: Session, act: acts.LookAtProgram) -> Dialogue[acts.ProgramSource]:
     program = session.environment.program(act.program).program
-    text = yield from beside_if(len(program.steps) > MOST_STEPS, lambda: program_text(program))
+    text = yield from beside_if(len(program.steps) > MAX_STEPS_AT_ONCE, lambda: program_text(program))
     return acts.ProgramSource(program.name, text)
 
 
@@ -231,7 +231,7 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
     gives back.
     """
     branches, places = session.branches, _places(session)
-    rows = tuple(islice(program_names(session.programs), MOST_PROGRAMS))
+    rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
     # the name is in it because two lists without rows look the same
     marks = (
@@ -245,7 +245,7 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
         None if marks[0] in act.known else places,
         None if marks[1] in act.known else programs,
         marks,
-        tuple(map(_task, islice((track for track in session.tasks.in_order() if not track.at_prompt), MOST_TASKS))),
+        tuple(map(_task, islice((track for track in session.tasks.in_order() if not track.at_prompt), MAX_TASKS))),
         tuple(acts.BranchSeen(row, branches.book(row.name).timeline.version) for row in branch_table(session).rows),
         session.environment.signals.on,
         frames.base,
@@ -265,7 +265,7 @@ def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
     pieces = LinePieces(session.engine.arm).within(act.joints)
 
     def work() -> BranchShown:
-        first = max(len(timeline) - MOST_SEGMENTS, 0)
+        first = max(len(timeline) - MAX_SEGMENTS, 0)
         return BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, len(timeline)), pieces))
 
     return beside(work)
@@ -278,7 +278,7 @@ def _places(session: Session) -> acts.LocationList:
         count += session.environment.count(kind)
         rows += (
             NamedLocation.of(name, cast("Transform | Joints", value))
-            for name, value in session.environment.first_variables(kind, MOST_PLACES)
+            for name, value in session.environment.first_variables(kind, MAX_PLACES)
         )
     return acts.LocationList(count - len(rows), rows=tuple(rows))
 

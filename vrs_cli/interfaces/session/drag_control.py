@@ -1,9 +1,9 @@
 """Streams of targets for a robot: joints to steer to, or a tool to drag. One user at a time sends them.
 
 The newest target counts. Targets of joints follow each other at times that their sender says. A dragged tool is
-followed at the robot's own pace, so wishes may come late, in bursts, or not at all for a moment. After SILENCE seconds
-without a wish the tool is released, and the arm comes to rest; likewise when another user moves the robot, or a program
-takes it.
+followed at the robot's own pace, so wishes may come late, in bursts, or not at all for a moment. After RELEASE_AFTER_S
+seconds without a wish the tool is released, and the arm comes to rest; likewise when another user moves the robot, or a
+program takes it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from vrs_cli.trajectory.state import Target
 from vrs_cli.values.acts import Steer, rotating
 from vrs_cli.values.hand import DragState, Shortfall
 
-SILENCE = 0.6  # [s] of real time without a wish
-SAID = "to drag the tool"
+RELEASE_AFTER_S = 0.6  # [s] of real time without a wish
+DRAG_TEXT = "to drag the tool"
 STOPPED = "something else has moved or stopped the robot"
 
 
@@ -107,7 +107,7 @@ class DragControl(NamedTuple):
         if stream.spent is session.user_state:
             return
         try:
-            session.check_may(SAID, Role.DESIGNER)
+            session.check_may(DRAG_TEXT, Role.DESIGNER)
         except VrsError as error:
             if stream.user_state is session.user_state:
                 self._break_off(str(error))
@@ -123,7 +123,7 @@ class DragControl(NamedTuple):
         session, stream = self.session, self.stream
         session.settle()
         if session.running or session.elsewhere:
-            check_goes_beside(SAID, Role.DESIGNER, elsewhere=session.elsewhere)
+            check_goes_beside(DRAG_TEXT, Role.DESIGNER, elsewhere=session.elsewhere)
         session.tasks.check_robot_free()
         stream.dragging, stream.user_state = Dragging(session.engine), session.user_state
         stream.version, stream.stops = session.engine.timeline.version, session.stops
@@ -140,7 +140,7 @@ class DragControl(NamedTuple):
         assert isinstance(clock, WallClock)
         if stream.dragging is None:
             return None
-        if -clock.until(stream.heard) > SILENCE:
+        if -clock.until(stream.heard) > RELEASE_AFTER_S:
             self._let_go("nothing was heard any more")
             return None
         due = clock.reached

@@ -47,7 +47,7 @@ class LineEditor(Protocol):
         """Return the mistake in a line that is not sent yet."""
 
 
-MOST_TYPED = 1000  # lines that HISTORY knows
+MAX_TYPED_LINES = 1000  # lines that HISTORY knows
 
 
 @dataclass(eq=False)
@@ -77,7 +77,7 @@ class UserState:
     drafted: str = ""
     last_statement: Statement | None = None
     command_files: list[Path] = field(default_factory=list)
-    typed: deque[str] = field(default_factory=lambda: deque(maxlen=MOST_TYPED))
+    typed: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_TYPED_LINES))
     interrupted: bool = False
     left: bool = False
 

@@ -47,7 +47,7 @@ _P = TypeVar("_P", bound=tasks.Pending)
 
 ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: the cost is small beside that of steps
 AN_EVENT = 10  # elements that take as much memory as an event of the timeline
-MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
+MAX_ELEMENTS_A_STEP = 200  # elements that a step can add; a string has 128 characters
 
 
 def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals | None]:
@@ -396,7 +396,7 @@ class Driver:
             elif limits.max_elements is not None and done >= run.look:
                 events = AN_EVENT * self.engine.timeline.event_count
                 held = self.environment.size_of_all() + sum(track.task.own_size() for track in self.tasks) + events
-                run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
+                run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MAX_ELEMENTS_A_STEP)
                 if held > limits.max_elements:
                     and_events = ", with signals that were set," if events else ""
                     what = f"arrays and strings{and_events} hold {held} elements, {limits.max_elements} at most"
