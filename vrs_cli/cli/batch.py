@@ -51,10 +51,10 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
 
 
-COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
-MAX_DIAGNOSTICS = 20  # diagnostics of a file
+COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options that are also fields of Limits
+MAX_DIAGNOSTICS = 20  # printed for a file
 Object = dict[str, Any]
-ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
+ALONE = ("save", "csv", "plot", "report", "record_units")  # options with one output file: only for one run
 MAIN = "main"  # the program of a project that is executed
 BROKEN = "not executed"
 NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
@@ -97,7 +97,7 @@ class BatchTerminal(Struct, frozen=True):
         self._write(question.text)
         line = next(self.lines, "")
         if not sys.stdin.isatty():
-            self._write("\n")  # no terminal has shown the end of the line
+            self._write("\n")  # end the line: no terminal has echoed it
         if not line:
             raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give its answers on standard input")
         return line.rstrip("\r\n")
@@ -143,7 +143,7 @@ class Batch(Struct, frozen=True):
         """Load and execute; return the exit status."""
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
-        live = options.realtime is not None or options.allow_net or options.serial  # time passes as on the wall
+        live = options.realtime is not None or options.allow_net or options.serial  # time passes as on a wall clock
         with memory(options.max_memory) as enough, running as progress, self._folder() as folder:
             lines = lines_of_pipe(sys.stdin) if live else None
             output = sys.stderr if self.aside else sys.stdout  # where TYPE and PROMPT write
@@ -161,7 +161,7 @@ class Batch(Struct, frozen=True):
                         print(source.diagnostics_text(diagnostics, most=MAX_DIAGNOSTICS), end="", file=sys.stderr)
                     stop = Stoppable(station.interrupt)
                     result, sound = self._execute(station, progress, stop, enough)
-            except LimitReached as error:  # before the program was executed: there is none to stop
+            except LimitReached as error:  # raised before the program began
                 if options.json:
                     self._print_json(
                         station, None, [_object(Severity.ERROR, error.code, str(error), numbers=error.numbers)]
@@ -222,7 +222,7 @@ class Batch(Struct, frozen=True):
         from vrs_cli.files.disk import working_folder
 
         options, given = self.options, self.options.file == STANDARD_STREAM
-        beside, box = Path(options.file).parent, options.sandbox  # of a sample program: the current folder
+        beside, box = Path(options.file).parent, options.sandbox  # the current folder for a sample program
         if not options.apart:
             yield Folder(beside) if box is None else Folder(Path(box), closed=True)
             return
@@ -259,7 +259,7 @@ class Batch(Struct, frozen=True):
         options = self.options
         own = OWN if options.realtime is None else ATTENDED
         if options.allow_net or options.serial:
-            own = structs.replace(own, max_time=None)  # a driver serves until it is stopped
+            own = structs.replace(own, max_time=None)  # a program with devices runs until it is stopped
         usual = Limits() if options.apart or options.sandbox is not None else own
         return structs.replace(
             usual, **{name: most for name in COUNTED if (most := getattr(options, name)) is not None}
@@ -332,12 +332,12 @@ class Batch(Struct, frozen=True):
         else:
             print(for_stream(self._fault_text(result.fault), sys.stderr), file=sys.stderr)
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
-            for sentence in sentences(displaced):  # which motions begin at other times than the program asked
+            for sentence in sentences(displaced):  # name the motions that begin at other times than asked
                 print(sentence, file=sys.stderr)
         self._tell_world(station, wrong)
         try:
             self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path, station.driver.world)
-        except FileError as error:  # the command line was right when the run began: the disk is full
+        except FileError as error:  # probably a full disk: the path was checked at the start
             print(f"vrs run: {error}", file=sys.stderr)
             return FAILED
         return FAILED if faults else OK
@@ -530,7 +530,7 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
         heard = Heard(results.append, lambda found: objects.append({"file": path, **found}))
         sources = sources_of((path,), closed=options.sandbox is not None)
         status = Batch(options, Outputs.of(options), sources, heard).run()
-    except VrsError as error:  # of this file: the others are executed all the same
+    except VrsError as error:  # the other files are still executed
         print(f"{options.prog}: {error}", file=sys.stderr)
         return FileSummary(path, status_of(error), BROKEN)
     if not results:

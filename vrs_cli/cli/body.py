@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from vrs_cli.bodies.mujoco_arm import MujocoArm
 
 
-MAX_TOLD = 5  # wrong lines that are named
+MAX_TOLD = 5  # wrong lines that are reported
 MAX_LINE_CHARS = 1 << 16
-MAX_JUMP = 5.0  # [s] of the robot's clock that a simulated arm makes up for
+MAX_JUMP = 5.0  # [s] a longer jump of the clock makes a new simulated arm
 Tell = Callable[[str], None]
 
 

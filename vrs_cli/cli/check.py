@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Diagnostic, Dialect
 
 
-LOOKED_EVERY = 0.25  # [s] at the files, with --watch
-ROUNDS = 10  # of mends that uncover others
+LOOKED_EVERY = 0.25  # [s] between two looks at the files, with --watch
+ROUNDS = 10  # rounds: a mend may uncover another
 
 
 class Finding(Struct, frozen=True):
@@ -110,7 +110,7 @@ def _github(findings: Sequence[Finding]) -> None:
             print(f"::{one.severity.value} {shown}::{_escape(one.message, _DATA)}")
 
 
-# what a workflow command cannot hold as it stands (GitHub Actions toolkit, @actions/core)
+# characters that must be escaped in a workflow command (GitHub Actions toolkit, @actions/core)
 _DATA: Mapping[str, str] = {"%": "%25", "\r": "%0D", "\n": "%0A"}
 _PROPERTY: Mapping[str, str] = {**_DATA, ":": "%3A", ",": "%2C"}
 
@@ -186,7 +186,7 @@ def _check(options: Namespace, model: RobotModel) -> int:
     """Check all files once; return the exit status."""
     findings, before, status = list[Finding](), dict[str, str](), OK
     for group in _groups(options):
-        if isinstance(group, Unreadable):  # the other files are checked all the same
+        if isinstance(group, Unreadable):  # the other files are still checked
             print(f"{options.prog}: {group.error}", file=sys.stderr)
             status = max(status, status_of(group.error))
             if options.format != "text":

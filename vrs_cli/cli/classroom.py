@@ -54,7 +54,7 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
     folder.make(names)
     try:
         TokenFile(folder.tokens, (), OWN_ROBOTS)
-    except FileDamaged as error:  # two students would have one robot: nothing is changed
+    except FileDamaged as error:  # two students would share a robot: undo
         if before is None:
             folder.tokens.unlink()
         else:

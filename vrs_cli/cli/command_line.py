@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 DEFAULT_RATE = 100.0  # [Hz]
 USUAL_ROBOT = "puma560"
-WIDTH = 80  # for which argparse tries each option when it is added
+WIDTH = 80  # columns: argparse formats each new option once as a test
 
 
 class CommandLineError(UsageError):
@@ -45,7 +45,7 @@ class HelpAll(argparse.Action):
         parser.exit()
 
 
-_WRITING = {  # by the ending of a file
+_WRITING = {  # the option for a file, by its ending
     ".csv": "--csv",
     ".vrst": "--save",
     ".html": "--report",
@@ -135,7 +135,7 @@ class Parser(argparse.ArgumentParser):
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     """Return a hint: the known word or option that is similar, or where all are listed."""
-    names = {one.lstrip("-"): one for one in known}  # their dashes make no two options alike
+    names = {one.lstrip("-"): one for one in known}  # compare options without their dashes
     near = nearest(word.lstrip("-"), names)
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
 
@@ -226,7 +226,7 @@ def clock_of(rate: float | None) -> WallClock | None:
     return WallClock(time.monotonic, time.sleep, rate)
 
 
-SCRIPT_WAIT_S = 60.0  # [s] that a unit waits for a peer that is written down
+SCRIPT_WAIT_S = 60.0  # a unit waits so long for a scripted peer
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:

@@ -82,7 +82,7 @@ def convert(options: Namespace) -> int:
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
-    usual = vars(Parser("run", options.prog).parse([options.file]))  # the other options of a run, none of them given
+    usual = vars(Parser("run", options.prog).parse([options.file]))  # the default values of the options of vrs run
     usual |= {"program": None, "apart": False, "quiet": True}
     sources = sources_of((options.file,))
     return Conversion(Namespace(**usual | vars(options)), Outputs(None, 0.0, None, None), sources).run()

@@ -44,7 +44,7 @@ class Experiment(NamedTuple):
     defaults: Mapping[str, object]
 
 
-OWN_DEFAULTS: dict[str, object] = {  # of options that not every experiment has
+OWN_DEFAULTS: dict[str, object] = {  # of the options that only some experiments have
     "lead": LEADS,
     "policy": POLICIES,
     "seeds": 20,
@@ -73,7 +73,12 @@ EXPERIMENTS: dict[str, Experiment] = {
     ),
     "study": Experiment("study", ("file", "participant", "out", "dry_run"), {}),
 }
-CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
+CHARTED = {
+    "predicted": "p",
+    "deltas": "d",
+    "ahead": "a",
+    "preview": "w",
+}  # without plain frames, whose error is much larger
 
 
 def experiment(options: Namespace) -> int:

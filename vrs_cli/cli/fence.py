@@ -16,11 +16,11 @@ from types import FrameType
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import LimitReached
 
-GRACE = 2.0  # [s] to come to the end of a step; then it is broken off
-LEAST_MEMORY = 256_000_000  # bytes of address space, in which the interpreter and numpy have room
+GRACE = 2.0  # [s] for the step to end; then it is broken off
+LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and numpy need
 
-LAST_BYTES = 16_000_000  # that are kept free: CPython 3.11 may loop for ever in a handler of exceptions with none left
-LOOK = 0.02  # [s] of CPU between two looks at how much memory is left: a program takes less than LAST_BYTES meanwhile
+LAST_BYTES = 16_000_000  # kept free: without free memory CPython 3.11 may loop in an exception handler
+LOOK = 0.02  # [s] of CPU between two looks at the memory: a program takes less than LAST_BYTES in this time
 STATM = Path("/proc/self/statm")  # of Linux
 
 Enough = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
@@ -95,7 +95,7 @@ def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached]
             if not end_by(reached):
                 raise reached
 
-    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # of what is only closed there is nothing to say
+    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # ignore MemoryError in closing code
         if not isinstance(unraisable.exc_value, MemoryError):
             told(unraisable)
 

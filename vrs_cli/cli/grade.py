@@ -75,7 +75,7 @@ def _places(name: str) -> Iterable[Path]:
     inside = [one for one in sorted(path.iterdir()) if not one.name.startswith(".")]
     programs, folders = [one for one in inside if is_program(one.name)], [one for one in inside if one.is_dir()]
     if (len(programs) == 1 and not any(_programs_below(one) for one in folders)) or not (programs or folders):
-        return (path,)  # of one student, who may have handed in nothing
+        return (path,)  # the folder of one student, perhaps without a program
     return [*programs, *folders]
 
 
@@ -144,7 +144,7 @@ def _text_at(path: Path) -> str:
 
 
 FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name a file
-FOR_ONE = ("gradescope", "check50")  # of these a file is about one submission
+FOR_ONE = ("gradescope", "check50")  # of these each file is about one submission
 
 
 def grade(options: Namespace) -> int:

@@ -60,7 +60,7 @@ class _Course:
 
     def __init__(self, word: str | None, progress_file: Path | None) -> None:
         self._file = progress_file
-        self._page: PagePlace | None = None  # which stays when the learner goes to another lesson
+        self._page: PagePlace | None = None  # kept for the next lesson
         folder = None if word is None or not Path(word).is_dir() else Path(word)
         if folder is not None and (folder / "lesson.md").exists():
             self.folders: tuple[Path, ...] = (folder,)
@@ -134,7 +134,7 @@ class _Course:
             course = {folder: _title(folder) for folder in self.folders}
             learner = Learner(lesson, classroom.look, _text_shower(attended), progress, course, begin)
             if self._page is not None and classroom.local_robot is not None:
-                self._page = self._page.at_port(classroom.local_robot.port)  # that of all lessons
+                self._page = self._page.at_port(classroom.local_robot.port)  # all lessons use this port
                 if first:
                     from vrs_cli.cli.view import tell_page
 

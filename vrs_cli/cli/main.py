@@ -24,13 +24,13 @@ BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 HELPS = (["--help"], ["-h"], ["--help-all"])
 FAMILIES = ("class", "lab", "tools")  # first words of names of two words
-MOVED: Mapping[str, str] = {  # names that were, and what is there now
+MOVED: Mapping[str, str] = {  # old names, and the new commands
     **{name.split()[1]: f"vrs {name}" for name in SUBCOMMANDS if " " in name},
     "put": "vrs connect URL --put FILE",
     "get": "vrs connect URL --get NAME",
 }
 
-MEANT: Mapping[str, str] = {  # what other tools, and the prompt, call it
+MEANT: Mapping[str, str] = {  # words of other tools and of the prompt, and our subcommands
     **dict.fromkeys(("execute", "exec", "start", "simulate", "play", "go"), "run"),
     **dict.fromkeys(("lint", "test", "validate", "compile"), "check"),
     **dict.fromkeys(("load", "open", "edit"), "shell"),
@@ -38,7 +38,11 @@ MEANT: Mapping[str, str] = {  # what other tools, and the prompt, call it
     **dict.fromkeys(("show", "browser", "gui"), "view"),
 }
 
-FILE_COMMANDS: Mapping[str, str] = {".v2": "shell", ".pg": "shell", ".vrst": "replay"}  # what a bare file opens
+FILE_COMMANDS: Mapping[str, str] = {
+    ".v2": "shell",
+    ".pg": "shell",
+    ".vrst": "replay",
+}  # the subcommand for a file without one
 
 HELP = """\
 usage: vrs [SUBCOMMAND] [ARGUMENTS]
@@ -68,7 +72,7 @@ def run(arguments: Sequence[str]) -> int:
     return _run_guarded(prog, partial(_subcommand, name, prog, rest))
 
 
-STREAMS = (  # name, what becomes of what is no UTF-8, line ends
+STREAMS = (  # name, error handler for bytes that are not UTF-8, line ends
     ("stdin", "replace", None),
     ("stdout", "backslashreplace", "\n"),
     ("stderr", "backslashreplace", "\n"),
@@ -82,7 +86,7 @@ def _prepare_streams() -> None:
         if stream is None:
             setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 (for the whole process)
         elif isinstance(stream, TextIOWrapper):
-            with suppress(UnsupportedOperation):  # it has been read from already
+            with suppress(UnsupportedOperation):  # the stream was already read
                 stream.reconfigure(encoding="utf-8", errors=errors, newline=newline)
 
 
@@ -164,7 +168,7 @@ def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
         _abandon_output()
         return BROKEN_PIPE
     except Exception as error:
-        if isinstance(error, OSError) and error.filename is None:  # of a stream: files are named
+        if isinstance(error, OSError) and error.filename is None:  # a stream: errors of files have a name
             _abandon_output()
             return _tell_error(prog, f"standard output cannot be written: {error.strerror}", FAILED)
         from vrs_cli.interfaces.conversation.internal_error import internal_error

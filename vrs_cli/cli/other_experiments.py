@@ -160,7 +160,7 @@ MAX_PARTICIPANTS = 1000
 ENDS_WITH_PARENT = """\
 import os, sys, threading
 
-def wait_for_parent():  # its end of the pipe closes, however it ends
+def wait_for_parent():  # the pipe closes however the parent ends
     while os.read(0, 1024):
         pass
     os._exit(0)
@@ -321,7 +321,7 @@ def _first_line(child: Popen[str]) -> str:
     return line
 
 
-PANELS = 8  # that are drawn, at most
+PANELS = 8  # maximum number of drawn panels
 
 
 class TwinRows(NamedTuple):

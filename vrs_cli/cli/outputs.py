@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 
 PAGES = (".html", ".htm")
-MAX_COMMANDS = 1000  # in the table
-HALF_DIGIT = 0.0005  # [s]: the end is told with three decimals, which may be rounded up
+MAX_COMMANDS = 1000  # rows of the table of a report
+HALF_DIGIT = 0.0005  # [s]: messages round the end to three decimals, perhaps up
 STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "img,svg{max-width:100%;height:auto}table{border-collapse:collapse}td,th{padding:.1rem .8rem;text-align:left}"

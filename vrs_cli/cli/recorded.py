@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.timeline import Timeline
 
 
-MAX_MEASURED = 500_000  # reports that are made a timeline
+MAX_MEASURED = 500_000  # reports that can be played
 
 
 def where(options: Namespace) -> None:
@@ -148,7 +148,7 @@ def replay(options: Namespace) -> None:
         from vrs_cli.render.text import plain_text
         from vrs_cli.values.replies import WhereaboutsTable
 
-        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())  # to the exact end
+        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())  # including the exact end
         rows = tuple(position_at(arm, timeline, t) for t in times)
         print(plain_text(WhereaboutsTable(rows, arm.model.units)), end="")
 

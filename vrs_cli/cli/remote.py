@@ -29,7 +29,7 @@ from vrs_cli.repl.interrupt import ENDINGS, SAID, Ended
 from vrs_cli.repl.shell import at, on_terminal
 
 TOKEN = "VRS_TOKEN"
-TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # as `vrs class token` tells one: NAME TOKEN
+TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # a line of `vrs class token`: NAME TOKEN
 
 
 def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
@@ -172,7 +172,7 @@ def _get(options: Namespace) -> None:
 def delay(options: Namespace) -> None:
     """Serve a line with delays until Ctrl-C."""
     number = asyncio.run(_serve(options))
-    if number in ENDINGS:  # Ctrl-C is the way to stop it, any other signal ends the process
+    if number in ENDINGS:  # Ctrl-C only stops the line, other signals end the process
         raise Ended(number)
 
 

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
 
 
-FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such
-    "max_wall": 300.0,  # what is counted ends a program first, but on a very slow machine
-    "max_memory": 4_000_000_000,  # of address space, of which numpy takes some for each core
+FENCE: Mapping[str, float] = {  # limits for programs that nobody watches, on systems that have them
+    "max_wall": 300.0,  # [s] counted limits are reached earlier, except on a very slow machine
+    "max_memory": 4_000_000_000,  # bytes of address space; numpy takes some for each core
 }
 
 
@@ -40,7 +40,7 @@ def run(options: Namespace) -> int:
     named = _files(options)
     files = program_files(named)
     together = are_together(named, files, options.project)
-    options.apart = not together and (len(files) > 1 or set(files) != set(named))  # a folder run: each file by itself
+    options.apart = not together and (len(files) > 1 or set(files) != set(named))  # each file of a folder is run alone
     options.common = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files])
     if options.keep is not None and not options.apart:
         raise CommandLineError("--keep is for the files of a folder", "a program has the files beside it")
@@ -76,7 +76,7 @@ def _files(options: Namespace) -> list[str]:
     return files
 
 
-_NO_PROGRAMS = {  # by the ending of a file: what it is, and what takes it
+_NO_PROGRAMS = {  # the kind of a file and its subcommand, by its ending
     ".py": ("a Python program", "python {name} runs it"),
     ".csv": ("a table", "vrs lab steer {name} follows joints over time"),
     ".vrst": ("a trajectory", "vrs replay {name} plays it"),
@@ -121,7 +121,7 @@ def _source(options: Namespace) -> Source | None:
         return None
     try:
         return read_source(options.file)
-    except FileError:  # it is told when it is loaded
+    except FileError:  # the error is told when the file is loaded
         return None
 
 

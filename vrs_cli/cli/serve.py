@@ -35,13 +35,11 @@ from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, TokenFile
 from vrs_cli.render.text import styled_lines
 from vrs_cli.teach.served_lessons import ServedLessons
 
-# [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
-# for several times in a row where several threads work beside the robot
-SWITCHED = 0.001
+SWITCHED = 0.001  # [s] switch interval of threads while the server starts: Python's 5 ms would delay lines
 
 
-TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
-OWN_IDLE = 600.0  # [s] that a robot of a token works for nobody
+TURN = 0.0005  # [s] switch interval of threads: with Python's 5 ms many onlookers delay each line
+OWN_IDLE = 600.0  # [s] after which a robot of a token is paused if nobody looks
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
 
@@ -182,7 +180,7 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
         context.load_cert_chain(options.tls_cert, options.tls_key)
-    except OSError as error:  # SSLError too
+    except OSError as error:  # also SSLError
         files = " and ".join(filter(None, (options.tls_cert, options.tls_key)))
         raise CommandLineError(f"{files}: {error.strerror or error}", "a certificate and its key, in PEM") from None
     return context

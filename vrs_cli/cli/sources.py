@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vrs_cli.values.results import Position
 
 
-PROGRAMS = (".v2", ".pg")  # how files of programs end
+PROGRAMS = (".v2", ".pg")  # endings of program files
 
 
 class Source(Struct, frozen=True):
@@ -50,7 +50,7 @@ class Source(Struct, frozen=True):
         chosen = everything
         if most is not None:  # errors before warnings
             chosen = in_order(sorted(everything, key=lambda one: not has_errors([one]))[:most])
-        lines = ["", *self.text.split("\n"), ""]  # counted from 1; a finding may stand behind the last
+        lines = ["", *self.text.split("\n"), ""]  # counted from 1; a diagnostic may be behind the last line
         told = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
         rest = len(everything) - len(chosen)
         return f"{told}{rest} more (vrs check {self.path} shows all)\n" if rest else told
@@ -167,7 +167,7 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 # --- trajectory files -----------------------------------------------------------------------------------------------
 
 
-DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
+DIGITS = 12  # decimals of degrees and millimetres in JSON: enough to hide only noise
 
 
 def is_recording(name: str) -> bool:

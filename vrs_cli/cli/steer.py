@@ -40,15 +40,15 @@ from vrs_cli.values.acts import ListBranches
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.numbers import count
 
-KEPT = 1000  # targets after which what they left is not looked through for garbage any more
-MAX_COMPLAINTS = 5  # lines that are no targets, or out of reach, that are named
-MAX_LINE_CHARS = 1 << 16  # characters: a longer one is no target, and is not kept whole
+KEPT = 1000  # targets between two calls of gc.freeze
+MAX_COMPLAINTS = 5  # reported lines that are no targets or out of reach
+MAX_LINE_CHARS = 1 << 16  # a longer line is cut and is no target
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
-READ_AHEAD = 1000  # targets
-TRIES = 3  # round trips that are measured
-ALLOWANCE = 0.1  # [s] for what delays vary, and for the robot's planning
+READ_AHEAD = 1000  # targets that are read ahead
+TRIES = 3  # measured round trips
+ALLOWANCE = 0.1  # [s] for varying delays and for planning
 
 
 def steer(options: Namespace) -> int:
@@ -187,7 +187,7 @@ class _Run:
         """Follow the targets to the end of the stream, or until a signal."""
         for number, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
             if number % KEPT == 0:
-                gc.freeze()  # the timeline only grows: its garbage collection would cost ever longer pauses
+                gc.freeze()  # the timeline only grows, so collections would take longer and longer
             try:
                 steering.to(it.target, it.t)
             except MotionError as error:

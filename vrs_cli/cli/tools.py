@@ -40,7 +40,7 @@ def config(options: Namespace) -> int:
 
 
 SHELLS = ("bash", "zsh", "fish", "powershell")
-FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # in what stands for an argument
+FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # parts of a placeholder that mean a file
 FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
 
@@ -57,7 +57,7 @@ def completion(options: Namespace) -> None:
         own = Parser(name, f"vrs {name}")
         for action in own.arguments():
             _teach(action, shtab.FILE, shtab.DIRECTORY)
-        if second and first in SUBCOMMANDS:  # `class token`: what completes is of `class`
+        if second and first in SUBCOMMANDS:  # `class token` is completed as an argument of `class`
             continue
         if second and first not in families:
             rows = ", ".join(name.split()[1] for name in SUBCOMMANDS if name.startswith(f"{first} "))

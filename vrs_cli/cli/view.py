@@ -165,7 +165,7 @@ def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: Local
     return status
 
 
-DATA = "?recording"  # of the address of a page: it shows data, and no robot
+DATA = "?recording"  # in the address of a page that shows data instead of a robot
 
 
 @contextmanager

@@ -32,18 +32,18 @@ from vrs_cli.values.world import CellScene, Contact
 from vrs_cli.world.course import WorldCourse
 from vrs_cli.world.history import floor_height
 
-DEEP = 5e-4  # [m] a touch is deeper
-APART = 5e-4  # [m] two things that touched have come apart
-MARGIN = 0.02  # [m] beyond the distance that counts: pairs that are nearer are compared
-NUDGE = 1e-4  # [m] the shortest way after which a pair that touched is looked at again, to see it come apart
-SLIDE = 5e-3  # [m] the longest such way: of a pair that slides
-EVEN = 1e-4  # [m] a distance changes by no more from look to look where a pair slides
-BENT = 1e-4  # [m] a body is no farther from where it is on a straight line between two samples
-CLOSE = 6e-4  # [m] pairs so near to what counts are looked at with the exact joints
+DEEP = 5e-4  # [m] the least depth of a touch
+APART = 5e-4  # [m] the distance at which a pair that touched is apart
+MARGIN = 0.02  # [m] pairs within this beyond the counting distance are compared
+NUDGE = 1e-4  # [m] the shortest way between two looks at a pair that touched
+SLIDE = 5e-3  # [m] the longest such way, for a sliding pair
+EVEN = 1e-4  # [m] the largest change of distance between looks at a sliding pair
+BENT = 1e-4  # [m] the largest deviation from a straight line between two samples
+CLOSE = 6e-4  # [m] pairs within this of the counting distance need the exact joints
 TICK = 5e-4  # [s] the shortest step
 LOOK = 5e-3  # [s] between looks for the deepest touch
 MAX_LOOKS = 50
-SLOTS = 32  # for parts near the arm
+SLOTS = 32  # slots for parts near the arm
 
 Pair = tuple[int, int]  # two owners, the smaller one first
 STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
@@ -70,7 +70,7 @@ class Checker:
         numbers = {name: number for number, name in enumerate(self.names)}
         numbers |= dict.fromkeys(("hand", f"link {arm.model.joint_count}"), arm.model.joint_count)
         self.allowed = {(min(pair), max(pair)) for a, b in allow for pair in ((numbers[a], numbers[b]),)}
-        self.limit = clearance if clearance > 0.0 else -DEEP  # [m] a pair that is nearer counts
+        self.limit = clearance if clearance > 0.0 else -DEEP  # [m] nearer pairs count
         self.margin = max(clearance, 0.0) + MARGIN
         self._slots = 0
         self._physics: Physics | None = None
@@ -208,8 +208,8 @@ class _Search:
         if self.only is not None and stage.hand_too:
             self.only.add(self.n)
         self.excused = set(excused or ())
-        self.pairs: dict[int, _SolidPair] = {}  # by their keys
-        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # of the ways of solids towards a link
+        self.pairs: dict[int, _SolidPair] = {}  # by key
+        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # sums of the ways of solids towards a link
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}

@@ -32,17 +32,17 @@ from vrs_cli.kinematics.transform import (
     unit_quaternion,
 )
 
-ARENA = 4 << 20  # [B] for the contacts of one pose
-SCENE, ARM = 1, 2  # bits: the arm is compared with the scene and with itself, the scene is not compared with itself
+ARENA = 4 << 20  # bytes for the contacts of one pose
+SCENE, ARM = 1, 2  # bits: the arm is compared with scene and arm, the scene not with itself
 TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
     SolidForm.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
     SolidForm.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
     SolidForm.HULL: mujoco.mjtGeom.mjGEOM_MESH,
 }
-ALIKE = 1e-9  # [m, rad] two axes are one
+ALIKE = 1e-9  # [m, rad] tolerance for equal axes
 NOBODY = -1  # the owner of an empty slot
-TINY = 1e-3  # [m] the solid in an empty slot
+TINY = 1e-3  # [m] the size of the solid in an empty slot
 Z = (0.0, 0.0, 1.0)
 
 
@@ -141,7 +141,9 @@ class Physics:
 
     def _add_links(self, links: Sequence[LinkSolids], grips: int) -> list[tuple[str, tuple[Any, ...]]]:
         bodies, fingers = link_bodies(self._spec, self.model), []
-        self._spec.add_exclude(bodyname1="link0", bodyname2="link1")  # its parent stands still: not left out by itself
+        self._spec.add_exclude(
+            bodyname1="link0", bodyname2="link1"
+        )  # MuJoCo does not exclude the child of a fixed body
         for number, group in enumerate(links):
             body = bodies[group.link]
             if group.opens:
@@ -247,7 +249,7 @@ class Physics:
         T = link_pose(self.model, link, 0.0) if link else IDENTITY
         round_ = m.geom_type[number] in (TYPES[SolidForm.CYLINDER], TYPES[SolidForm.CAPSULE], TYPES[SolidForm.BALL])
         if link and round_ and self.model.links[link - 1].kind is JointKind.REVOLUTE and _on_axis(compose(T, pose)):
-            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # its joint turns it about its own axis
+            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # a body on its joint axis turns in place
         return Bounds(link, Ball(position(pose), radius))
 
     def arm_solids(self) -> list[int]:

@@ -32,11 +32,11 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
-AT_ONCE = 1e-6  # [s] that fingers take at least
-SAME = 1e-6  # [s] two times that differ by no more are one
-SAME_PLACE = 1e-9  # [m] two places
+AT_ONCE = 1e-6  # [s] the shortest motion of fingers
+SAME = 1e-6  # [s] tolerance for equal times
+SAME_PLACE = 1e-9  # [m] tolerance for equal places
 
-Course = tuple[Timeline, WorldCourse | None]  # a timeline, and its parts; None where there are none
+Course = tuple[Timeline, WorldCourse | None]  # a timeline and the course of its parts, or None
 
 
 class HeldPart(NamedTuple):
@@ -96,7 +96,7 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
     for begin, end in pairwise([since, *begins, timeline.end]):
         for stage in stages(timeline, course, begin, end) if end > begin else ():
             found = list(stages(*before, stage.begin - shift, stage.end - shift))
-            was = [one for one in found if one.end - one.begin > SAME] or found  # one of rounding is none
+            was = [one for one in found if one.end - one.begin > SAME] or found  # without stages of rounding length
             parts = frozenset(name for one in was for name in _other_parts(one, stage))
             hand = any(
                 not _same_rows(zip(*one.hand, strict=True), zip(*stage.hand, strict=True), shift=shift) for one in was
@@ -186,8 +186,8 @@ def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
 
 
 STEP = 0.006  # [s] between samples of a motion
-LEAST_STEPS = 3  # of a segment
-SAFE = 1.5  # times the change of speed between samples
+LEAST_STEPS = 3  # samples of a segment
+SAFE = 1.5  # factor of the change of speed between samples
 
 
 class LinkFrames(NamedTuple):
@@ -204,7 +204,7 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
     base = np.array(model.base).reshape(3, 4)
     turns[0], places[0] = base[:, :3], base[:, 3]
     cosine, sine = np.cos(q.T)[:, :, None], np.sin(q.T)[:, :, None]
-    turned = np.empty((count, 3, 3))  # by the joint alone
+    turned = np.empty((count, 3, 3))  # turned by the joint alone
     for i, link in enumerate(model.links, 1):
         step, before = np.array(link_pose(model, i, 0.0)).reshape(3, 4), turns[i - 1]
         if link.kind is JointKind.PRISMATIC:
@@ -213,7 +213,7 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
         else:
             x, y, c, s = before[:, :, 0], before[:, :, 1], cosine[i - 1], sine[i - 1]
             turned[:, :, 0], turned[:, :, 1], turned[:, :, 2] = c * x + s * y, c * y - s * x, before[:, :, 2]
-            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one product of matrices, not `count`
+            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one product of matrices instead of `count`
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
     return LinkFrames(turns, places)
 
@@ -255,7 +255,7 @@ class Sweep:
         self.frames = frames_over(arm.model, self.q)
         self._spans = np.diff(at)
         self._joint_ways = self._inflate(np.abs(self.q[1:] - self.q[:-1]).T)
-        # twice the sine of half the angle, which no angle of the way exceeds when it is inflated
+        # twice the sine of half the angle bounds the inflated angle
         self._turned = np.sqrt(0.5 * np.square(np.diff(self.frames.turns, axis=1)).sum(axis=(2, 3)))
 
     def _inflate(self, ways: Floats) -> Floats:
@@ -266,7 +266,7 @@ class Sweep:
         most = np.zeros_like(ways)
         most[:, :-1] = change
         np.maximum(most[:, 1:], change, out=most[:, 1:])
-        most[ways == 0.0] = 0.0  # it stands still, however long
+        most[ways == 0.0] = 0.0  # bodies that stand still
         return np.asarray(ways + 0.5 * SAFE * self._spans * most)
 
     def centres(self, link: int, ball: Ball) -> Floats:
@@ -332,6 +332,6 @@ def _samples(timeline: Timeline, begin: float, end: float) -> list[float]:
             count = 1 if segment.phase is Phase.REST else max(ceil((until - times[-1]) / STEP), LEAST_STEPS)
             times += np.linspace(times[-1], until, count + 1)[1:].tolist()
         begins = timeline[index].start if index < len(timeline) else end
-        if times[-1] < min(begins, end):  # the arm stands still until then
+        if times[-1] < min(begins, end):  # the arm stands still until the next segment
             times.append(min(begins, end))
     return times

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 MM = 1e-3  # [m]
-MAX_CONTACTS = 1000  # contacts that are kept
+MAX_CONTACTS = 1000  # kept contacts
 
 
 class ContactWatch:
@@ -42,11 +42,11 @@ class ContactWatch:
     ) -> None:
         self._engine, self._around, self._tell = engine, around, tell
         self._last: Checker | None = None
-        self._missing = False  # and said
+        self._missing = False  # True after it was told
         self.contacts = deque[tuple[str, Contact]](
             maxlen=MAX_CONTACTS
-        )  # that were told, with the texts of their motions
-        self._number = 0  # of the motion of the last one
+        )  # told contacts, with the texts of their motions
+        self._number = 0  # the number of the motion of the last contact
         engine.checks.append(self.check)
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> None:
@@ -60,7 +60,7 @@ class ContactWatch:
             hint = "DISABLE COLLISION lets it begin all the same"
             raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
-            return  # one more target of a motion that was told
+            return  # another target of a motion whose contact was told
         self._number = delta.motion.number
         self.contacts.append((text, found))
         self._tell(said)
@@ -138,7 +138,7 @@ class ContactWatch:
         if scene.empty and not refused:
             return None
         if find_spec("mujoco") is None:
-            if refused:  # nobody else has asked for contacts
+            if refused:  # contacts are looked for only to refuse
                 self.tell_missing()
             return None
         from vrs_cli.contacts.checker import Checker

@@ -34,7 +34,7 @@ from vrs_cli.errors import (
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
-MAX_LINE_BYTES = 1024  # bytes of a line where BUFFER_SIZE says nothing
+MAX_LINE_BYTES = 1024  # read bytes that are confirmed at once of a line without BUFFER_SIZE
 MAX_CLIENTS = 64
 RANGES: Mapping[str, tuple[int, int]] = {
     "LOCAL_PORT": (0, 65535),
@@ -93,12 +93,12 @@ class DeviceEvent(Enum):
     """Events that happen on a device without a request."""
 
     OPENED = "opened"  # a connection
-    REFUSED = "refused"  # one that was asked for: the code says why
+    REFUSED = "refused"  # a requested connection; the code says why
     CAME = "data"
-    PAUSED = "pause"  # what came last has no end of line, and nothing has followed
-    ENDED = "closed"  # no more comes; what is sent may arrive
-    GONE = "gone"  # nothing that is sent arrives any more
-    WRITTEN = "written"  # all that was sent has left
+    PAUSED = "pause"  # the last bytes have no end of line, and nothing follows
+    ENDED = "closed"  # no more bytes come; sent bytes may arrive
+    GONE = "gone"  # sent bytes do not arrive any more
+    WRITTEN = "written"  # all sent bytes have left
 
 
 class Arrival(Struct, frozen=True):
@@ -167,10 +167,10 @@ def check_known(device: str) -> None:
         raise DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
-FULL = 65536  # bytes that are sent to a peer before the program waits until he has taken them
+FULL = 65536  # unread bytes at a peer for which the program waits
 CONFIRM_BYTES = 8192  # bytes
 CLOSE_CONNECTION, HANDLE = 600, 2  # of FCMND (public V+ programs); a handle has two bytes there
-END_OF_LINE = "\r\n"  # of what is written
+END_OF_LINE = "\r\n"  # ends written lines
 RETURN, LINE_FEED = 13, 10
 _END = re.compile(rb"[\r\n]")
 
@@ -245,7 +245,7 @@ class Device(Struct, eq=False):
     expired: bool = False
     dialing: bool = False
     _fresh: bool = False
-    _refused: int | None = None  # of the connection that is asked for: 0 where it is there
+    _refused: int | None = None  # the outcome of dialing: 0 for a connection
     _connections: dict[int, DeviceConnection] = field(default_factory=dict)
 
     # --- opening and closing ---
@@ -269,7 +269,7 @@ class Device(Struct, eq=False):
             raise FileError(f"{self.name} has no ports", "FOPEN is for TCP")
         address = read_address(how)
         names = (address.name if number == 1 else f"{address.name}#{number}" for number in count(1))
-        name = next(one for one in names if one not in in_use)  # each of two connections to one port has its own
+        name = next(one for one in names if one not in in_use)  # two connections to one port have two names
         self.outside.open(name, address)
         self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 

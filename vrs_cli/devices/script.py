@@ -26,7 +26,7 @@ from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.wire.codec import decode, to_json
 from vrs_cli.wire.records import RecordError
 
-SENT, OPEN = "sent", "open"  # lines of a recording: what the program wrote, and what came of opening the device
+SENT, OPEN = "sent", "open"  # lines of a recording: written text, and outcomes of opening
 EVENTS = {event.value: event for event in DeviceEvent}
 FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
 
@@ -52,8 +52,8 @@ class _Part(Struct):
     """
 
     lines: deque[tuple[int, UnitLine]] = field(default_factory=deque)
-    opened: deque[int] = field(default_factory=deque)  # codes: what comes of opening it, 0 where it is well
-    sent: dict[int, bytearray] = field(default_factory=dict)  # by handle: what the program is to write
+    opened: deque[int] = field(default_factory=deque)  # codes of the outcomes of opening, 0 for success
+    sent: dict[int, bytearray] = field(default_factory=dict)  # the expected text of the program, by handle
     open: bool = False
     due: float | None = None
     last: float = 0.0

@@ -20,7 +20,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken
 from vrs_cli.trajectory.instant import TICK
 
-LOOK = 0.005  # [s] between two looks whether a pseudo-terminal was read
+LOOK = 0.005  # [s] between two checks whether a pseudo-terminal was read
 LOOPBACK = "127.0.0.1"
 PSEUDO = "pty"
 USUAL_SPEED = 9600
@@ -129,7 +129,7 @@ class Sockets(Outside):
         self._due: float | None = None
         self._open: set[str] = set()
         self._pseudo: dict[str, PseudoEnd] = {}
-        self._traffic: Traffic | None = None  # while any is open
+        self._traffic: Traffic | None = None  # None while nothing is open
 
     def check(self, device: str) -> None:
         check_known(device)
@@ -174,7 +174,7 @@ class Sockets(Outside):
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
         listener = socket.socket(family, socket.SOCK_STREAM)
         try:
-            if sys.platform != "win32":  # there it would let two programs have one port
+            if sys.platform != "win32":  # on Windows this would give one port to two programs
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.setblocking(False)
             listener.bind((self.host, address.port))

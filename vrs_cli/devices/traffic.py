@@ -19,11 +19,11 @@ from typing import NamedTuple, Protocol
 from vrs_cli.devices.device import Arrival, DeviceEvent
 from vrs_cli.errors import NetworkClosed
 
-WINDOW = 65536  # bytes that have come and were not read, of one connection
-PIECE = 16384  # bytes that are taken at once
-PAUSE = 0.02  # [s] in which a line goes on whose end has not come
-GRACE = 0.5  # [s] that what was written has to leave when its device is closed
-ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: a peer that is gone is missed
+WINDOW = 65536  # unread bytes of one connection
+PIECE = 16384  # bytes of one read
+PAUSE = 0.02  # [s] after which an unfinished line counts as a line
+GRACE = 0.5  # [s] for written bytes to leave after the device is closed
+ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: finds peers that are gone
 
 
 class NonBlockingEnd(Protocol):
@@ -90,7 +90,7 @@ class Traffic:
         self._ports: dict[str, _Port] = {}
         self._connections: dict[tuple[str, int], _Connection] = {}
         self._dialling: dict[str, socket.socket] = {}
-        self._leaving: list[_Connection] = []  # closed, with something still to be sent
+        self._leaving: list[_Connection] = []  # closed connections with bytes to send
         self._ended = False
         self._loop = asyncio.SelectorEventLoop()
         self._thread = Thread(target=self._serve, name="units", daemon=True)
@@ -140,7 +140,7 @@ class Traffic:
         port = self._ports[device]
         try:
             client, _address = port.listener.accept()
-        except OSError:  # it has gone before
+        except OSError:  # the client has gone already
             return
         handle = min(port.free)
         port.free.remove(handle)

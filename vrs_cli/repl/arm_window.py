@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
 
 RATE = 20.0  # pictures a second
-ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another
-MIN_PICTURE_ROWS = 10  # rows: a smaller picture is left out
+ESCAPE = 0.05  # [s] after which Esc is a key of its own
+MIN_PICTURE_ROWS = 10  # a smaller picture is left out
 
-NEAR = 4  # cells between two that have changed, which are written again rather than passed over
+NEAR = 4  # so few unchanged cells between two changed ones are written again
 
 STYLES = {ink: ink_style(ink) for ink in Ink}
 ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
@@ -56,7 +56,7 @@ class ArmWindow(Container):
         self._drawing = ArmDrawing()
         self._unicode = has_unicode(os.environ)
         self._where: tuple[int, int, int, int] | None = None
-        self._lines: list[TextLine] = []  # what is on the screen, there
+        self._lines: list[TextLine] = []  # the lines on the screen
 
     def reset(self) -> None:
         """Do nothing: each picture begins anew."""
@@ -81,16 +81,18 @@ class ArmWindow(Container):
         if at.height < MIN_PICTURE_ROWS:
             return
         page = Page(at.width, colours=True, unicode=self._unicode, height=at.height + 1)
-        _, *lines = self._drawing.lines(self._look(), page)  # the text tells what the first line does
+        _, *lines = self._drawing.lines(self._look(), page)  # without the first line, which repeats the text
         app, where = get_app(), (at.xpos, at.ypos, at.width, at.height)
         before = app.renderer.last_rendered_screen
         if before is not None and where == self._where and len(lines) == len(self._lines) and not app.is_done:
             for number in range(len(lines)):
-                before.data_buffer.pop(at.ypos + number, None)  # as in the new one: nothing is to be done
+                before.data_buffer.pop(
+                    at.ypos + number, None
+                )  # make both screens equal, so that prompt-toolkit writes nothing
             _rewrite(self._lines, lines, at, before.get_cursor_position(app.layout.current_window))
         else:
             if before is not None and self._where is not None:
-                _put(self._lines, before, *self._where[:2])  # all of it is there
+                _put(self._lines, before, *self._where[:2])  # the whole picture is on the screen
             _put(lines, screen, at.xpos, at.ypos)
         self._where, self._lines = where, lines
         screen.width, screen.height = max(screen.width, at.xpos + at.width), max(screen.height, at.ypos + at.height)

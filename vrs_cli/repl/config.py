@@ -66,7 +66,7 @@ def config_of(text: str, path: str) -> Config:
 
     try:
         given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # numbers of 5000 digits, lists in lists without end
+    except (ValueError, RecursionError) as error:  # such as numbers of 5000 digits or endlessly nested lists
         return Config(wrong=(f"{path} is no TOML: {error}",))
     good: dict[str, Any] = {}
     wrong = []
@@ -94,7 +94,7 @@ def _colours(value: object) -> str:
     return ""
 
 
-SETTINGS: Mapping[str, Callable[[object], str]] = {  # what is wrong with a value, or ""
+SETTINGS: Mapping[str, Callable[[object], str]] = {  # functions that return what is wrong with a value, or ""
     "keys": lambda value: "" if value in KEYS else f'{value!r} is neither "emacs" nor "vi"',
     "pager": lambda value: (
         "" if isinstance(value, bool | str) else f"{value!r} is neither true nor false nor a command"

@@ -79,7 +79,7 @@ class ConnectionWords:
                     self.front_end.forget_questions()
                 self._told("connected again")
                 if self._attended:
-                    with suppress(RequestRefused):  # what the prompt shows is asked for
+                    with suppress(RequestRefused):  # ask for the state that the prompt shows
                         self.front_end.begin(lambda id: At(id, Attend()), self.front_end.come)
             case LessonText(text) | Announced(text=text):
                 by = f"{message.by}: " if isinstance(message, Announced) else ""

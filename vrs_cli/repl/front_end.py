@@ -24,9 +24,8 @@ from vrs_cli.values.questions import Editing, Jogging, Playing, PromptStatus, Su
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import At, Done, Refused, ServerMessage
 
-AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
-COMING_BACK = 60.0  # [s] that a file is waited for
-MAX_CHARS = 50_000  # of one message over a connection
+AT_ONCE = 1.0  # [s] that a key waits for an answer
+COMING_BACK = 60.0  # [s] that a file may take to arrive
 
 
 class FrontEnd(Exchange):
@@ -103,7 +102,7 @@ class FrontEnd(Exchange):
             return None
 
 
-Found = Callable[[tuple[Diagnostic, ...]], None]  # is told the mistakes in a text
+Found = Callable[[tuple[Diagnostic, ...]], None]  # is called with the mistakes in a text
 
 
 class DraftPage:
@@ -134,7 +133,7 @@ class DraftPage:
 
         try:
             self._front_end.begin(lambda id: At(id, ReadDraft(text)), hear)
-        except RequestRefused:  # there is no connection: the text is looked at when it changes again
+        except RequestRefused:  # no connection: the next change of the text is checked
             self._looking = False
 
     def save(self, text: str) -> str:

@@ -73,7 +73,7 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
     terminal.vi = config.keys == "vi"
     terminal.whole_lines = place.lives
     terminal.screens = place.front_end(terminal)
-    parser.parse_prompt("WHERE")  # the first key must not wait for it
+    parser.parse_prompt("WHERE")  # prepare the parser for the first key
     return terminal
 
 
@@ -98,7 +98,7 @@ class Backstage(Generic[V]):
     def _work(self) -> None:
         try:
             self._value = self._make()
-        except BaseException as error:  # kept for whoever waits
+        except BaseException as error:  # raised again by `wait`
             self._error = error
         self._when_ready()
 
@@ -145,7 +145,7 @@ class Shell:
 
     def __init__(self, place: Place) -> None:
         self.place = place
-        self._status: PromptStatus | None = None  # as it was when it was looked at last
+        self._status: PromptStatus | None = None  # the last known state
         history, note = open_history(state_folder(os.environ) / "history")
         self._answers: PromptSession[str] | None = None
         self._pages = False  # the last line was a single one: long answers may go through a pager
@@ -386,7 +386,7 @@ def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
         loop.call_soon_threadsafe(act)
 
 
-ABORT_KEY = b"\x18"  # Ctrl-X: on the keyboards of all countries, and no other program has to be left by it
+ABORT_KEY = b"\x18"  # Ctrl-X: all keyboards have this key, and few programs use it
 
 
 @contextmanager

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from vrs_cli.render.documents import Transcript
 
 
-ROBOT = "; robot: "  # of which it was: the first line of a file
-SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
+ROBOT = "; robot: "  # the first line of a file names its robot
+SLOW, REST = 0.1, 10.0  # after a text that takes more than SLOW [s], a pause of REST times as long
 
 
 class ShellRobot:
@@ -269,7 +269,7 @@ class Recorder:
     def __init__(self, path: str) -> None:
         self.path = path
         self._journal: Journal | None = None
-        self._show: Callable[[Reply], None] | None = None  # where something is told
+        self._show: Callable[[Reply], None] | None = None  # shows errors
         with reading(path) as progress:
             self._taken = take_up(Path(path), progress)
 

@@ -33,7 +33,7 @@ from vrs_cli.values.tagged import Act
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, ServerMessage
 
-MAX_CHARS = 50_000  # of one message over a connection
+MAX_CHARS = 50_000  # characters of one message over a connection
 
 
 class LineReader(Protocol):
@@ -148,7 +148,7 @@ class PlainTerminal:
 
 
 ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
-WANTED = "Y or N"  # what is said to another answer
+WANTED = "Y or N"  # the reply to any other answer
 
 
 def yes_or_no(line: str) -> bool | None:
@@ -222,23 +222,23 @@ class Exchange:
         self.terminal, self.port, self.told = terminal, port, told
         self.interrupted = self.failed = False
         self.noted = ""
-        # lines that are no VAL-II: each function carries out a line that is its own, and returns whether it did
+        # functions that carry out lines that are not VAL-II; each returns whether it did
         self.own_lines: list[Callable[[str], bool]] = []
-        self.taken: Callable[[], None] = lambda: None  # is called when a line has been carried out
-        self.kept_up: Callable[[], None] = lambda: None  # is called after `keep_up`, unless a line is carried out
-        # `repl/connection.py`: hears messages about the connection
+        self.taken: Callable[[], None] = lambda: None  # called after each line
+        self.kept_up: Callable[[], None] = lambda: None  # called after `keep_up`, unless a line is carried out
+        # gets messages about the connection (`repl/connection.py`)
         self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
-        self.driven: Driven | None = None  # a robot of this process, whose time goes on while a line is waited for
-        self.opening: Callable[[], None] = lambda: None  # what comes before the first line
-        self.after: Callable[[], None] = lambda: None  # is called after each command
-        self.closing: Callable[[], None] = port.close  # the user has left
+        self.driven: Driven | None = None  # a robot of this process, to be driven while a line is waited for
+        self.opening: Callable[[], None] = lambda: None  # called before the first line
+        self.after: Callable[[], None] = lambda: None  # called after each command
+        self.closing: Callable[[], None] = port.close  # called after the user has left
         self._heard: Inbox[ServerMessage] = Inbox()
-        self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
+        self._later: deque[ServerMessage] = deque()  # messages to handle after the open question
         self._waits = self._asks = False
-        self._breaks = self._count_breaks()  # when the last line was taken
+        self._breaks = self._count_breaks()  # at the last line
         self._withdrawn: set[int] = set()
-        self._question = 0  # that is before the user
-        self.wake: Callable[[], object] = int  # is called, from any thread, when `keep_up` has something to do
+        self._question = 0  # the number of the open question, 0 for none
+        self.wake: Callable[[], object] = int  # called from any thread when `keep_up` has something to do
         port.listen(self.come)
 
     # --- what is done: each returns when it is done, and whatever went wrong has been shown ---
@@ -279,7 +279,7 @@ class Exchange:
 
     def leave_entry(self, why: str = "") -> None:
         """Forget the program that is being typed, unless the user, who is asked, wants to go on with it."""
-        if self.port.open:  # else the server forgets it by itself
+        if self.port.open:  # a server without a connection forgets it by itself
             self.act(LeaveEntry(why))
 
     def leave(self) -> None:
@@ -320,7 +320,7 @@ class Exchange:
         except RequestRefused as error:
             self.lose(str(error))
         except BrokenPipeError:
-            raise  # whoever read us has gone
+            raise  # the reader of the output has gone
         except (Exception, KeyboardInterrupt) as error:
             self.interrupted |= isinstance(error, KeyboardInterrupt)
             if why := self.port.give_up(error):
@@ -336,7 +336,7 @@ class Exchange:
             return
         if end.seq or not self.port.name:
             self._show(_refusal_reply(end, line))
-        else:  # no robot has said it
+        else:  # the refusal is not the robot's
             self.lose(str(end.refusal.error()))
 
     def lose(self, why: str) -> None:
@@ -450,7 +450,7 @@ def _refusal_reply(end: Done | Refused, line: str) -> Reply:
     assert end.refusal is not None, "it was refused"
     try:
         return refusal(end.refusal.error(), line)
-    except Exception as error:  # an error of vrs in this process
+    except Exception as error:  # an internal error in this process
         return internal_error(error)
 
 

@@ -10,11 +10,11 @@ from queue import Empty, Queue
 from threading import Thread
 from typing import Protocol
 
-KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
-MIN_WAIT_S = 0.01  # [s] however soon the next thing is due
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two updates in real time: while the arm moves, and at rest
+MIN_WAIT_S = 0.01  # the shortest wait
 QUESTION = "\0"  # a reader of lines returns it in place of a line when a program asks
-AHEAD = 1000  # lines that are read before somebody wants them
-CHUNK = 65536  # bytes that are read at once
+AHEAD = 1000  # lines that are read ahead
+CHUNK = 65536  # bytes of one read
 
 
 class Driven(Protocol):
@@ -33,11 +33,11 @@ class PipedLines:
     def __init__(self, stream: TextIOBase) -> None:
         """Take the descriptor. Raises OSError for a stream without one."""
         self.robot: Driven | None = None
-        self.after: Callable[[], object] = lambda: None  # is called after each step
+        self.after: Callable[[], object] = lambda: None  # called after each step
         self._descriptor = stream.fileno()
         made = codecs.getincrementaldecoder(stream.encoding or "utf-8")(stream.errors or "strict")
         self._decoder = IncrementalNewlineDecoder(made, translate=True)
-        self._lines: Queue[str | Exception | None] = Queue(AHEAD)  # None: the end
+        self._lines: Queue[str | Exception | None] = Queue(AHEAD)  # None at the end
         self._reader: Thread | None = None
 
     def __iter__(self) -> Iterator[str]:
@@ -45,13 +45,13 @@ class PipedLines:
 
     def __next__(self) -> str:
         """Return the next line. Raises UnicodeDecodeError."""
-        if self._reader is None:  # a raw read holds no lock of the stream: the process may end in the middle of it
+        if self._reader is None:  # a raw read holds no lock of the stream, so the process may end during it
             self._reader = Thread(target=self._read, name="input", daemon=True)
             self._reader.start()
         line = self._next()
         if isinstance(line, str):
             return line
-        self._lines.put(None)  # whoever asks again
+        self._lines.put(None)  # for a second call
         raise StopIteration if line is None else line
 
     def _next(self) -> str | Exception | None:
@@ -72,7 +72,7 @@ class PipedLines:
                     self._put(f"{line}\n")
             left += self._decoder.decode(b"", final=True)
         except OSError:
-            pass  # the terminal is gone: the end
+            pass  # the terminal is gone
         except UnicodeError as error:
             self._put(error)
         if left:

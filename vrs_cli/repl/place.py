@@ -76,7 +76,7 @@ class Local(Struct):
             return False
         from vrs_cli.files.program_file import recovery_files
 
-        return bool(recovery_files(self.recovery))  # of shells that were killed
+        return bool(recovery_files(self.recovery))  # left by killed shells
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         from vrs_cli.repl.local_robot import ShellRobot

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
-STANDS = 1.0  # [s] after its last motion the arm is believed to be at rest
+STANDS = 1.0  # [s] after its last motion the arm counts as at rest
 LIVE_KEYS = f"{ABORT}   any other key ends the picture, not the motion"
 
 
@@ -82,7 +82,7 @@ class Player(Struct):
         timeline = watched.timeline
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
         if self.playback.follows and self.playback.playing and self.passes():
-            self.playback = self.playback.follow(wall)  # its clock is known better than a moment ago
+            self.playback = self.playback.follow(wall)  # its clock may have been corrected
         position = position_at(watched.arm, timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         doing = position.text if position.moving else "at rest"

@@ -40,7 +40,7 @@ STYLE = Style.from_dict(
         "control-character": ink_style(Ink.NOTE),
         "search": bar_style(Bar.CHOSEN),
         "auto-suggestion": ink_style(Ink.NOTE),
-        # our own
+        # our own classes
         "argument": f"bold underline {bar_style(Bar.ARGUMENT)}",
         "title": bar_style(Bar.TITLE),
         "margin": ink_style(Ink.NOTE),
@@ -87,7 +87,7 @@ class ValLexer(Lexer):
 GAP = " | "
 ABORT = "^X ABORT"
 ACTIVE = "class:argument"
-MIN_MESSAGE_COLUMNS = 12  # columns: a shorter rest of the line says nothing
+MIN_MESSAGE_COLUMNS = 12  # a shorter message is left out
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
@@ -181,7 +181,7 @@ def asked_about(document: Document) -> str:
 # --- completion, suggestions and keys ---------------------------------------------------------------------------------
 
 
-MAX_SUGGESTION_LINES = 2000  # lines of the history that are looked at for each key
+MAX_SUGGESTION_LINES = 2000  # lines of the history that are searched at each key
 
 
 class FromHistory(AutoSuggest):

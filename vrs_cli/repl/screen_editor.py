@@ -88,10 +88,10 @@ class ScreenEditor:
         self.page, self._screens = (page := DraftPage(question, screens)), screens
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
-        self._draws = False  # there is a screen
-        self._quiet = False  # while the editor itself changes the text
-        self._touched: int | None = None  # the row that was typed in, to be put in canonical form when it is left
-        self._typed_up_to = -1  # where the last character was typed
+        self._draws = False  # True while the editor is on the screen
+        self._quiet = False  # True while the editor itself changes the text
+        self._touched: int | None = None  # the row that was typed in; it is formatted when the cursor leaves it
+        self._typed_up_to = -1  # the position after the last typed character
         self._kept = page.text
         self._warned = False
         self.buffer = Buffer(

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
 
 
-PROGRESS_DELAY_S = 0.5  # [s] a program runs before its progress is shown
+PROGRESS_DELAY_S = 0.5  # a program runs so long before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress
 CLEAR_LINE = "\r\x1b[K"
 
@@ -61,20 +61,20 @@ class ShellTerminal:
     ) -> None:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
-        self.pager = ""  # a command that shows long answers
-        self.pages = False  # a line is carried out after which nobody wants the next at once
+        self.pager = ""  # a command for long replies
+        self.pages = False  # True if long replies may go through the pager
         self.palette = COLOURS
-        self.vi = False  # keys are those of vi
+        self.vi = False  # True for the keys of vi
         self.screens: FrontEnd
         self.leaving = False
-        self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
+        self.whole_lines = False  # True if a prompt may be below: output appears in whole lines
         self._begun = ""
-        self._later: list[Callable[[], None]] | None = None  # what is shown when the editor is left
+        self._later: list[Callable[[], None]] | None = None  # calls that show messages after the editor
         self.last = ""  # the latest message, for the toolbar
         self._since: float | None = None
         self._refreshed = 0.0
         self._progress_shown = False
-        self.echoed = False  # the terminal has shown ^C where the next answer begins
+        self.echoed = False  # the terminal has echoed ^C
 
     @property
     def stream(self) -> TextIO:
@@ -255,7 +255,7 @@ def latest(reply: Reply) -> str:
 
 
 USUAL = "less"
-OPTIONS = {"LESS": "FRX"}  # as git has them: colours, all that fits at once, and the screen stays as it is
+OPTIONS = {"LESS": "FRX"}  # as git sets it: keep colours, quit if one screen is enough, do not clear
 LONG = (
     replies.HelpOverview,
     replies.HelpTopic,

@@ -260,7 +260,7 @@ class WorldCourse:
         return max(until, self.begins)
 
 
-MAX_COURSES = 6  # of the versions asked for last
+MAX_COURSES = 6  # kept courses, of the latest versions
 
 
 class World:
@@ -270,7 +270,7 @@ class World:
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:
         self.cell, self.settings = cell, WorldSettings(arm, cell)
-        self._courses: list[WorldCourse] = []  # the one asked for last stands last
+        self._courses: list[WorldCourse] = []  # the latest one is last
         self._lock = Lock()
 
     def course(self, timeline: Timeline) -> WorldCourse:
@@ -301,6 +301,6 @@ class World:
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same
-            if same >= course.timeline.end:  # the timeline goes on from its end
+            if same >= course.timeline.end:  # the timeline continues this one
                 break
         return WorldCourse(self.settings, timeline) if best is None else best.for_edit(timeline, since)

@@ -110,10 +110,10 @@ _MISSING = object()
 
 
 CELL = 0.1  # [m] between the lines of the grid
-MAX_CELLS = 100  # of a body; a larger one is looked at always
-PRESSED = 0.005  # [m] so far a body may be pressed into what it stands on
-LEVEL = 1e-4  # [m] bodies below whose heights differ less carry together
-FALLS = 1e-3  # [m] a fall of less is not worth a word
+MAX_CELLS = 100  # cells of a body; a larger body is always a candidate
+PRESSED = 0.005  # [m] a body may be pressed so far into its support
+LEVEL = 1e-4  # [m] bodies whose heights differ less carry together
+FALLS = 1e-3  # [m] a smaller fall is not reported
 FLOOR = "floor"
 
 

@@ -30,7 +30,7 @@ from vrs_cli.world.sensing import Region, SeenBody, Sensing
 from vrs_cli.world.solids import Solids, point_apart, solids_of, spread
 
 FINGERS = ""  # the name of the hand's fingers among bodies
-OPENING = 0.1  # [m] of a hand of which nobody says how wide it opens
+OPENING = 0.1  # [m] the width of a hand without a given width
 
 
 class WorldSettings:
@@ -91,7 +91,7 @@ class WorldSettings:
         return known
 
 
-SLACK = 1e-6  # [m] of comparisons of widths
+SLACK = 1e-6  # [m] tolerance for widths
 
 
 def part_between(
@@ -156,7 +156,7 @@ def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: V
     return away_from, offset - 0.5 * wide, offset + 0.5 * wide
 
 
-ALONE = ("hand", "held", "width", "stack")  # values that both call the same
+ALONE = ("hand", "held", "width", "stack")  # values of equal names in history and state
 
 
 def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldState:
@@ -203,6 +203,6 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
             history.set((kind, place), count)
     for time, what in state.due:
         if isinstance(what, PartLands):
-            put(history, what.part, settings.solids[what.part], what.T)  # what falls after it falls onto it
+            put(history, what.part, settings.solids[what.part], what.T)  # later falls end on it
         history.plan(time, what)
     add_grip(history, settings)

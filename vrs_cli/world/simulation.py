@@ -46,8 +46,8 @@ from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
 from vrs_cli.world.settings import SLACK, WorldSettings, add_grip, part_between, restore
 from vrs_cli.world.solids import bounds, point_apart
 
-STANDS = 1e-7  # [m] what would fall less stands
-MAX_AT_ONE_INSTANT = 1000  # of one instant: rules that drive each other for ever end there
+STANDS = 1e-7  # [m] a part that would fall less stands
+MAX_AT_ONE_INSTANT = 1000  # happenings of one instant: stops rules that drive each other
 
 
 class ArmEnters(Happening, frozen=True):
@@ -98,7 +98,7 @@ class Simulation:
                 history.set("events", index + 1)
                 self._set_channel(timeline.event(index))
                 continue
-            count = count + 1 if coming == instant else 0  # of what follows: events have an end
+            count = count + 1 if coming == instant else 0  # counts only consequences: events of the timeline end
             instant = coming
             if count > MAX_AT_ONE_INSTANT:
                 self._note("ENDLESS", "rules of the cell drive each other without end")
@@ -196,7 +196,7 @@ class Simulation:
         history, opening = self.history, self._settings.opening
         gap = history.get("hand") * opening
         for due in history.due:
-            if isinstance(due.what, FingersArrive):  # they are on their way, and close on
+            if isinstance(due.what, FingersArrive):  # fingers that move close further
                 gap = due.what.before
         history.set("hand", event.value)
         history.drop(lambda what: isinstance(what, FingersArrive))
@@ -307,7 +307,7 @@ class Simulation:
         lasting = up_to_grid(sqrt(2.0 * found.drop / GRAVITY))
         self._span_begins(name, SpanKind.FALLS, T, found.on)
         low = T._replace(pz=T.pz - found.drop)
-        put(history, name, settings.solids[name], low)  # what falls after it falls onto it
+        put(history, name, settings.solids[name], low)  # later falls end on it
         history.plan(history.now + lasting, PartLands(name, low, found.on))
         if settings.sensing.regions:
             self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
@@ -440,7 +440,7 @@ class Simulation:
         for region in sorted(before ^ inside):
             bodies = history.get(("region", region), frozenset[str]()) ^ {body}
             history.set(("region", region), bodies)
-            if bodies <= {body}:  # the first has come, or the last has gone
+            if bodies <= {body}:  # the first body comes, or the last one goes
                 history.add((SEES, region), (history.now, bool(bodies)))
             self._show(self._settings.scene.sensors[region].signal, bool(bodies))
 

@@ -26,10 +26,10 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
-MAX_STEPS = 64  # of a search: smooth solids take about twenty, others five
+MAX_STEPS = 64  # steps of a search: smooth solids take about twenty, others five
 CLOSE = 1e-12  # [m] the error with which a search ends
-NOTHING = 1e-11  # [m] two solids that are nearer touch each other
-EDGE = 1e-4  # [m] two solids that overlap less, seen from above, lie beside each other
+NOTHING = 1e-11  # [m] solids that are nearer touch
+EDGE = 1e-4  # [m] solids that overlap less, seen from above, are beside each other
 
 Support = Callable[[Vector], Vector]
 
@@ -145,7 +145,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
         nearer, simplex = _nearest(simplex)
         closer = sqrt(dot(nearer, nearer))
         if closer >= gap or (best > NOTHING and (closer < best - NOTHING or len(simplex) == 4)):
-            break  # rounding alone is left: a plane was found that separates them
+            break  # only rounding is left: a separating plane was found
         if closer < NOTHING or len(simplex) == 4:
             return Separation(-rims, _ORIGIN)
         v, gap = nearer, closer
@@ -209,7 +209,7 @@ def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
         return _on_edge(a, c)
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
         return _on_edge(b, c)
-    normal = cross(ab, ac)  # the foot on the plane: more exact than a sum of the corners
+    normal = cross(ab, ac)  # the foot on the plane is more exact than a sum of the corners
     square = dot(normal, normal)
     if not square > 0.0:
         return min((_on_edge(a, b), _on_edge(a, c), _on_edge(b, c)), key=lambda found: dot(found[0], found[0]))
@@ -295,7 +295,7 @@ def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform,
 
 
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    thinner = a._replace(support=_shrunk(a, EDGE))  # a body beside another one does not stand on it
+    thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body beside another one does not stand on it
     if _lower_onto(thinner, T_world_a, b, T_world_b) == inf:
         return inf
     return _lower_onto(a, T_world_a, b, T_world_b)
