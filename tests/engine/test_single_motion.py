@@ -13,6 +13,7 @@ from vrs_cli.engine.single_motion import plan_directly, plan_motion
 from vrs_cli.engine.straight import straight_segments
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, at_position
 from vrs_cli.trajectory.state import JointState
@@ -80,3 +81,30 @@ def test_a_line_out_of_motion_is_of_no_use_when_it_is_too_late() -> None:
     assert plan_directly(structs.replace(moving, latest=end))[-1].finish == end
     with pytest.raises(NotInTime):
         plan_directly(structs.replace(moving, latest=0.5 * (moving.begin + end)))
+
+
+@pytest.mark.parametrize("profile", Profile)
+def test_a_joint_motion_out_of_motion_is_the_same_later_as_if_it_were_planned_anew(profile: Profile) -> None:
+    resting = line(1, 0.0)
+    goal = tuple(q + 0.3 for q in BEGIN)
+    motion = Motion(1, MotionKind.JOINT, Start.AFTER, goal=goal, profile=profile)
+    first = plan_motion(structs.replace(resting, motion=motion))[0]
+    here = state_at(resting.arm, first, 0.6 * first.duration)
+    moving = structs.replace(resting, here=here, motion=motion._replace(goal=BEGIN))
+    planned = plan_motion(moving)
+    later = plan_motion(structs.replace(moving, begin=32.5, motion=moving.motion._replace(number=7)))
+    assert [segment.path is other.path for segment, other in zip(planned, later, strict=True)] == [True] * len(later)
+    assert {segment.motion.number for segment in later} == {7}
+    single_motion._remembered_plan.cache_clear()
+    assert plan_motion(structs.replace(moving, begin=32.5, motion=later[0].motion)) == later
+
+
+def test_a_state_is_remembered_by_tool_and_profile() -> None:
+    """A path may serve motions with another tool or profile."""
+    arm, segment = line(1, 0.0).arm, plan_motion(line(1, 0.0))[0]
+    middle = 0.5 * segment.duration
+    plain = state_at(arm, segment, middle)
+    smooth = structs.replace(segment, motion=segment.motion._replace(profile=Profile.SCURVE))
+    assert state_at(arm, segment, middle) is plain
+    assert any(state_at(arm, smooth, middle).joints.acceleration)
+    assert not plain.joints.acceleration
