@@ -21,7 +21,6 @@ SHAPES = ROBOTS / "shapes"  # of built-in robots, in separate files because prog
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
 UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
-MIN_REACH_M = 0.05  # [m] the smallest reach for drawing
 SHORT = 1e-6  # [m] shorter distances are not drawn
 
 
@@ -55,7 +54,7 @@ def _shapes_in(path: Path, joint_count: int) -> tuple[LinkShape, ...]:
 def size_of(model: RobotModel) -> float:
     """Return the reach of an arm, for the scale of a drawing [m]."""
     _, (reach, *_) = levers(model)
-    return max(reach, MIN_REACH_M)
+    return max(reach, 0.05)  # [m] the smallest reach for drawing
 
 
 # --- capsules ------------------------------------------------------------------------------------------------------
@@ -115,10 +114,7 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     return found
 
 
-POSE_COUNT = 500  # poses to begin from
 DIRECTIONS = 32  # in a plane: between two of them the outline is at most 0.5 % too small
-SWEEPS = 20  # over all joints, for one direction
-MIN_GAIN_M = 1e-4  # [m] the last sweep gains less
 
 
 Far = Callable[[Joints], float]  # how far joints bring the tip in one direction [m]
@@ -160,7 +156,7 @@ def _spread_poses(model: RobotModel) -> Iterator[Joints]:
     root = 1.5
     for _ in range(30):
         root = (1.0 + root) ** (1.0 / (n + 1))
-    for k in range(POSE_COUNT):
+    for k in range(500):  # poses to begin from
         parts = ((k + 1) * root ** -(i + 1) % 1.0 for i in range(n))
         yield tuple(low + part * (high - low) for low, high, part in zip(model.lower, model.upper, parts, strict=True))
 
@@ -171,11 +167,11 @@ def _far(arm: RobotArm, p_flange_tip: Vector, direction: Vector) -> Far:
 
 def _farthest(arm: RobotArm, far: Far, q: Joints) -> Joints:
     """Return joints that bring the tip farthest: turn or slide one joint after the other to its best."""
-    for _ in range(SWEEPS):
+    for _ in range(20):  # over all joints, for one direction
         before = far(q)
         for i in range(arm.model.joint_count):
             q = max((_with(q, i, x) for x in (q[i], *_candidates(arm, far, q, i))), key=far)
-        if far(q) - before < MIN_GAIN_M:
+        if far(q) - before < 1e-4:  # [m] the last sweep gains less
             break
     return q
 

@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
 NOTHING = 1e-6  # part of the volume of perpendicular unit rows: less on all poses means that an arm cannot do it
 WELL = 0.1  # part of that volume on the mean from which an arm does something well
-PARALLEL = 1e-6  # sine
 
 SAID = {  # what counts of a location
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
@@ -74,7 +73,8 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
         second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
         # joints 2 to 4 only tilt the tool in the plane of the arm, so that it points nowhere else
         keeps_plane = model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
-            max(map(abs, cross(second, other))) < PARALLEL for other in (third, fourth)
+            max(map(abs, cross(second, other))) < 1e-6
+            for other in (third, fourth)  # sine
         )
         if not keeps_plane and _mean(model, ArmTask.POINTING) > WELL:
             return ArmTask.POINTING

@@ -50,7 +50,6 @@ if TYPE_CHECKING:
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # parts of the gradient over the whole walk
 MIN_MARGIN = 0.03  # part of a range: walks with this margin are taken at once
 ROUNDING = 1e-9  # part of a range
-MIN_DIRECTION = 1e-6  # least length of a direction
 BEYOND = 0.02  # part of a range that a coarse walk may leave it by, though the line does not
 THERE = 0.01  # [m, rad] a walk with a larger error at its end does not arrive
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse
@@ -362,7 +361,7 @@ def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
         rest = direction
         for unit in basis:
             rest = _plus(rest, -_dot(rest, unit), unit)
-        size = max(sqrt(_dot(rest, rest)), MIN_DIRECTION)
+        size = max(sqrt(_dot(rest, rest)), 1e-6)  # least length of a direction
         basis.append(tuple([x / size for x in rest]))
     return basis
 

@@ -226,13 +226,11 @@ class _StepWriter(compiled.Writer):
 LEVER = 0.1  # part of the arm's length: a turn [rad] counts as a way [m] by this lever
 SLIGHT = 0.05  # part of that lever for an arm that turns its tool as nearly as it can: the place comes first
 NEAREST_STEPS = 6  # most steps of a search for the nearest pose
-FLAT = 1e-4  # part of the squared error: a smaller gain ends the search
 CLOSE = 1e-18  # [m2] allowed squared error
 NEAREST_DAMPING = 0.05  # part of the squared error
 MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2]
 HEAVY = 100.0  # weight of leaving the side, as a multiple of a way
 DIFFERENCE = 1e-7  # [rad, m] change of a joint for a difference quotient
-DAMPING_GROWTH = 10.0  # factor of the damping after a step uphill
 
 
 class Miss(NamedTuple):
@@ -303,10 +301,10 @@ class Aim:
             rows_there, error_there = self._linear(there)
             after = self._cost(there, error_there)
             if after >= cost:
-                damping *= DAMPING_GROWTH
+                damping *= 10.0  # factor of the damping after a step uphill
                 continue
             gained, q, rows, error, cost = cost - after, there, rows_there, error_there, after
-            if gained < FLAT * cost:
+            if gained < 1e-4 * cost:  # part of the squared error: a smaller gain ends the search
                 break
             damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), damping)
         downhill = (sum([a * e for a, e in zip(column, error, strict=True)]) for column in zip(*rows, strict=True))

@@ -116,7 +116,6 @@ STEPS = (
     "t",
     "first",
 )  # variables of a branch, as `render/symbols.py` shows them
-CLEAR = 1e-3  # measure of the singularity above which the rates are in closed form
 
 
 class ParallelAxesArm(RobotArm):
@@ -258,7 +257,7 @@ def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None
     third, signs = (*i3, i2)[0], bars.signs
     s1, s2, s3, s4 = signs[i1], signs[i2], signs[third], signs[(*bars.slides, i1)[0]]
     in_order = joints_in_order(bars)
-    near = CLEAR * l1 * l2
+    near = 1e-3 * l1 * l2  # measure of the singularity above which the rates are in closed form
 
     def rates(q: Joints, twist: Twist, T_flange_tool: Transform) -> Joints | None:
         px, py, pz = T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]

@@ -35,7 +35,6 @@ GRASPS = (
     "tool0",
 )
 ARM, FINGER = 4, 4  # least joints of an arm before fingers, and most joints of a finger
-MAX_NAMED_ENDS = 10  # most ends that a message names
 
 _FINGER_LINK = re.compile(r"finger|fngr|thumb|knuckle|jaw|claw", re.IGNORECASE)
 _FINGER_JOINT = re.compile(rf"{_FINGER_LINK.pattern}|grip", re.IGNORECASE)
@@ -63,7 +62,7 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
     if tip is None:
         arm, *others = _arms(tree, start, 0)
         if others:
-            tips = [end for end, *_ in (arm, *others)][:MAX_NAMED_ENDS]
+            tips = [end for end, *_ in (arm, *others)][:10]  # most ends that a message names
             raise FileDamaged(
                 f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
                 f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
@@ -322,7 +321,6 @@ class _Gauge:
 
 
 CLEAR = 0.7  # least cosine of the angle between the fingers and an axis
-SHORT = 1e-3  # [m] shorter vectors have no direction
 
 Z = (0.0, 0.0, 1.0)
 
@@ -358,7 +356,7 @@ def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
     )
     ahead = transform.vector_sum(mean, transform.scaled_vector(last, -1.0))
     far = transform.length(ahead)
-    if far < SHORT:
+    if far < 1e-3:  # [m] shorter vectors have no direction
         return None
     return next((one for one in _OTHERS if sum(map(float.__mul__, one.direction, ahead)) > CLEAR * far), None)
 

@@ -281,12 +281,10 @@ def _model(
     return ModelReader(reader.file, human=False).model({**data, **options})
 
 
-MAX_JOINTS = 12  # most joints of an arm that gets another READY
 SINGULAR = 0.02  # isotropy below which a pose is too singular for READY
 END = 0.01  # part of a joint's range that counts as its end
 STEP = pi / 12  # [rad] steps of the joints of READY
 FAR = 2 * pi / 3  # [rad] greatest turn of a joint
-MARGIN = 0.05  # part of a joint's range that stays free at either end
 STARTS, TRIED, SWEEPS = 150, 3, 3  # first poses, how many of them are improved, and how often
 
 # terms of a pose's worth beside its isotropy: few and small turns; the tool pointing down, in front, and high
@@ -309,7 +307,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     None for other arms, and for an arm that is singular everywhere. The same arm always has the same READY. `ahead`:
     where its tool points, in the frame of the flange.
     """
-    if model.joint_count > MAX_JOINTS:
+    if model.joint_count > 12:  # most joints of an arm that gets another READY
         return None
     wanted = _Wanted(model, ahead)
     fault = wanted.fault()
@@ -346,7 +344,7 @@ class _Wanted:
 
     def _choices(self, i: int) -> list[float]:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
-        margin = MARGIN * (upper - lower)
+        margin = 0.05 * (upper - lower)  # part of a joint's range that stays free at either end
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
             return [min(max(rest, lower + margin), upper - margin)]  # joint 1 changes nothing but the direction
         if self.model.links[i].kind is JointKind.PRISMATIC:

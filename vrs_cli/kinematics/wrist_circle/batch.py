@@ -138,7 +138,6 @@ def _quick(q1: Floats) -> Flags:
 
 POSES = 64  # poses at once, which stay in the processor's cache
 STEPS = 12  # steps of Newton's method from joints near a solution
-SAME = 1e-5  # [rad] distance of solutions that count as one
 
 
 class WristCircleBatch(NumericBatch):
@@ -181,7 +180,7 @@ class WristCircleBatch(NumericBatch):
             if not same_pose.any():
                 break
             turn = np.abs(np.sin((q[apart:] - q[:-apart]) / 2.0)).max(axis=1)
-            first[apart:] &= ~(same_pose & (turn < SAME))
+            first[apart:] &= ~(same_pose & (turn < 1e-5))  # [rad] distance of solutions that count as one
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:

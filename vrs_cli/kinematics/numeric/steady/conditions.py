@@ -48,7 +48,6 @@ from vrs_cli.kinematics.transform import Transform
 
 PLACES = 3
 LEAST_CURVATURE = 1e-4  # second derivative of the cosine by the joints: below it a turn is nearly free
-FEW = 20  # rows up to which formulas for floats are faster
 
 
 class Terms(NamedTuple):
@@ -84,7 +83,7 @@ class SteadyConditions:
 
     def terms(self, q: Floats, T: Floats) -> Terms:
         """Return the terms for joints (N, n) and desired poses of the flange (N, 3, 4)."""
-        if len(q) > FEW:
+        if len(q) > 20:  # rows up to which formulas for floats are faster
             have, J = self.batch.forward(q), self.batch.jacobian(q, self.tool)
         else:  # the formulas for floats are faster
             rows = q.tolist()
@@ -162,8 +161,6 @@ OFFSETS = np.arange(-3.0, 4.0)
 SECOND = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
 THIRD = np.array([1 / 8, -1.0, 13 / 8, 0.0, -13 / 8, 1.0, -1 / 8])
 STRIDE = 0.02  # [rad, m] greatest change of a joint between these times
-MAX_STEP_S = 0.005  # [s] between them
-LOST = 1e-12  # part of the largest singular value of K: smaller ones count as 0
 
 
 class CannotFollow(Exception):
@@ -193,7 +190,7 @@ class Way:
         first = self._solve(self.conditions.wanted_rates(self.at, np.array([twist]))[0])
         if order == 1:
             return (self._of_joints(first),)
-        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / MAX_STEP_S))
+        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / 0.005))  # [s] between them
         T = np.array([poses(offset * h) for offset in OFFSETS.tolist()]).reshape(-1, 3, 4)
         second = self._solve(-SECOND @ self._residuals(first, np.zeros_like(first), T, h) / h**2)
         if order == 2:
@@ -211,7 +208,7 @@ class Way:
     def _table(self) -> Floats:
         table: Floats = self.conditions.system(self.at, self.conditions.bend(self.at, self.multipliers))[0]
         sizes = np.linalg.svd(table, compute_uv=False)
-        if sizes[-1] <= LOST * sizes[0]:
+        if sizes[-1] <= 1e-12 * sizes[0]:  # part of the largest singular value of K: smaller ones count as 0
             raise CannotFollow
         return table
 
@@ -233,7 +230,6 @@ BEYOND = 0.02  # part of the length of both bars: a place may be so far out of r
 OUTSIDE = 8.0  # [rad/rad] missing turn that counts as much as an angle outside its range
 WORSE = 0.5  # [rad] entries that miss more than the best one by this lead nowhere
 MAX_STARTS = 16
-ON_AXIS = 1e-6  # [m] distance of the tip from axis 1 below which joint 1 may stand anywhere
 
 
 def is_planar(batch: SerialBatch) -> bool:
@@ -285,7 +281,7 @@ class PlanarStarts:
         outward, sideways = out - self.axis * (self.axis @ out), np.cross(self.axis, out)
         a, b = self.normal @ outward, -self.normal @ sideways
         far = np.hypot(a, b)
-        if far < ON_AXIS:
+        if far < 1e-6:  # [m] distance of the tip from axis 1 below which joint 1 may stand anywhere
             return None
         part = (self.beside + self.normal @ (self.shoulder - self.point - self.axis * (self.axis @ out))) / far
         reached = np.abs(part) * far < far + self.slack  # (rolls,)
