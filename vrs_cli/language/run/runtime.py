@@ -393,10 +393,11 @@ class Task:
         self._held = None
         budget = self._budget if due is None else min(self._budget, 1)
         left, turn = budget, self._context.turn
-        turn[0], turn[1] = max(budget, 1), activation.op
-        answer, self._answer = self._answer, None
+        turn[0], turn[1] = (budget if budget > 0 else 1), activation.op
+        answer = self._answer
         try:
             if budget > 0 or answer is not None:
+                self._answer = None
                 event = activation.steps.send(answer)
                 if event.__class__ is not int:
                     left, activation.op = turn
