@@ -177,7 +177,7 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
             while not end.round_trip:
                 time.sleep(0.01)
             for end.ahead, after in ((Ahead.AUTO, 0.15), (0.0, -0.05), (0.05, 0.0)):
-                before, shown, later = engine.clock.reached, end.shown, engine.clock.reached
+                before, shown, later = engine.clock.reached, end.shown_time, engine.clock.reached
                 slack = end.sync.round_trip(1.0) - 0.2 + 0.005  # what held up the slowest exchange until now
                 assert before - slack <= shown - after <= later + slack, end.ahead
         finally:
