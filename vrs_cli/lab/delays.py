@@ -33,7 +33,6 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages, preview
 from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.preview import Flags, FlagWindow, merge_windows
 from vrs_cli.net.timesync import Playout, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import JointTarget, Move, SetParameter, Stamp
@@ -165,7 +164,7 @@ class DelayCourse:
             self.robot.arm, Snapshot.of(self.robot.timeline, self.robot.settings), 0, lambda: self._now
         )
         self.preview = preview.Preview(self.mirror, self.ahead)
-        self.flags = Flags()
+        self.flags = preview.Flags()
         self.changes: list[Change] = []
         self.arrivals: list[float] = []  # the viewer's log: when each change arrived [s]
         self.commands = self.aborted = 0
@@ -344,7 +343,7 @@ def measure_delays(ways: DelayWays) -> TimeSync:
 # --- the flags, another way --------------------------------------------------------------------------------------
 
 
-def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[FlagWindow, ...]:
+def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[preview.FlagWindow, ...]:
     """Return the time windows in which a viewer saw something wrong, by the logs of both sides.
 
     In such a window the robot had changes that the viewer had not, and one of them affected an earlier time.
@@ -356,5 +355,5 @@ def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tupl
         middle = (begin + end) / 2.0
         unknown = changes[bisect_right(arrived, middle) : bisect_right(applied, middle)]
         if any(change.cut <= begin for change in unknown):
-            wrong.append(FlagWindow(begin, end))
-    return merge_windows(wrong)
+            wrong.append(preview.FlagWindow(begin, end))
+    return preview.merge_windows(wrong)

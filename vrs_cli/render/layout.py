@@ -34,10 +34,13 @@ from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
 from vrs_cli.values.measured import BodyMode, alarm_text
 from vrs_cli.values.numbers import count, decimal, seconds
-from vrs_cli.values.replies import Reply, Tone
 from vrs_cli.values.results import CommandRecord, Comparison, Extent
 
-TONES: Mapping[Tone, Ink] = {Tone.NOTE: Ink.NOTE, Tone.WARNING: Ink.WARNING, Tone.ERROR: Ink.ERROR}
+TONES: Mapping[replies.Tone, Ink] = {
+    replies.Tone.NOTE: Ink.NOTE,
+    replies.Tone.WARNING: Ink.WARNING,
+    replies.Tone.ERROR: Ink.ERROR,
+}
 
 PLAIN_WIDTH = 80  # characters per line of wrapped text, if the page has no width
 NAME_COLUMN = 16
@@ -58,7 +61,7 @@ NOTHING: Mapping[type, str] = {  # messages for tables without rows
 }
 
 
-def blocks(reply: Reply, page: Page) -> Iterator[Block]:
+def blocks(reply: replies.Reply, page: Page) -> Iterator[Block]:
     """Yield the blocks of a reply, from top to bottom."""
     none = NOTHING.get(type(reply))
     if none is not None and not reply.rows:  # type: ignore[union-attr]  # each of those has rows

@@ -19,7 +19,6 @@ from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import Transform, compose, inverse, position
 from vrs_cli.language.run.variables import Item, subscript
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Step
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.teach.checks import AnyCheck
@@ -293,7 +292,7 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
     turn.
     """
     file, _ = parse_file(text, dialect)
-    programs = [part for part in file.parts if isinstance(part, Program)]
+    programs = [part for part in file.parts if isinstance(part, ast.Program)]
     if not programs:
         return []
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -304,7 +303,7 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
     return found
 
 
-def _of_step(lines: Sequence[str], step: Step) -> Iterator[Mutant]:
+def _of_step(lines: Sequence[str], step: ast.Step) -> Iterator[Mutant]:
     """Yield mutants of one line."""
     it, number = step.statement, step.span.line
     if not isinstance(it, ast.Instruction | ast.Assignment) or (
@@ -332,7 +331,7 @@ def _opposite_signal(source: str) -> str:
     return re.sub(r"-?\s*\b(\d+)\b", other, source, count=1)
 
 
-def _begins(lines: Sequence[str], main: Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
+def _begins(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
     """Yield mutants with a change at the beginning: a shifted location, or another speed."""
     first = main.span.line
     for item, value in locations.items():
@@ -353,7 +352,7 @@ def _begins(lines: Sequence[str], main: Program, locations: Mapping[Item, Value]
             yield Mutant(f"with SPEED {what} throughout", "\n".join(changed))
 
 
-def _ends(lines: Sequence[str], main: Program) -> Iterator[Mutant]:
+def _ends(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
     """Yield mutants with a change at the end, or without steps."""
     last = max((step.span.line for step in main.steps), default=main.span.line)
     for what, line in (
@@ -373,7 +372,7 @@ def _ends(lines: Sequence[str], main: Program) -> Iterator[Mutant]:
     yield Mutant("without a step", "\n".join(kept))
 
 
-def _stops(lines: Sequence[str], programs: Iterable[Program]) -> Iterator[Mutant]:
+def _stops(lines: Sequence[str], programs: Iterable[ast.Program]) -> Iterator[Mutant]:
     """Yield mutants with a stop after each motion, without stops, and with another kind of motion."""
     motions = {
         step.span.line
@@ -396,7 +395,7 @@ def _stops(lines: Sequence[str], programs: Iterable[Program]) -> Iterator[Mutant
 def copied_numbers(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> Mutant | None:
     """Return the program with the numbers of given locations copied into it; None if it has no program."""
     file, _ = parse_file(text, dialect)
-    main = next((part for part in file.parts if isinstance(part, Program)), None)
+    main = next((part for part in file.parts if isinstance(part, ast.Program)), None)
     if main is None:
         return None
     copies = []

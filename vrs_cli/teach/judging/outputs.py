@@ -14,7 +14,6 @@ from vrs_cli.interfaces.tasks.performing import TypedLine
 from vrs_cli.kinematics.transform import position
 from vrs_cli.language.analysis.structure import beyond
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import OUTPUTS
 from vrs_cli.teach.checks import DialectCheck, SignalChange, SignalsCheck, TypedCheck, TypedText, WordsCheck
@@ -140,7 +139,7 @@ def _word_list(words: list[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def _uses(programs: Iterable[Program], used: Container[str], word: str) -> bool:
+def _uses(programs: Iterable[ast.Program], used: Container[str], word: str) -> bool:
     """Return whether programs use a word, or an instruction that begins with these words: `ENABLE CP`."""
     wanted = " ".join(word.upper().split())
     if " " not in wanted:
@@ -164,7 +163,7 @@ _CONTROL: Mapping[type, str] = {
 }
 
 
-def words_of(statement: Statement) -> Iterator[str]:
+def words_of(statement: ast.Statement) -> Iterator[str]:
     """Yield the words of the language in a statement, in capitals."""
     for node in ast.nodes(statement):
         if isinstance(node, ast.Instruction):

@@ -84,5 +84,4 @@ export function countsOf({ counts = {}, rate = 0, delay = 0, offset = 0 }: Messa
     `its clock is ${Math.abs(Math.round(1000 * offset))} ms ${offset < 0 ? "behind" : "ahead"}`].join(", ");
 }
 
-/** Describes an alarm. */
 export const alarmOf = ({ t, joint, cause, detail }: Message): string => `${t.toFixed(2)} s, JT${joint}: likely cause: ${cause}; ${detail}`;
