@@ -38,9 +38,9 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import value_and_rate
 from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Path, Segment
 from vrs_cli.trajectory.state import JointState, ToolState
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.commands import Motion, MotionKind
 
-MAX_REMEMBERED_STATES = 512  # a plan asks several times for the state at the ends of its segments
+MAX_REMEMBERED_STATES = 128  # a plan asks several times for the state at the ends of its segments
 SLOWEST = 20.0  # the default of PARAMETER STRETCH: how many times a line may be slowed down
 
 
@@ -199,8 +199,10 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     if known is not None and known[0] is path and known[1:4] == (arm, smoothly, frame):
         return known[4]
     here = _state_at(arm, segment, s, smoothly=smoothly)
+    if segment.motion.kind is MotionKind.STEERED:  # a tick is asked for its state once
+        return here
     if len(_REMEMBERED_STATES) >= MAX_REMEMBERED_STATES:
-        _REMEMBERED_STATES.clear()
+        _REMEMBERED_STATES.pop(list(_REMEMBERED_STATES)[0], None)  # noqa: RUF015 (other threads may add meanwhile)
     _REMEMBERED_STATES[key] = path, arm, smoothly, frame, here
     return here
 
