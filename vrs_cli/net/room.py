@@ -25,9 +25,9 @@ from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Ticket, quietly
+from vrs_cli.interfaces.rights import Notice, RobotLease
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import BodyNews
-from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel

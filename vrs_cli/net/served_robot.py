@@ -24,11 +24,10 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
-from vrs_cli.interfaces.rights import check_may, may_all, must_drive, need_of
+from vrs_cli.interfaces.rights import Notice, RobotLease, check_may, may_all, must_drive, need_of
 from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import ClockSeen, RobotBody
-from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import Cell

@@ -13,9 +13,9 @@ from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
+from vrs_cli.interfaces.rights import RobotLease
 from vrs_cli.interfaces.session.drag_control import RELEASE_AFTER_S, DragControl
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.streams import Dragging
 from vrs_cli.kinematics.transform import Transform, at_position, distance, from_oat
 from vrs_cli.language.words.word import Role

@@ -24,9 +24,8 @@ from vrs_cli.interfaces.monitor.pictures import place_of, sketch
 from vrs_cli.interfaces.monitor.programs import program_names
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
-from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
+from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, move_of, role_of
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.holder_times import move_of
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, position

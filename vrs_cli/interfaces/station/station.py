@@ -21,9 +21,8 @@ from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
-from vrs_cli.interfaces.rights import check_goes_beside, check_may, must_drive, role_of
+from vrs_cli.interfaces.rights import RobotLease, check_goes_beside, check_may, must_drive, role_of
 from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
-from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, Unstored, variables_of
 from vrs_cli.interfaces.station.user_state import TargetStream, UserState
 from vrs_cli.interfaces.tasks.driver import Driver

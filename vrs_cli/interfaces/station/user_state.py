@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
+from vrs_cli.interfaces.rights import THE_ROBOTS, HolderTimes
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.word import Role

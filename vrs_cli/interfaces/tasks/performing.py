@@ -16,8 +16,8 @@ from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, NoDataReceived, TaskNotActive, VrsError
 from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.interfaces.rights import HolderTimes
 from vrs_cli.interfaces.tasks.devices import Devices
-from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
 from vrs_cli.language.run import effects
