@@ -8,7 +8,6 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from itertools import takewhile
 from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 
 DEFAULT_RATE = 100.0  # [Hz]
 USUAL_ROBOT = "puma560"
-WIDTH = 80  # columns: argparse formats each new option once as a test
 
 
 class CommandLineError(UsageError):
@@ -60,18 +58,12 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, name: str, prog: str) -> None:
         row = SUBCOMMANDS[name]
-        super().__init__(
-            prog=prog,
-            description=row.description,
-            add_help=False,
-            allow_abbrev=False,
-            formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=WIDTH),
-        )
+        super().__init__(prog=prog, description=row.description, add_help=False, allow_abbrev=False)
         self._name = name
         self.set_defaults(prog=prog)
         self._positionals.title = "arguments"
-        self.add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
-        self.add_argument("--help-all", action=HelpAll, nargs=0, help="rare options too")
+        self._optionals.add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
+        self._optionals.add_argument("--help-all", action=HelpAll, nargs=0, help="rare options too")
         for one in row.options:
             _add(self, one)
 
@@ -144,6 +136,8 @@ def _add(container: argparse._ActionsContainer, row: OptionRow | OneOf | Group) 
     """Add an option, or several, to a parser or to a group of its help."""
     if isinstance(row, OptionRow):
         names, described = _argparse_form(row)
+        if isinstance(container, Parser):  # groups do not format each option as a test
+            container = container._optionals if names[0].startswith("-") else container._positionals
         container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
         return
     titles = (row.title, row.about) if isinstance(row, Group) else ()

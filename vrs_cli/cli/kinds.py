@@ -7,7 +7,6 @@ from __future__ import annotations
 import re
 from argparse import ArgumentTypeError
 from collections.abc import Callable
-from datetime import date, datetime
 from functools import partial
 from math import inf, isfinite, nan
 from pathlib import Path
@@ -16,6 +15,8 @@ from typing import TYPE_CHECKING, TypeVar
 from vrs_cli.errors import VrsError
 
 if TYPE_CHECKING:
+    from datetime import date
+
     from vrs_cli.net.delay_line import Delays
     from vrs_cli.net.delay_proxy import Endpoint
     from vrs_cli.net.far_end import Ahead
@@ -129,6 +130,8 @@ def codes(text: str) -> tuple[str, ...]:
 
 def expiry(text: str) -> date:
     """Return the day or the instant at which a token expires."""
+    from datetime import date, datetime
+
     for read in (date.fromisoformat, datetime.fromisoformat):
         try:
             return read(text)
