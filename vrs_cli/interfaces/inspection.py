@@ -165,8 +165,14 @@ class Inspector:
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
-            found = (_warn_of_reach(way, environment, self._engine) for way in ways)
-            yield from placed.translate(one for one in found if one is not None)
+            found = list[Diagnostic]()
+            for target, refusal in ((way.target, _refusal(way, environment, self._engine)) for way in ways):
+                if refusal is not None:
+                    named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
+                    what = named + refusal.detail
+                    warned = Diagnostic(Severity.WARNING, refusal.code, refusal.title, what, refusal.hint, target.span)
+                    found.append(warned)
+            yield from placed.translate(found)
 
 
 def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
@@ -300,19 +306,9 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[fl
     return trans(*numbers[:6])
 
 
-def _warn_of_reach(way: _Way, environment: Environment, engine: Engine) -> Diagnostic | None:
-    target = way.target
-    refusal = _refusal(target, way.distance, environment, engine)
-    if refusal is None:
-        return None
-    named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
-    return Diagnostic(Severity.WARNING, refusal.code, refusal.title, named + refusal.detail, refusal.hint, target.span)
-
-
-def _refusal(
-    target: ast.Variable | ast.Call, distance: float, environment: Environment, engine: Engine
-) -> MotionError | IllegalValue | None:
+def _refusal(way: _Way, environment: Environment, engine: Engine) -> MotionError | IllegalValue | None:
     """Return why no configuration of the arm reaches a place; None if one does, or if the place has no value."""
+    target, distance = way.target, way.distance
     if isinstance(target, ast.Variable):
         place = _value(environment, target)
     else:

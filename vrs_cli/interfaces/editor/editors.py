@@ -121,14 +121,6 @@ def _overlay(it: _Context) -> None:
     buffer.move(at)
 
 
-def _go_back(it: _Context) -> None:
-    it.buffer.move(it.buffer.at - it.number("L n, n steps"))
-
-
-def _go_to(it: _Context) -> None:
-    it.buffer.move(it.number("S step") - 1)
-
-
 def _teach(_it: _Context) -> None:
     hint = "leave by E, define places by HERE, and write MOVE or MOVES"
     raise NotAvailable("T and TS record places with the pendant, and there is none", hint)
@@ -146,10 +138,14 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "D": Subcommand("D [n]", "delete n steps from here", _delete),
     "F": Subcommand("F text", "go to the next step that holds the text", _find),
     "I": Subcommand("I", "insert lines before this step, until an empty line", _insert),
-    "L": Subcommand("L [n]", "go back one step, or n", _go_back),
+    "L": Subcommand(
+        "L [n]", "go back one step, or n", lambda it: it.buffer.move(it.buffer.at - it.number("L n, n steps"))
+    ),
     "P": Subcommand("P [n]", "print n steps and stand behind them", _print),
     "R": Subcommand("R text", "replace the characters above the text; a blank keeps one", _overlay),
-    "S": Subcommand("S [step]", "go to a step, the first where none is named", _go_to),
+    "S": Subcommand(
+        "S [step]", "go to a step, the first where none is named", lambda it: it.buffer.move(it.number("S step") - 1)
+    ),
     "T": Subcommand("T", "record MOVEs with the pendant (there is none)", _teach),
     "TS": Subcommand("TS", "record MOVESs with the pendant (there is none)", _teach),
 }

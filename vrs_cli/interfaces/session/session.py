@@ -13,7 +13,6 @@ from __future__ import annotations
 import re
 from collections import ChainMap
 from collections.abc import Container, Iterator, Mapping
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, cast
 
@@ -243,29 +242,25 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
     session.user_state.command_files.append(path)
     try:
-        yield from _carry_out_lines(session, path, lines)
+        for line in lines:
+            failed = leaving = False
+            try:
+                for_line = session.answers(line.text)
+                said = next(for_line, None)
+                while said is not None:
+                    failed = failed or (isinstance(said, Reply) and is_error(said))
+                    leaving = leaving or isinstance(said, Farewell)
+                    said = yield from _pass_on(for_line, said)
+            except VrsError as error:
+                failed = True
+                yield refusal(error, line.text)
+            if failed:
+                session.user_state.editor = None
+                yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
+            if failed or leaving or session.user_state.interrupted:
+                return
     finally:
         session.user_state.command_files.pop()
-
-
-def _carry_out_lines(session: Session, path: Path, lines: tuple[CommandLine, ...]) -> Dialogue[None]:
-    for line in lines:
-        failed = leaving = False
-        try:
-            for_line = session.answers(line.text)
-            said = next(for_line, None)
-            while said is not None:
-                failed = failed or (isinstance(said, Reply) and is_error(said))
-                leaving = leaving or isinstance(said, Farewell)
-                said = yield from _pass_on(for_line, said)
-        except VrsError as error:
-            failed = True
-            yield refusal(error, line.text)
-        if failed:
-            session.user_state.editor = None
-            yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
-        if failed or leaving or session.user_state.interrupted:
-            return
 
 
 def _pass_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:

@@ -16,7 +16,7 @@ from vrs_cli.contacts.watch import ContactWatch
 from vrs_cli.devices.device import Outside
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.engine.engine import Engine, Postponement, ToolTurning
+from vrs_cli.engine.engine import Engine, ToolTurning
 from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
@@ -118,7 +118,7 @@ class Station:
         self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.told = self._tell
         self.close = finalize(self, self.driver.devices.close_all)  # called by itself when the process ends
-        self.engine.postponed.append(self._warn_postponed)
+        self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
@@ -420,9 +420,6 @@ class Station:
         """Return the scene that the robot is in, and its world."""
         scene = self.driver.cell.scene
         return scene, None if scene.empty else self.driver.world
-
-    def _warn_postponed(self, it: Postponement) -> None:
-        self._warn(it.sentence)
 
     def _warn_turned(self, it: ToolTurning) -> None:
         """Say it once: all motions to locations that were not taught do it."""
