@@ -100,7 +100,7 @@ def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dial
                 return cast(W, over.value)
         try:
             reaction = yield said
-        except BaseException as error:  # for the dialogue, which puts in order what it leaves
+        except BaseException as error:  # the dialogue gets it, and cleans up
             reaction = error
 
 

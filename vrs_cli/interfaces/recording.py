@@ -28,7 +28,7 @@ DECIMALS = 4  # of joints in a program [deg, mm]
 ATTEMPTS = 6
 FIRST_SHARE = 0.7  # of the tolerance, for the way without its corners
 FINER_SHARE = 0.6  # of the tolerance of the attempt before
-SAME_POSE_SHARE = 0.2  # of the tolerance: two poses of which one will do
+SAME_POSE_SHARE = 0.2  # of the tolerance: of two poses so near one is enough
 NEAR_POINTS = 60  # points of a way among which the next is
 MAX_RECORDING_S = 3600.0  # [s] of a way
 

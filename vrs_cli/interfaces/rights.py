@@ -88,20 +88,20 @@ USUAL_LENGTH = 10.0  # [s] that a lease lasts after a heartbeat
 
 
 class Granted(Spoken, frozen=True):
-    """`to` drives from now on."""
+    """The user `to` drives from now on."""
 
     to: str
 
 
 class Requested(Spoken, frozen=True):
-    """`by` would like to drive; the holder `of` the lease is told."""
+    """The user `by` asks to drive; the holder `of` the lease is told."""
 
     of: str
     by: str
 
 
 class Lost(Spoken, frozen=True):
-    """`by` has taken the lease `of` a user whose heartbeat did not come; that user is told."""
+    """The user `by` has taken the lease `of` a user whose heartbeat did not come; that user is told."""
 
     of: str
     by: str
@@ -195,8 +195,8 @@ USUAL_ALLOWED = 10.0  # [s] that a command may have been on its way
 
 
 class HolderTimes(Struct, frozen=True):
-    """Corrections of the times that a holder gives [s]. `offset`: D. `allowed`: a command was on its way no longer than
-    this, whatever its sender says.
+    """Corrections of the times that a user gives [s]. `offset`: D, how far the user's clock is ahead. `allowed`: a
+    command counts as at most so long on its way, whatever its sender claims.
     """
 
     offset: float = 0.0

@@ -65,7 +65,7 @@ class Actor:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._inbox: Inbox[Callable[[], object]] = Inbox()  # what is to be done of what others ask for
+        self._inbox: Inbox[Callable[[], object]] = Inbox()  # calls that other threads ask for
         self._waiting = Waiting()  # requests that have not begun
         self._present: list[Ticket[Any]] = []  # in the middle of what they do: the last goes on first
         self._running: list[Ticket[Any]] = []  # until a program has stopped

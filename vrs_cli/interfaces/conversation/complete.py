@@ -128,7 +128,7 @@ def top_level(text: str) -> str:
     return "".join(kept)
 
 
-# --- suggestions by what is wanted ---------------------------------------------------------------------------------
+# --- suggestions by the shape of an argument --------------------------------------------------------------------------
 
 Candidates = Iterable[tuple[str, str]]  # a word and what explains it
 

@@ -261,7 +261,7 @@ class Conversation:
         if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())
 
-    # --- what is seen while a line is typed ---
+    # --- while a line is typed ---
 
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
         """Suggest words for the end of a line that is not complete; another thread looks through many names."""

@@ -79,7 +79,7 @@ class ProgramBuffer:
             lines.pop()
         return cls(header, lines, dialect=dialect)
 
-    # --- what it holds ---
+    # --- contents ---
 
     @property
     def name(self) -> str:

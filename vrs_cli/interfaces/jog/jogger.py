@@ -31,7 +31,7 @@ from vrs_cli.values.replies import Message, Tone
 NEXT_STEP_LEAD_S = 0.3  # [s] before the arm rests, the next step of a sequence may come, so that the arm does not stop
 MAX_JOINT_JUMP = radians(45.0)  # [rad, m]: if a joint would move more for a step, a singularity is too near
 MAX_HALVED_STEPS = 7  # times: half a step after half a step is tried where something touches on its way
-SAME_JOINTS = 1e-9  # [rad] a step that is none
+SAME_JOINTS = 1e-9  # [rad] a smaller change of joints is no step
 INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
 JOG_JOINTS_HINT = "jog the joints away from there first"
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line at the end of the reach, until joints can follow

@@ -180,7 +180,7 @@ class Audience:
     def join(self, rate: float = USUAL_RATE, ahead: float = 0.0) -> Viewer:
         """Add a viewer, which follows the robot. Raises IllegalValue for a wrong rate [1/s]."""
         checked_rate(rate, "looks a second", HIGHEST_RATE)
-        wall = floor(self._wall() * rate) / rate  # on the grid, as those of its rate that are here
+        wall = floor(self._wall() * rate) / rate  # on the grid of the viewers of this rate
         timeline = self._watched.timeline
         playback = Playback.following(timeline.start, timeline.end, self._watched.now + ahead, wall)
         self._viewers.append(Viewer(rate, ahead, playback))

@@ -67,7 +67,7 @@ def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
     session.check_may(row.said, row.role)
-    session.settle()  # what is before now has happened
+    session.settle()  # everything due by now is done first
     if session.running or session.elsewhere:
         check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))

@@ -67,7 +67,7 @@ class Session(Station):
     # the books of main and of the present branch with their timelines when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    told_untrue: tuple[Untrue, ...] = ()  # the readings of which it was told that they no longer hold
+    told_untrue: tuple[Untrue, ...] = ()  # the readings that users know to be outdated
 
     @property
     def prompt(self) -> str:

@@ -116,7 +116,7 @@ class RobotBody:
         self.order, self.ordered_at = measured.BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
         self.told: list[Callable[[BodyNews], None]] = []
-        self.reporter = ""  # who sent the last report
+        self.reporter = ""  # the sender of the last report
         self._lock = Condition()
         self._begin(0)
 
@@ -130,7 +130,7 @@ class RobotBody:
         self._arrivals: deque[tuple[float, int]] = deque()  # when reports came, by the wall clock [s], and how many
         self._heard_at: float | None = None
 
-    # --- who is the body ---
+    # --- the client that is the body ---
 
     def embody(self, name: str, first: int = 0) -> int:
         """Make a client the body. Return the number of the report that it is to send next; `first` if it was not the
@@ -157,7 +157,7 @@ class RobotBody:
         before, self.name = self.name, name
         self._tell_change(before)
 
-    # --- what it reports ---
+    # --- reports ---
 
     def take(
         self, reports: Sequence[measured.Report], first: int | None = None, name: str = ""
@@ -238,7 +238,7 @@ class RobotBody:
                 )
             return found
 
-    # --- what it is told ---
+    # --- orders and news ---
 
     def command(self, order: measured.BodyMode, at: float | None = None) -> None:
         """Order the body to follow the timeline, or to hold still, from a time on; absent: now."""
@@ -256,7 +256,7 @@ class RobotBody:
     def _tell_change(self, before: str) -> None:
         self.tell(BodyChange(self.name, before, self.order, self.ordered_at))
 
-    # --- what is known of it ---
+    # --- its state ---
 
     @property
     def view(self) -> measured.BodySeen | None:

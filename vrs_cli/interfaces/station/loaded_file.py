@@ -131,7 +131,7 @@ class Unstored:
         """Note from now on which variables change."""
         self._environment.note_changes(self._changed)
 
-    # --- what is told of ---
+    # --- questions about unsaved work ---
 
     def state(self) -> State:
         """Equal as long as no variable and no program is changed."""
@@ -183,7 +183,7 @@ class Unstored:
         self._programs[key] = _keep_reference(now)
         return False
 
-    # --- what is noted ---
+    # --- notes about files and changes ---
 
     def programs_stored(self, programs: Iterable[Program]) -> None:
         """Note that a file has these programs."""

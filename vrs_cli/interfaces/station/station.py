@@ -100,7 +100,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)
-        if terminal.attended:  # elsewhere no user is asked about what is not stored
+        if terminal.attended:  # other users are not asked about unsaved work
             self.unstored.watch()
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
@@ -121,7 +121,7 @@ class Station:
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
-        self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
+        self.dialect = Dialect.VPLUS  # of typed lines, and of files that name no dialect
         self.last_program: str | None = None
         self.own_user_state = UserState(attended=terminal.attended)
         self.user_state = self.branches.who = self.tasks.who = self.own_user_state
