@@ -193,7 +193,7 @@ class Driver:
             while self._foreground(run) is not None:
                 if self._performer.asked:
                     yield from self.ask()
-                if self._foreground(run) is not None:
+                else:
                     yield Slice.RUNNING
         except BaseException as error:
             if isinstance(error, GeneratorExit):
@@ -206,7 +206,7 @@ class Driver:
 
     def _foreground(self, run: _Run) -> tasks.Track | None:
         """Return the task that a run waits for now; None if the run is over."""
-        if run.track.running:
+        if run.track.outcome is None:  # asked for several times a step
             return run.track
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
 

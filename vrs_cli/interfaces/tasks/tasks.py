@@ -226,7 +226,7 @@ class Tasks(System):
 
     @property
     def running(self) -> Iterator[Track]:
-        return (track for track in self if track.running)
+        return (track for track in self._tracks.values() if track.outcome is None)
 
     @property
     def steps_done(self) -> int:
