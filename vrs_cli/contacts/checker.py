@@ -213,7 +213,9 @@ class _Search:
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}
-        self._excuse(changed)
+        for distance, _, pair in self._look(self.stage.begin):
+            if distance < pair.apart and (changed is None or changed.intersection(pair.owners)):
+                self.excused.add(pair.owners)
 
     def _room(self) -> tuple[Floats, Floats]:
         """Bound how far everything comes. Return the corners of the box in which the arm moves, in the robot's frame
@@ -305,12 +307,6 @@ class _Search:
         if known is None:
             known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
         return known
-
-    def _excuse(self, changed: set[int] | None) -> None:
-        """Excuse the pairs that touch at the beginning: all of them, or those whose owners have `changed`."""
-        for distance, _, pair in self._look(self.stage.begin):
-            if distance < pair.apart and (changed is None or changed.intersection(pair.owners)):
-                self.excused.add(pair.owners)
 
     # --- the search ---
 

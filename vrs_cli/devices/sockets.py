@@ -12,7 +12,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
 from threading import Lock
-from typing import Any
 
 from vrs_cli.devices.device import SERIAL, TCP, Address, Arrival, Outside, check_known
 from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, Traffic
@@ -87,29 +86,25 @@ def open_serial(what: str) -> tuple[FileEnd, str]:
         raise DeviceNotReady("a serial line", "this system has none that vrs can open") from None
     try:
         if what != PSEUDO:
-            return _device(what, termios, tty)
+            path, _, speed = what.partition(",")
+            code = getattr(termios, f"B{speed or USUAL_SPEED}", None)
+            if code is None:
+                raise DeviceNotReady(f"{what}: no speed {speed}", "as 9600, 19200, 115200")
+            handle = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            try:
+                tty.setraw(handle)
+                settings = termios.tcgetattr(handle)
+                settings[4] = settings[5] = code
+                settings[2] |= termios.CLOCAL | termios.CREAD
+                termios.tcsetattr(handle, termios.TCSANOW, settings)
+            except BaseException:
+                os.close(handle)
+                raise
+            return FileEnd(handle), f"{path} at {speed or USUAL_SPEED} baud"
         end = PseudoEnd()
         return end, end.name
     except (OSError, termios.error) as error:
         raise DeviceNotReady(f"{what}: {error.args[-1]}", "name a serial device, or pty") from None
-
-
-def _device(what: str, termios: Any, tty: Any) -> tuple[FileEnd, str]:
-    path, _, speed = what.partition(",")
-    code = getattr(termios, f"B{speed or USUAL_SPEED}", None)
-    if code is None:
-        raise DeviceNotReady(f"{what}: no speed {speed}", "as 9600, 19200, 115200")
-    handle = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-    try:
-        tty.setraw(handle)
-        settings = termios.tcgetattr(handle)
-        settings[4] = settings[5] = code
-        settings[2] |= termios.CLOCAL | termios.CREAD
-        termios.tcsetattr(handle, termios.TCSANOW, settings)
-    except BaseException:
-        os.close(handle)
-        raise
-    return FileEnd(handle), f"{path} at {speed or USUAL_SPEED} baud"
 
 
 class Sockets(Outside):

@@ -567,7 +567,15 @@ class Engine:
             yield from self._chase(chunk, motion, begin, on_grid(self.now if issued is None else issued))
         if not self.realtime:
             self.clock.advance(self.end)
-        return (yield from self._follow_report(chunk, begin, late))
+        # Compare the timeline with a chunk, from `begin` on, part by part
+        timeline, end, errors = self.timeline, self.end, list[list[float]]()
+        for first in range(late, len(chunk.times), SAMPLES_AT_ONCE):
+            yield
+            part = slice(first, first + SAMPLES_AT_ONCE)
+            errors += abs(positions_at(self.arm, timeline, chunk.times[part]).joints - chunk.joints[part]).tolist()
+        columns = list(zip(*errors, strict=True))
+        mean, worst = tuple(sum(column) / len(column) for column in columns), tuple(map(max, columns))
+        return FollowReport(begin, end, late, chunk.held, mean, worst)
 
     def _chase(self, chunk: Chunk, motion: Motion, begin: float, issued: float) -> Parts[None]:
         """Plan and commit a chunk part by part: the first one is a command, the others prolong it."""
@@ -592,17 +600,6 @@ class Engine:
                     next = max(next, min(ceil((self.now - begin) / TICK), count - 1))
         if not begun:
             raise MotionError("the motion under way has no room to give way", "send samples for later")
-
-    def _follow_report(self, chunk: Chunk, begin: float, late: int) -> Parts[FollowReport]:
-        """Compare the timeline with a chunk, from `begin` on, part by part."""
-        timeline, end, errors = self.timeline, self.end, list[list[float]]()
-        for first in range(late, len(chunk.times), SAMPLES_AT_ONCE):
-            yield
-            part = slice(first, first + SAMPLES_AT_ONCE)
-            errors += abs(positions_at(self.arm, timeline, chunk.times[part]).joints - chunk.joints[part]).tolist()
-        columns = list(zip(*errors, strict=True))
-        mean, worst = tuple(sum(column) / len(column) for column in columns), tuple(map(max, columns))
-        return FollowReport(begin, end, late, chunk.held, mean, worst)
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         """Make a motion that begins now, to joints [rad] or to T_world_tool."""

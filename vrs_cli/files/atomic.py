@@ -246,7 +246,13 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
         lock = failed.enter_context(hold(target)) if held is None else held
         target = target if within.closed else Path(os.path.realpath(target))
         if lock.firm:
-            _clear_left(target)
+            # Remove files that earlier writers have left beside a target, whose lock we have
+            ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")
+            with suppress(OSError), os.scandir(target.parent) as entries:
+                for entry in entries:
+                    if ours.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                        with suppress(OSError):
+                            os.unlink(entry.path)
         new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
         with within.parent(target) as parent:  # at first it is readable by its owner alone
             handle = os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent)
@@ -258,16 +264,6 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
         beside.close()
         raise
     return beside
-
-
-def _clear_left(target: Path) -> None:
-    """Remove files that earlier writers have left beside a target, whose lock we have."""
-    ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")
-    with suppress(OSError), os.scandir(target.parent) as entries:
-        for entry in entries:
-            if ours.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
-                with suppress(OSError):
-                    os.unlink(entry.path)
 
 
 def _replace(name: str, target: Path) -> None:

@@ -147,7 +147,12 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
 
     try:
         content = path.read_bytes()
-        _check_faces(path, kind, content)
+        count = content.count(b"\nf ") if kind == "obj" else 0
+        if kind == "glb":  # trimesh allocates what the JSON part claims
+            length = int.from_bytes(content[12:16], "little")
+            count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
+        if count > MAX_FACES:
+            raise FileError(f"{path}: {count} faces", f"at most {MAX_FACES} are read")
         beside: Any = FilesBeside(path) if coloured else None
         found = trimesh.load_scene(
             BytesIO(content),
@@ -179,16 +184,6 @@ def _sound(piece: Any) -> bool:
     import numpy as np
 
     return hasattr(piece, "faces") and len(piece.faces) > 0 and bool(np.isfinite(piece.vertices).all())
-
-
-def _check_faces(path: Path, kind: str, content: bytes) -> None:
-    """Raise FileError for a small file that describes a huge mesh."""
-    count = content.count(b"\nf ") if kind == "obj" else 0
-    if kind == "glb":  # trimesh allocates what the JSON part claims
-        length = int.from_bytes(content[12:16], "little")
-        count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
-    if count > MAX_FACES:
-        raise FileError(f"{path}: {count} faces", f"at most {MAX_FACES} are read")
 
 
 def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:

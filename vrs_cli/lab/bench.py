@@ -117,7 +117,13 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
         jumping: Floats = places[(times / BETWEEN).astype(int) % PLACES]
         return jumping
     if scenario == "stops":
-        times = _stopping(times, random)
+        # How long the goal of "stops" has moved up to each time [s]
+        borders, moved = [0.0], [0.0]
+        while borders[-1] < times[-1]:
+            run, pause = random.uniform(*RUN), random.uniform(*PAUSE)
+            borders += [borders[-1] + run, borders[-1] + run + pause]
+            moved += [moved[-1] + run, moved[-1] + run]
+        times = np.interp(times, borders, moved)
     lower, upper, fastest = (np.array(row) for row in (robot.lower, robot.upper, robot.max_velocity))
     swing = SWING * (upper - lower)
     middle = np.clip(robot.poses["ready"], lower + swing, upper - swing)
@@ -129,16 +135,6 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
         # the goal starts at the middle
         found += size * (np.sin(np.outer(times, rates) + phases) - np.sin(phases))
     return np.clip(found, lower, upper)
-
-
-def _stopping(times: Floats, random: Random) -> Floats:
-    """Return how long the goal of "stops" has moved up to each time [s]."""
-    borders, moved = [0.0], [0.0]
-    while borders[-1] < times[-1]:
-        run, pause = random.uniform(*RUN), random.uniform(*PAUSE)
-        borders += [borders[-1] + run, borders[-1] + run + pause]
-        moved += [moved[-1] + run, moved[-1] + run]
-    return np.interp(times, borders, moved)
 
 
 # --- the simulation --------------------------------------------------------------------------------------------------

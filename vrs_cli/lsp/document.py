@@ -88,20 +88,18 @@ def _of_program(part: Part, program: Program) -> Iterator[Occurrence]:
         if step.label is not None:
             yield Occurrence(SymbolKind.LABEL, str(step.label), label_span(part, step))
         if step.statement is not None:
-            yield from _of_statement(part, step.statement)
-
-
-def _of_statement(part: Part, statement: ast.Statement) -> Iterator[Occurrence]:
-    if isinstance(statement, ast.Goto | ast.IfGoto):
-        target = _GOTO_LABEL.search(blank_out(part.lines[statement.span.line - 1]))
-        if target is not None:
-            span = Span(statement.span.line, target.start(1) + 1, target.end(1) + 1)
-            yield Occurrence(SymbolKind.LABEL, str(statement.label), span)
-    elif isinstance(statement, ast.Instruction) and statement.word in INSTRUCTIONS:
-        for argument, given in zip(INSTRUCTIONS[statement.word].arguments, statement.arguments, strict=False):
-            if argument.shape is Shape.PROGRAM and isinstance(given, ast.ProgramCall):
-                yield Occurrence(SymbolKind.PROGRAM, given.key, _as_written(part, given.name, given.span))
-    yield from (_variable(part, node) for node in ast.nodes(statement) if isinstance(node, ast.Variable))
+            if isinstance(step.statement, ast.Goto | ast.IfGoto):
+                target = _GOTO_LABEL.search(blank_out(part.lines[step.statement.span.line - 1]))
+                if target is not None:
+                    span = Span(step.statement.span.line, target.start(1) + 1, target.end(1) + 1)
+                    yield Occurrence(SymbolKind.LABEL, str(step.statement.label), span)
+            elif isinstance(step.statement, ast.Instruction) and step.statement.word in INSTRUCTIONS:
+                for argument, given in zip(
+                    INSTRUCTIONS[step.statement.word].arguments, step.statement.arguments, strict=False
+                ):
+                    if argument.shape is Shape.PROGRAM and isinstance(given, ast.ProgramCall):
+                        yield Occurrence(SymbolKind.PROGRAM, given.key, _as_written(part, given.name, given.span))
+            yield from (_variable(part, node) for node in ast.nodes(step.statement) if isinstance(node, ast.Variable))
 
 
 # --- places --------------------------------------------------------------------------------------------------------

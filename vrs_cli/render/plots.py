@@ -50,13 +50,9 @@ def check_plot(path: str | Path) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
         raise PlotError(f"{path} is no picture file", f"its name ends in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
-    _check_matplotlib()
-    check_writable(path)
-
-
-def _check_matplotlib() -> None:
     if find_spec("matplotlib") is None:
         raise PlotError("a plot needs matplotlib, which is not installed", how_to_install("matplotlib"))
+    check_writable(path)
 
 
 class PlotError(UsageError, text="No plot"):
@@ -117,32 +113,28 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
         figure.suptitle(title)
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, panel in zip(axes, panels, strict=True):
-            _draw_panel(axis, panel)
+            # Draw one panel
+            import numpy as np
+
+            before: list[Sequence[float] | Floats] = []
+            for name, column in zip(panel.names, panel.columns, strict=True):
+                under = sum(np.allclose(column, other, rtol=0.0, atol=1e-9) for other in before)
+                stroke = {"dashes": (2.0, 2.0 * under)} if under else {}
+                axis.plot(panel.along, column, label=name, linewidth=1.2, **stroke)
+                before.append(column)
+            for place, name in panel.marks:
+                axis.axvline(place, color="black", linewidth=0.8, linestyle="--")
+                axis.annotate(name, (place, 1.0), xycoords=("data", "axes fraction"))
+            axis.set_ylabel(panel.title)
+            axis.grid(visible=True, alpha=0.3)
+            axis.margins(x=0.0)
+            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
         axes[-1].set_xlabel(along)
         buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
         figure.savefig(
             buffer, format=form, metadata=undated[form]
         )  # without a date, so that equal curves give equal bytes
         return buffer.getvalue()
-
-
-def _draw_panel(axis: Any, panel: Curves) -> None:
-    """Draw one panel. A curve that coincides with an earlier one is dashed, so that both stay visible."""
-    import numpy as np
-
-    before: list[Sequence[float] | Floats] = []
-    for name, column in zip(panel.names, panel.columns, strict=True):
-        under = sum(np.allclose(column, other, rtol=0.0, atol=1e-9) for other in before)
-        stroke = {"dashes": (2.0, 2.0 * under)} if under else {}
-        axis.plot(panel.along, column, label=name, linewidth=1.2, **stroke)
-        before.append(column)
-    for place, name in panel.marks:
-        axis.axvline(place, color="black", linewidth=0.8, linestyle="--")
-        axis.annotate(name, (place, 1.0), xycoords=("data", "axes fraction"))
-    axis.set_ylabel(panel.title)
-    axis.grid(visible=True, alpha=0.3)
-    axis.margins(x=0.0)
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size of a panel, and its margins

@@ -135,7 +135,17 @@ class ExerciseText(CellText):
         if given == MODEL:
             return ModelPlace()
         if isinstance(given, str):
-            return self._given_place(entry, key, given)
+            items = list[Item]()
+            for text in given.split(":"):
+                item = item_of_text(text)
+                if item is None or item not in self.locations:
+                    known = sorted({name for name, _ in self.locations})
+                    there = f"given.v2 has {', '.join(known)}" if known else "given.v2 has no locations"
+                    what = f"{_cut(given)}: no given location is called {text.strip()[:40]!r}"
+                    self.fault(entry, key, f"{what}; {did_you_mean(text.strip().lower(), known, there)}")
+                    return FixedPlace(IDENTITY, turned=False)
+                items.append(item)
+            return GivenPlace(given, tuple(items))
         is_list = isinstance(given, list) and len(given) in (3, 6)
         if is_list and all(type(one) in (int, float) and abs(one) <= MAX_LENGTH_MM for one in given):
             x, y, z, *angles = map(float, given)
@@ -144,19 +154,6 @@ class ExerciseText(CellText):
         wanted = '[X, Y, Z] in mm, [X, Y, Z, O, A, T] with degrees, the name of a given location, or "model"'
         self.fault(entry, key, f"{self.prefix(given)}{wanted}")
         return FixedPlace(IDENTITY, turned=False)
-
-    def _given_place(self, entry: CellEntry, key: str, given: str) -> Place:
-        items = list[Item]()
-        for text in given.split(":"):
-            item = item_of_text(text)
-            if item is None or item not in self.locations:
-                known = sorted({name for name, _ in self.locations})
-                there = f"given.v2 has {', '.join(known)}" if known else "given.v2 has no locations"
-                what = f"{_cut(given)}: no given location is called {text.strip()[:40]!r}"
-                self.fault(entry, key, f"{what}; {did_you_mean(text.strip().lower(), known, there)}")
-                return FixedPlace(IDENTITY, turned=False)
-            items.append(item)
-        return GivenPlace(given, tuple(items))
 
 
 def item_of_text(text: str) -> Item | None:

@@ -339,12 +339,7 @@ def read_check(text: ExerciseText, entry: CellEntry) -> checks.AnyCheck | None:
     if len(text.wrong) > wrong:
         return None
     check = cast(checks.AnyCheck, kind.check(**values))
-    _check_together(text, entry, check)
-    return check if len(text.wrong) == wrong else None
-
-
-def _check_together(text: ExerciseText, entry: CellEntry, check: checks.AnyCheck) -> None:
-    """Report values that contradict each other."""
+    # Report values that contradict each other
     given = entry.given
     match check:
         case checks.StretchCheck() if ("around" in given) is not ("radius" in given):
@@ -357,3 +352,4 @@ def _check_together(text: ExerciseText, entry: CellEntry, check: checks.AnyCheck
             text.fault(entry, "use", "nothing is looked for: it needs use or avoid")
         case checks.LikeModelCheck() if check.deg is not None and not check.times:
             text.fault(entry, "deg", "it compares orientations at the same times: write times = true")
+    return check if len(text.wrong) == wrong else None

@@ -343,7 +343,22 @@ class DivergenceWatch:
         load = self.healthy.load(0.5 * (joints[1] + joints[2]), velocity[0], acceleration[0])
         t, residual = sum(times) / len(times), np.mean(residuals, axis=0)
         self._add(Blocks(np.array([t]), residual[None], velocity[None], acceleration[None], load[None]), joints[2])
-        return self._alarm(timeline, t)
+        # The alarm that is due, with its cause
+        if self._found is None:
+            return None
+        since, due = self._found
+        if t < due and self._samples[-1].mode is not BodyMode.STOPPED:
+            return None
+        self._found, self.diverged = None, True
+        self._waiting.clear()
+        evidence = self._evidence(timeline, since)
+        cause, detail = likely_cause(evidence)
+        last, joint = self._samples[-1], evidence.worst + 1
+        expected = joints_at(self.arm, timeline, last.t)
+        frames = timeline.locate(last.t)[0].motion.frames
+        places = (position(world_pose(self.arm, frames, q)) for q in (last.joints, expected))
+        size = last.joints[joint - 1] - expected[joint - 1]
+        return DivergenceAlarm(t, joint, size, dist(*places), cause, detail, since)
 
     def _g_at_begin(self, timeline: Timeline, cell: int) -> tuple[Floats, Floats]:
         """Return joints and velocity of g where a block begins, remembered for the next two blocks."""
@@ -397,24 +412,6 @@ class DivergenceWatch:
         moved, spread = jacobian @ error, jacobian * deviation
         covariance = spread @ spread.T + np.diag([1e-12] * 3)
         return float(moved @ np.linalg.solve(covariance, moved))
-
-    def _alarm(self, timeline: Timeline, t: float) -> DivergenceAlarm | None:
-        """Return the alarm that is due, with its cause."""
-        if self._found is None:
-            return None
-        since, due = self._found
-        if t < due and self._samples[-1].mode is not BodyMode.STOPPED:
-            return None
-        self._found, self.diverged = None, True
-        self._waiting.clear()
-        evidence = self._evidence(timeline, since)
-        cause, detail = likely_cause(evidence)
-        last, joint = self._samples[-1], evidence.worst + 1
-        expected = joints_at(self.arm, timeline, last.t)
-        frames = timeline.locate(last.t)[0].motion.frames
-        places = (position(world_pose(self.arm, frames, q)) for q in (last.joints, expected))
-        size = last.joints[joint - 1] - expected[joint - 1]
-        return DivergenceAlarm(t, joint, size, dist(*places), cause, detail, since)
 
     def _evidence(self, timeline: Timeline, since: float) -> Evidence:
         """Collect what a cause is sought in."""

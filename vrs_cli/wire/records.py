@@ -228,7 +228,15 @@ class Motions(dict[int, Motion]):
         if known is motion or known == motion:
             return motion.number
         self[motion.number] = motion
-        return _motion_record(motion)
+        values = motion._asdict()
+        for name, default in DEFAULTS:
+            values[name] = _default(values[name], default)
+        values["pose"] = None if motion.pose is None else _rows(motion.pose)
+        frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
+        values["frames"] = None if frames == FramesRecord() else frames
+        values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
+        values["swivel"] = None if motion.swivel is None else SwivelRecord(*motion.swivel)
+        return MotionRecord(**values)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
         """Return the motion of a reference. Raises RecordError."""
@@ -291,18 +299,6 @@ def _line_record(path: CartesianPath) -> LineRecord:
 def _words(configuration: Configuration) -> tuple[str | None, str | None, str | None]:
     arm, elbow, wrist = (flag and flag.name for flag in configuration.flags)
     return arm, elbow, wrist
-
-
-def _motion_record(motion: Motion) -> MotionRecord:
-    values = motion._asdict()
-    for name, default in DEFAULTS:
-        values[name] = _default(values[name], default)
-    values["pose"] = None if motion.pose is None else _rows(motion.pose)
-    frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
-    values["frames"] = None if frames == FramesRecord() else frames
-    values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
-    values["swivel"] = None if motion.swivel is None else SwivelRecord(*motion.swivel)
-    return MotionRecord(**values)
 
 
 def _relative_record(target: RelativeTarget) -> RelativeRecord:

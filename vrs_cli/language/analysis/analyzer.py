@@ -774,7 +774,14 @@ class _Steps(Expressions):
 
     def _check_operand(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
-            self._program_argument(expression)
+            if isinstance(expression, ast.ProgramCall):
+                self._pass(expression.arguments)
+                self._check_call(expression)
+            elif not isinstance(expression, ast.BareWord):
+                hint = "GOTO 100 goes to a label" if isinstance(expression, ast.Number) else ""
+                if isinstance(expression, ast.StringConstant):
+                    hint = f"it stands without quotes: {expression.value}"
+                self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
         elif argument.shape is Shape.PROGRAM_TEXT:  # nothing is known of the program that a string names
             self.value(expression.text if isinstance(expression, ast.Applied) else expression, STRING)
             if isinstance(expression, ast.Applied):
@@ -812,17 +819,6 @@ class _Steps(Expressions):
             self.warn(LengthUnit, place.span, "TRANS takes millimetres", "0.3 m is 300")
 
     # --- programs as arguments ---
-
-    def _program_argument(self, expression: Expression) -> None:
-        """Check a program with its arguments. Variables are passed by reference, so that the program may set them."""
-        if isinstance(expression, ast.ProgramCall):
-            self._pass(expression.arguments)
-            self._check_call(expression)
-        elif not isinstance(expression, ast.BareWord):
-            hint = "GOTO 100 goes to a label" if isinstance(expression, ast.Number) else ""
-            if isinstance(expression, ast.StringConstant):
-                hint = f"it stands without quotes: {expression.value}"
-            self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
 
     def _pass(self, arguments: Iterable[Expression | None]) -> None:
         for argument in arguments:

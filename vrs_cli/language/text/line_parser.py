@@ -108,7 +108,13 @@ def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
     if not _is_sound(table, starts):
         return None
     if file:
-        _save_table(file, grammar, table)
+        # Write the table to a file, as a whole or not at all
+        data = marshal.dumps((FORM, grammar, table.states, list(map(tuple, table.rules)), *table[2:]))
+        new = file.with_suffix(f".{os.getpid()}")
+        with suppress(OSError):
+            file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            new.write_bytes(zlib.crc32(data).to_bytes(CHECKSUM, "big") + data)
+            os.replace(new, file)
     return table
 
 
@@ -163,16 +169,6 @@ def _load_table(file: Path, grammar: str) -> Table | None:
         return Table(states, [Rule(*rule) for rule in rules], *rest) if (form, source) == (FORM, grammar) else None
     except (OSError, EOFError, ValueError, TypeError):
         return None
-
-
-def _save_table(file: Path, grammar: str, table: Table) -> None:
-    """Write the table to a file, as a whole or not at all."""
-    data = marshal.dumps((FORM, grammar, table.states, list(map(tuple, table.rules)), *table[2:]))
-    new = file.with_suffix(f".{os.getpid()}")
-    with suppress(OSError):
-        file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        new.write_bytes(zlib.crc32(data).to_bytes(CHECKSUM, "big") + data)
-        os.replace(new, file)
 
 
 def _file() -> Path | None:
