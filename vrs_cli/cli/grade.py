@@ -122,7 +122,14 @@ def _read(student: str, path: Path) -> Submission:
         path = programs[0]
     name = _text_of_name(path.name)
     try:
-        return Submission(student, name, _text_at(path))
+        # The text of a file
+        with Folder(path.parent, closed=True).open_to_read(path) as stream:
+            if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+                raise FileError("it is no file")
+            data = stream.read(MAX_PROGRAM_BYTES + 1)
+        if len(data) > MAX_PROGRAM_BYTES:
+            raise FileError(f"it has more than {MAX_PROGRAM_BYTES} bytes")
+        return Submission(student, name, decode_program(path.name, data))
     except FileOutside:
         why = "it is a link, a device or a pipe"
     except FileError as error:
@@ -130,17 +137,6 @@ def _read(student: str, path: Path) -> Submission:
     except OSError as error:
         why = reason(error)
     return Submission(student, name, "", f"the file cannot be read: {why}")
-
-
-def _text_at(path: Path) -> str:
-    """Return the text of a file. Raises OSError, FileError if it is no file or too long."""
-    with Folder(path.parent, closed=True).open_to_read(path) as stream:
-        if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-            raise FileError("it is no file")
-        data = stream.read(MAX_PROGRAM_BYTES + 1)
-    if len(data) > MAX_PROGRAM_BYTES:
-        raise FileError(f"it has more than {MAX_PROGRAM_BYTES} bytes")
-    return decode_program(path.name, data)
 
 
 FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name a file
@@ -156,7 +152,14 @@ def grade(options: Namespace) -> int:
             raise CommandLineError("--check grades no submissions", f"vrs grade --check {options.check}")
         return _check_exercise(options)
     if options.new is not None:
-        return _propose(options)
+        # Write an exercise that is proposed from a solution, and print what was proposed
+        if options.exercise is None or options.files:
+            raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
+
+        folder, told = propose(options.new, options.exercise, options.cell)
+        for text in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
+            print(for_stream(text, sys.stdout))
+        return OK
     if options.cell is not None:
         raise CommandLineError("--cell is for --new: submissions run in the cell of the exercise")
     if options.exercise is None or not options.files:
@@ -189,17 +192,6 @@ def _check_exercise(options: Namespace) -> int:
     else:
         print(f"{count(mistakes, 'mistake')} and {count(warnings, 'warning')}")
     return FAILED if mistakes else OK
-
-
-def _propose(options: Namespace) -> int:
-    """Write an exercise that is proposed from a solution, and print what was proposed."""
-    if options.exercise is None or options.files:
-        raise CommandLineError("--new wants a name and one solution", "vrs grade --new pick solution.v2")
-
-    folder, told = propose(options.new, options.exercise, options.cell)
-    for text in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
-        print(for_stream(text, sys.stdout))
-    return OK
 
 
 def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:

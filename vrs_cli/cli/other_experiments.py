@@ -339,8 +339,18 @@ class TwinRows(NamedTuple):
 def run_twin(options: Namespace) -> int:
     """Try all cases, print a table and draw. Return 1 if something wrong is shown without a flag."""
     if options.plot is not None:
-        _check_picture(options.plot)
-    rows = _rows_twin(options)
+        if options.plot == STANDARD_STREAM or Path(options.plot).suffix.lower() != ".svg":
+            raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
+
+        check_writable(options.plot)
+    cases = list(_cases_twin(options))
+    trials = [_with_seed(trial, number) for _, _, trial in cases for number in range(options.seeds)]
+    found = outcomes(twin_outcome, trials, options.jobs)
+    parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
+    rows = [
+        TwinRows(delays, scenario, trial, part[0].curves, twin_row(part))
+        for (delays, scenario, trial), part in zip(cases, parts, strict=True)
+    ]
     if options.json:
         tried = {"seeds": options.seeds, "seconds": options.seconds}
         print(json.dumps({**tried, "rows": [*map(_row_object_twin, rows)]}, indent=2))
@@ -349,25 +359,6 @@ def run_twin(options: Namespace) -> int:
     if options.plot is not None:
         _draw(options.plot, rows)
     return OK if all(it.row.excess == 0.0 for it in rows) else FAILED
-
-
-def _check_picture(path: str) -> None:
-    """Raise the errors that writing the picture would have later: CommandLineError, FileError."""
-    if path == STANDARD_STREAM or Path(path).suffix.lower() != ".svg":
-        raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
-
-    check_writable(path)
-
-
-def _rows_twin(options: Namespace) -> list[TwinRows]:
-    cases = list(_cases_twin(options))
-    trials = [_with_seed(trial, number) for _, _, trial in cases for number in range(options.seeds)]
-    found = outcomes(twin_outcome, trials, options.jobs)
-    parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
-    return [
-        TwinRows(delays, scenario, trial, part[0].curves, twin_row(part))
-        for (delays, scenario, trial), part in zip(cases, parts, strict=True)
-    ]
 
 
 def _with_seed(it: TwinTrial, number: int) -> TwinTrial:

@@ -75,7 +75,10 @@ def serve(options: Namespace) -> int:
             server.board.lessons, hub.planned = lessons, lessons.plan
             server.opened.append(lessons.start_at)
         at_end.callback(hub.close)
-        _warm()
+        # Load what the first line of the first user would wait for
+        session = Session(Notes())
+        for line in WARM:
+            session.perform(line)
         hub.open_all()
         sys.setswitchinterval(TURN)
         return asyncio.run(_run_server(options, server, hub, tell))
@@ -227,13 +230,6 @@ def _make_folder(folder: Path, option: str) -> Path:
     except OSError as error:
         raise FileError(f"{option} {folder}: {error.strerror}", "name a folder") from None
     return folder.resolve()
-
-
-def _warm() -> None:
-    """Load what the first line of the first user would wait for."""
-    session = Session(Notes())
-    for line in WARM:
-        session.perform(line)
 
 
 # --- vrs class token ------------------------------------------------------------------------------------------------

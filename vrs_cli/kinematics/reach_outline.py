@@ -47,15 +47,7 @@ def lines_of(sections: Sections) -> list[tuple[Vector, ...]]:
 
 def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Sections:
     """Return the boundary of the reach while joint 1 is 0, seen from its axis."""
-    x, y, z = _tips(arm, configuration, tip).T
-    far, angle = np.hypot(x, y), np.arctan2(y, x)
-    if not len(far):
-        return np.zeros((0, 2, 3))
-    return _line(far, z, angle) if np.ptp(z) < FLAT else _contour(far, z, angle)
-
-
-def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
-    """Return sample places of the tip while joint 1 is 0, in frame 0: (N, 3)."""
+    # Sample places of the tip while joint 1 is 0, in frame 0: (N, 3)
     model = arm.model
     lower, upper = np.array(model.lower), np.array(model.upper)
     parts = np.random.default_rng(1).random((POSES, model.joint_count)) * (1.0 + 2.0 * BEYOND) - BEYOND
@@ -67,7 +59,11 @@ def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
     back = np.array(inverse(model.base)).reshape(3, 4)
     points: Points = T[:, :, :3] @ np.array(tip) + T[:, :, 3]
     seen: Points = points @ back[:, :3].T + back[:, 3]
-    return seen
+    x, y, z = seen.T
+    far, angle = np.hypot(x, y), np.arctan2(y, x)
+    if not len(far):
+        return np.zeros((0, 2, 3))
+    return _line(far, z, angle) if np.ptp(z) < FLAT else _contour(far, z, angle)
 
 
 def _line(far: Grid, z: Grid, angle: Grid) -> Sections:

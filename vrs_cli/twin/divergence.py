@@ -373,7 +373,11 @@ class DivergenceWatch:
         """Add a block to all sums; learn from the second that has become old enough."""
         predicted = self.healthy.predict(block)
         error, deviation = (block.residual - predicted.mean)[0], predicted.deviation[0]
-        squares = np.append((error / deviation) ** 2, self._tool_square(joints, error, deviation))
+        # The squared displacement of the tool for its covariance: chi-square with three degrees of freedom
+        jacobian = np.array(self.arm.jacobian(tuple(joints.tolist())))[:3]
+        moved, spread = jacobian @ error, jacobian * deviation
+        covariance = spread @ spread.T + np.diag([1e-12] * 3)
+        squares = np.append((error / deviation) ** 2, float(moved @ np.linalg.solve(covariance, moved)))
         t = float(block.times[0])
         if self.diverged:
             self._calm = self._calm + 1 if squares.max() < CALM else 0
@@ -405,13 +409,6 @@ class DivergenceWatch:
         ratios = (np.maximum(products, 0.0) ** 2 / (squares + SAG**-2)).sum(axis=1)
         longest = int(ratios.argmax())
         return float(ratios[longest]), longest + 1
-
-    def _tool_square(self, joints: Floats, error: Floats, deviation: Floats) -> float:
-        """Return the squared displacement of the tool for its covariance: chi-square with three degrees of freedom."""
-        jacobian = np.array(self.arm.jacobian(tuple(joints.tolist())))[:3]
-        moved, spread = jacobian @ error, jacobian * deviation
-        covariance = spread @ spread.T + np.diag([1e-12] * 3)
-        return float(moved @ np.linalg.solve(covariance, moved))
 
     def _evidence(self, timeline: Timeline, since: float) -> Evidence:
         """Collect what a cause is sought in."""

@@ -144,9 +144,10 @@ def check50(exercise: Exercise, grading: Grading) -> Object:
         if not grading.lost:
             lost = f"{points_text(one.points)} of {points_text(one.of)} points"
             cause = {"rationale": f"{one.reason_text}: {lost}" if one.reason_text else lost, "help": one.hint or None}
+        stem = re.sub(r"\W+", "_", one.name.lower(), flags=re.ASCII).strip("_") or "check"
         results.append(
             {
-                "name": _identifier(one.name, names),
+                "name": _unique_name(stem, "_", names),
                 "description": one.name,
                 "passed": passed,
                 "log": [],
@@ -156,12 +157,6 @@ def check50(exercise: Exercise, grading: Grading) -> Object:
             }
         )
     return {"slug": exercise.name, "results": results, "version": "3.0.0"}
-
-
-def _identifier(name: str, taken: set[str]) -> str:
-    """Return a name for a Python function that is not in `taken`, and add it to `taken`."""
-    stem = re.sub(r"\W+", "_", name.lower(), flags=re.ASCII).strip("_") or "check"
-    return _unique_name(stem, "_", taken)
 
 
 FOR_STUDENTS: Mapping[str, Any] = {"gradescope": gradescope, "check50": check50}

@@ -286,19 +286,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
     """Return the jerk of a tick, as near to what the joint wants as its limits allow; None if no jerk keeps them."""
     least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
     most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
-    jerk = min(max((_wanted_acceleration(one, tick) - one.a) / tick, least), most)
-    beyond = _beyond(one, jerk, tick)
-    if not beyond:
-        return jerk
-    near, far = (least, jerk) if beyond > 0 else (most, jerk)
-    if _beyond(one, near, tick) == beyond:
-        return None
-    near, _ = bisect_interval(lambda slower: _beyond(one, slower, tick) != beyond, near, far, HALVINGS)
-    return None if _beyond(one, near, tick) else near
-
-
-def _wanted_acceleration(one: Joint, tick: float) -> float:
-    """Return the acceleration that a joint wants at the end of the tick."""
+    # The acceleration that a joint wants at the end of the tick
     error = one.p - one.q
     closing = min(
         abs(error) / (RESPONSE_TICKS * tick),
@@ -307,7 +295,15 @@ def _wanted_acceleration(one: Joint, tick: float) -> float:
     wanted = min(max(one.w + copysign(closing, error), -one.v_max), one.v_max)
     change = wanted - one.v - 0.5 * one.a * tick
     ticks = max(0.5 * (sqrt(1.0 + 8.0 * abs(change) / (STOPPING_PART * one.j_max * tick * tick)) - 1.0), 1.0)
-    return 2.0 * change / (tick * (1.0 + ticks))
+    jerk = min(max(((2.0 * change / (tick * (1.0 + ticks))) - one.a) / tick, least), most)
+    beyond = _beyond(one, jerk, tick)
+    if not beyond:
+        return jerk
+    near, far = (least, jerk) if beyond > 0 else (most, jerk)
+    if _beyond(one, near, tick) == beyond:
+        return None
+    near, _ = bisect_interval(lambda slower: _beyond(one, slower, tick) != beyond, near, far, HALVINGS)
+    return None if _beyond(one, near, tick) else near
 
 
 def _brakable(way: float, acceleration: float, jerk: float) -> float:

@@ -297,7 +297,17 @@ def _over(step: Floats, low: Floats, high: Floats) -> Floats:
 def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
     """Return the best of the steps to the sides and corners and of those inside the box (N, n)."""
     ends = np.stack((low, high), axis=2)  # (N, n, 2)
-    z = np.concatenate((_least_on_sides(ways, slope, bend, ends), _corners(ways, ends)), axis=1)
+    # The variables with two joints at ends: (N, 2 n (n - 1), 2)
+    first, second = np.array(list(combinations(range(ways.shape[1]), 2))).T
+    a, b = ways[:, first], ways[:, second]
+    determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    a, b = (one / np.where(np.abs(determinant) > FLAT, determinant, np.nan)[..., None] for one in (a, b))
+    at, other = ends[:, first][:, :, :, None], ends[:, second][:, :, None]
+    x = at * b[..., 1, None, None] - other * a[..., 1, None, None]
+    y = other * a[..., 0, None, None] - at * b[..., 0, None, None]
+    z = np.concatenate(
+        (_least_on_sides(ways, slope, bend, ends), np.stack((x, y), axis=-1).reshape(len(ways), -1, 2)), axis=1
+    )
     steps = np.concatenate((inside[:, None], z @ np.swapaxes(ways, 1, 2)), axis=1)
     value = (z * (slope[:, None] + 0.5 * (z @ bend))).sum(axis=2)
     value = np.concatenate((np.full((len(z), 1), np.inf), value), axis=1)
@@ -318,18 +328,6 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
     fall = (along * slope[:, None]).sum(axis=2)[:, :, None] + (foot * bent[:, :, None]).sum(axis=3)
     part = -fall / np.where(curve > FLAT, curve, np.nan)[:, :, None]
     return np.asarray((foot + part[..., None] * along[:, :, None]).reshape(len(ways), -1, 2))
-
-
-def _corners(ways: Floats, ends: Floats) -> Floats:
-    """Return the variables with two joints at ends: (N, 2 n (n - 1), 2)."""
-    first, second = np.array(list(combinations(range(ways.shape[1]), 2))).T
-    a, b = ways[:, first], ways[:, second]
-    determinant = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    a, b = (one / np.where(np.abs(determinant) > FLAT, determinant, np.nan)[..., None] for one in (a, b))
-    at, other = ends[:, first][:, :, :, None], ends[:, second][:, :, None]
-    x = at * b[..., 1, None, None] - other * a[..., 1, None, None]
-    y = other * a[..., 0, None, None] - at * b[..., 0, None, None]
-    return np.stack((x, y), axis=-1).reshape(len(ways), -1, 2)
 
 
 CHORD = 1.0 / 96.0  # part of the fourth derivative of F: distance of F from its chord on a gap of one piece
