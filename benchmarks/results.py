@@ -323,7 +323,7 @@ def main() -> None:
     gc.set_threshold(COLLECT_AFTER)  # as a `vrs` command
     peers, warning = Peers(), load_warning()
     print(f"# Results\n\n{machine()}; {datetime.now(UTC):%Y-%m-%d}. Made by `python -m benchmarks results`.\n")
-    print(f"What is slower than wanted, and why: [how the house is built]({WHY}).\n")
+    print(f"What is slower than wanted, and why: [the design of vrs]({WHY}).\n")
     print(f"{warning}| what | now | wanted | met | beside |\n|---|---|---|---|---|", flush=True)
     for part in PARTS:
         for figure in part(peers):
