@@ -1,6 +1,5 @@
-"""Acts: requests to a robot by value, exact to the bit, where a line of the prompt has words and digits.
-
-An act is data and goes over a connection; `interfaces/session/acts.py` carries it out.
+"""Define acts: requests to a robot as values. Numbers in an act are exact, while a line of the prompt rounds them to
+decimal digits. An act is data and is sent over a connection; `interfaces/session/acts.py` carries it out.
 """
 
 from __future__ import annotations
@@ -117,13 +116,15 @@ def rotating(T: Transform) -> Transform:
 
 
 class Say(RobotAct[None], frozen=True):
-    """Carry out a line of the prompt. A refused line raises its error."""
+    """Carry out a line typed at the prompt. Raises the error if the line is refused."""
 
     line: str
 
 
 class Go(RobotAct[None], frozen=True, omit_defaults=True):
-    """Move: `executed` is t_exec [s], None: after the last motion; `speed` the fraction of nominal."""
+    """Move to `goal`, from time `executed` [s] on (None: after the last motion). `speed`: fraction of the nominal
+    speed.
+    """
 
     goal: Goal
     straight: bool = False
@@ -133,8 +134,8 @@ class Go(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
-    """Follow time-stamped joints, which replace everything from their first time on: `times` [s] in increasing order,
-    `joints` [rad, m] at each; `speed` the fraction of nominal.
+    """Follow time-stamped joints, which replace all motions from their first time on: `times` [s] in increasing order,
+    `joints` [rad, m] at each time; `speed`: fraction of the nominal speed.
     """
 
     times: tuple[float, ...]
@@ -143,9 +144,9 @@ class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
 
 
 class Steer(RobotAct[None], frozen=True, omit_defaults=True):
-    """Chase one target of a stream: `joints` [rad, m] that move at `velocity` [rad/s, m/s], from now on, for `lasting`
-    [s] until the next target comes. Without `velocity`, as in the first and the last target of a stream, come to rest
-    there. Scheduled motions are dropped. `speed`: the fraction of nominal.
+    """Follow one target of a stream: `joints` [rad, m] that move at `velocity` [rad/s, m/s] from now on, for `lasting`
+    [s] or until the next target arrives. Without `velocity`, as in the first and the last target of a stream, come to
+    rest at `joints`. Drop scheduled motions. `speed`: fraction of the nominal speed.
     """
 
     joints: Joints
@@ -163,7 +164,7 @@ class DragTool(RobotAct[Shortfall], frozen=True, omit_defaults=True):
 
 
 class ResyncBody(RobotAct[ResyncReport], frozen=True, omit_defaults=True):
-    """Bring the body and the timeline together; `stops`: drop the scheduled motions."""
+    """Make the timeline and the body (the measured robot) agree. `stops`: drop the scheduled motions."""
 
     stops: bool = False
 
@@ -185,7 +186,7 @@ class Redo(RobotAct[None], frozen=True):
 
 
 class Explain(RobotAct[replies.ReachReport], frozen=True):
-    """WHY; `name`: the name of the goal in the report."""
+    """WHY: explain whether a goal can be reached. `name`: the name of the goal in the report."""
 
     goal: Goal
     name: str
@@ -303,16 +304,17 @@ class BranchSeen(Struct, frozen=True):
     version: int
 
 
-MAX_UNTRUE = 3  # outdated readings in a survey
+MAX_UNTRUE = 3  # maximum number of outdated readings in a survey
 
 
 class Surveyed(Spoken, frozen=True):
-    """The state of a robot. A list is None if the client knows its mark. `marks`: of both lists, and of the requested
-    program; a mark changes whenever the list or program is stored anew, and is empty for an unknown program.
+    """The state of a robot. A list is None if the client already has its latest mark. `marks`: the marks of both lists
+    and of the requested program; a mark changes whenever the list or program is stored again, and is empty for an
+    unknown program.
 
-    `on`: the signals that are on. `base`: T_robot_world, in which the places are given; `tool`: T_flange_tool [m].
+    `on`: the signals that are on. `base`: T_robot_world, the frame of the locations; `tool`: T_flange_tool [m].
     `driver`: the owner of the lease, empty if nobody has it. `untrue`: the first MAX_UNTRUE readings of signals that no
-    longer hold. `breakpoints`: the steps of the requested program before which it stops.
+    longer hold. `breakpoints`: the steps before which the requested program stops.
     """
 
     places: LocationList | None
@@ -333,7 +335,7 @@ class Surveyed(Spoken, frozen=True):
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
     """Return the state of the robot. `program`: the program whose mark and breakpoints are wanted, empty for none;
-    `known`: marks of lists that the client has.
+    `known`: marks of the lists that the client already has.
     """
 
     program: str = ""
@@ -369,8 +371,8 @@ Line = tuple[Vector, Vector]
 
 
 class SketchBall(NamedTuple):
-    """A ball in a sketch, at a place [m]. `mood`: `good` for a reached end, `stop` where the tool stops, `bad` for a
-    contact.
+    """A ball in a sketch, at a point in the world [m]. `mood`: `good` at a goal that is reached, `stop` where the tool
+    stops, `bad` at a contact.
     """
 
     name: str
@@ -380,7 +382,7 @@ class SketchBall(NamedTuple):
 
 class Sketch(Spoken, frozen=True, omit_defaults=True):
     """An explanation as a picture in the world [m]: paths that can be `followed`, paths that are `refused`, balls,
-    frames of a chain, and a text at a place.
+    frames of a chain, and a text at a point.
     """
 
     text: str
@@ -398,9 +400,8 @@ class WhyRefused(RobotAct[Sketch | None], frozen=True):
 
 
 class BoundaryCurves(Spoken, frozen=True):
-    """The boundary of the places that the tool reaches in its present configuration, with its present TOOL.
-
-    `lines`: of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
+    """The boundary of the points that the tool reaches in its present configuration, with its present TOOL. `lines`:
+    sequences of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
     `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad], through which the lines rotate.
     """
 
@@ -409,7 +410,7 @@ class BoundaryCurves(Spoken, frozen=True):
 
 
 class Boundary(RobotAct[BoundaryCurves], frozen=True):
-    """Return the boundary of the reach. Raises IllegalValue for an arm whose first joint is a slide."""
+    """Return the boundary of the reach. Raises IllegalValue if the first joint of the arm slides."""
 
 
 # --- texts ------------------------------------------------------------------------------------------------------------
@@ -435,8 +436,8 @@ class Kept(Spoken, frozen=True):
 
 
 class KeepDraft(UserAct[Kept], frozen=True):
-    """Store the program of SEE; without an open SEE, store any program that does not run in place of the one of its
-    name.
+    """Store the program of SEE; without an open SEE, store a program that is not running, in place of the program of
+    the same name.
     """
 
     text: str
@@ -447,10 +448,10 @@ class Attend(UserAct[None], frozen=True):
 
 
 class LeaveEntry(UserAct[None], frozen=True):
-    """Discard the program that is being typed; `why` stands before the message."""
+    """Discard the program that is being typed; `why`: text before the message."""
 
     why: str = ""
 
 
 class StopProgram(UserAct[None], frozen=True):
-    """Stop the program that runs while the line is empty."""
+    """Stop the running program while the user has typed nothing in the line."""

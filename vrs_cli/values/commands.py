@@ -1,4 +1,4 @@
-"""Values that go from the language to the engine: motions, dated events, and commands to the robot.
+"""Define the values that the language sends to the engine: motions, events with their times, and commands to the robot.
 
 A program yields commands as plain data. The engine makes a `Motion` of each `Move`, adds its issue and execution times,
 and gives it to the planner f. Units: metres, radians, seconds.
@@ -17,9 +17,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 class MotionKind(Enum):
     """JOINT: joint-interpolated. STRAIGHT: the tool tip moves on a straight line. REST: the arm stands still (DELAY,
-    hand, tool). STEERED: the joints follow a stream of targets, which the timeline does not store. EVENT: channels take
-    values and nothing moves (SIGNAL). RECORDED: an EVENT from outside, or an observation; UNDO takes it back together
-    with the command before it.
+    hand, tool). STEERED: the joints follow a stream of targets, which the timeline does not store. EVENT: channels get
+    values and nothing moves (SIGNAL). RECORDED: an EVENT from outside the program, or an observation; UNDO takes it
+    back together with the command before it.
     """
 
     JOINT = "joint"
@@ -38,9 +38,9 @@ class MotionKind(Enum):
 class Start(Enum):
     """When a motion begins if an earlier one changes."""
 
-    AT = "at"  # at its own time, or as soon as the motion before has ended
-    AFTER = "after"  # when the motion before has ended, plus the pause there was
-    BLEND = "blend"  # at the start of the deceleration of the motion before (continuous path)
+    AT = "at"  # at its own time, or later, as soon as the previous motion has ended
+    AFTER = "after"  # when the previous motion has ended, plus the pause that followed it
+    BLEND = "blend"  # at the start of the deceleration of the previous motion (continuous path)
 
 
 class Frames(Struct, frozen=True):
@@ -51,20 +51,20 @@ class Frames(Struct, frozen=True):
 
 
 class ToolOffsetTarget(NamedTuple):
-    """DEPART: T_destination_target, the target seen from the tool at the end of the motion before."""
+    """DEPART: T_destination_target, the target in the frame of the tool at the end of the previous motion."""
 
     T_destination_target: Transform
 
 
 class JointOffsetTarget(NamedTuple):
-    """DRIVE: change one joint (counted from 1) by `change` [rad, m] from the end of the motion before."""
+    """DRIVE: change one joint (counted from 1) by `change` [rad, m] from the end of the previous motion."""
 
     joint: int
     change: float
 
 
 class AlignedTarget(Struct, frozen=True):
-    """ALIGN: the end place of the motion before, with the tool's Z along the nearest axis of the world (BASE)."""
+    """ALIGN: the end location of the previous motion, with the tool's Z along the nearest axis of the world (BASE)."""
 
 
 RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
@@ -78,16 +78,17 @@ class Swivel(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A motion of a timeline, with all that is needed to plan it again from another place.
+    """A motion of a timeline, with all data needed to plan it again from another start.
 
     `number` counts the motions of a timeline from 1; 0 is the initial pose. `goal`: the joints to reach [rad] (JOINT),
     or the first target (STEERED). `pose`: T_robot_tool to reach (STRAIGHT). `relative`: the target from which goal and
     pose follow, if it depends on the end of the motion before. `speed` and `acceleration` are fractions of the nominal
     values. On a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal angular speed) replace `speed`.
-    `duration` [s]: the shortest time (for REST, the time). `hand`: the opening from the start on (1 open, 0 closed), in
-    older files only; newer files have events. `text`: the instruction. `rounding` [m]: with Start.BLEND, the distance
-    of the tip from the end of the motion before at which this motion begins; None: it begins when the motion before
-    slows down. `swivel`: of a straight line, for an arm with a redundant joint.
+    `duration` [s]: the shortest time (for REST, the time). `hand`: the opening of the hand from the start of the motion
+    on (1 open, 0 closed), in older files only; newer files have events. `text`: the instruction. `rounding` [m]: with
+    Start.BLEND, the distance of the tip from the end of the previous motion at which this motion begins; None: this
+    motion begins when the previous one slows down. `swivel`: the value of a redundant joint at the end of a straight
+    line.
     """
 
     number: int
@@ -110,7 +111,7 @@ class Motion(NamedTuple):
 
 
 class PoseTarget(Struct, frozen=True):
-    """A transformation: T_world_tool, the tool tip seen from the world (BASE)."""
+    """A transformation: T_world_tool, the tool tip in the world frame (BASE)."""
 
     T_world_tool: Transform
 
@@ -130,17 +131,16 @@ class NamedTarget(Struct, frozen=True):
 Target = PoseTarget | JointTarget | NamedTarget | RelativeTarget
 
 
-HAND = 0  # the channel of the hand; those of outputs are 1 to 512
+HAND = 0  # the channel of the hand; the channels of outputs are 1 to 512
 FIRST_INPUT = 1001  # the channels of inputs are 1001 to 1512
 
 
 class Event(NamedTuple):
-    """A channel takes a value.
-
-    `time` [s]: on the time grid. `channel`: HAND (its value is from 0, closed, to 1, open), or the number of a signal
-    (0 or 1). `number`: of the command that caused the event, as `Motion.number`. `tied`: after an edit the event
-    follows its motion; otherwise it keeps its own time. `duration` [s]: how long the fingers take; they arrive at
-    `time + duration`. `observed`: nothing changes; a program read this value at that time.
+    """A channel gets a value. `time` [s]: a point of the time grid. `channel`: HAND (values from 0, closed, to 1,
+    open), or the number of a signal (values 0 or 1). `number`: the number of the command that caused the event, as
+    `Motion.number`. `tied`: after an edit the event follows its motion; otherwise it keeps its own time. `duration`
+    [s]: how long the fingers take; they arrive at `time + duration`. `observed`: the event changes nothing; it records
+    that a program read this value at that time.
     """
 
     time: float
@@ -152,13 +152,13 @@ class Event(NamedTuple):
     observed: bool = False
 
     def shift_by(self, shift: float) -> Event:
-        """Return the event `shift` seconds later."""
+        """Return the event moved by `shift` [s]."""
         return self._replace(time=self.time + shift) if shift else self
 
 
 class EventEdit(NamedTuple):
-    """The events' part of a timeline delta: the first `keep` events stay, the next `drop` go, `events` come in their
-    place, and all events after them move by `shift` [s].
+    """The events of a timeline delta: keep the first `keep` events, replace the next `drop` events by `events`, and
+    move all later events by `shift` [s].
     """
 
     keep: int
@@ -185,8 +185,9 @@ class Stamp(Struct, frozen=True):
 class Move(Struct, frozen=True):
     """A motion: joint-interpolated, or a straight line of the tool tip.
 
-    `hand`: opening during the motion (1 open, 0 closed, None as it is). `speed`: fraction in (0, 1] that replaces the
-    program speed for this motion alone (DRIVE). `text`: the instruction as typed, for tables and files.
+    `hand`: opening of the hand during the motion (1 open, 0 closed, None: unchanged). `speed`: fraction in (0, 1] of
+    the nominal speed that replaces the program speed for this motion only (DRIVE). `text`: the instruction as typed,
+    for tables and files.
     """
 
     target: Target
@@ -217,7 +218,7 @@ class OperateHand(Struct, frozen=True):
     operate the hand during the next motion.
 
     `opening`: 1 open, 0 closed; None relaxed. `width` [m]: the distance between the fingers, for a robot that knows it.
-    `stamp` (OPENI AT t): operate the hand at that time, whatever the arm does, and do not wait.
+    `stamp` (OPENI AT t): operate the hand at that time, independently of the arm, and do not wait.
     """
 
     opening: float | None
@@ -230,10 +231,10 @@ class OperateHand(Struct, frozen=True):
 class SetChannels(Struct, frozen=True):
     """Give channels of the timeline values, in this order: (HAND or the number of a signal, value).
 
-    Without a stamp the change is now, and follows the motions there. With a stamp it has its own time. `text`: the
-    instruction; without a text the change came from outside (a script, a device, a rule of the cell), and UNDO takes it
-    back with the command before it. `observed`: a program has read these values, and nothing changes. `duration`: of
-    the events [s].
+    Without a stamp the change takes effect now, and moves with the motions if they are moved. With a stamp it keeps its
+    own time. `text`: the instruction; without a text the change came from outside (a script, a device, a rule of the
+    cell), and UNDO takes it back with the command before it. `observed`: a program has read these values, and nothing
+    changes. `duration` [s]: the duration of each event.
     """
 
     changes: tuple[tuple[int, float], ...]
@@ -288,8 +289,8 @@ class SetAcceleration(Struct, frozen=True):
 
 
 class SetConfiguration(Struct, frozen=True):
-    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: the configuration that the next joint-interpolated motion to a
-    transformation ends in.
+    """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: set the configuration at the end of the next joint-interpolated motion
+    to a transformation.
     """
 
     flag: Flag
@@ -307,7 +308,7 @@ class Mode(Enum):
 
 
 class SetMode(Struct, frozen=True):
-    """Switch a mode on or off. `tolerance`: of COARSE and FINE [%]."""
+    """Switch a mode on or off. `tolerance` [%]: the tolerance of COARSE and FINE."""
 
     mode: Mode
     on: bool
@@ -342,8 +343,8 @@ class SetSwitch(Struct, frozen=True):
 
 
 class AlterMode(Struct, frozen=True):
-    """ALTON: the meaning of displacements of the path. `world`: along and about the world's axes, otherwise the tool's;
-    `adds`: each displacement is added to those before it.
+    """ALTON: the meaning of displacements of the path. `world`: displacements are along and about the axes of the
+    world, otherwise of the tool; `adds`: each displacement is added to the earlier ones.
     """
 
     world: bool
@@ -351,7 +352,7 @@ class AlterMode(Struct, frozen=True):
 
 
 class SetAlter(Struct, frozen=True):
-    """ALTON; ALTOFF (None): later motions go to their targets again."""
+    """ALTON: set the mode of displacements. ALTOFF (None): later motions go to their own targets again."""
 
     mode: AlterMode | None
 

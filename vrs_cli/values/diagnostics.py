@@ -1,8 +1,8 @@
 """Mistakes in a line (VAL-II's text and code, details, a hint, and the place), and the dialects of programs.
 
-A file names its dialect in a comment above its first program: `; dialect: val2`. Each dialect has the words of those
-before it. That VAL and VAL-II group AND, OR and NOT tighter than relations is from memory (val2 section 2.2); no paper
-manual has confirmed it.
+A file names its dialect in a comment above its first program: `; dialect: val2`. Each dialect includes the words of all
+earlier dialects. That VAL and VAL-II group AND, OR and NOT tighter than relations is from memory (val2 section 2.2); no
+paper manual has confirmed it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 
 
 class Dialect(Enum):
-    """A dialect, by the name that a file and `--dialect` give; `title`: its name in messages."""
+    """A dialect; the value is its name in files and in `--dialect`; `title`: its name in messages."""
 
     VAL = "val", "VAL"
     VAL2 = "val2", "VAL-II"
@@ -32,8 +32,8 @@ class Dialect(Enum):
     title: str
 
     def knows(self, where: str) -> bool:
-        """Return whether the dialect has a word, by the lineage that the word's table row gives. Words of vrs itself
-        are in all.
+        """Return whether the dialect has a word. `where`: the lineage in the word's table row; words of vrs itself are
+        in all dialects.
         """
         marks = where.split()
         return not marks or any(mark in self._marks for mark in marks)
@@ -53,32 +53,32 @@ DIALECTS = tuple(dialect.value for dialect in Dialect)
 
 Placed = TypeVar("Placed", bound="HasSpan")
 
-# of a source line and of a detail; no line of an old program is longer
+# maximum number of characters shown of a source line and of a detail; no line of an old program is longer
 MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 
 class HasSpan(Protocol):
-    """A value that has a place in a text."""
+    """A value that has a position in a text."""
 
     @property
     def span(self) -> Span: ...
 
 
 def in_order(found: Iterable[Placed]) -> tuple[Placed, ...]:
-    """Sort values by their place in the text."""
+    """Sort values by their position in the text."""
     return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
 
 class Severity(Enum):
-    """An error keeps a program from running; a warning does not."""
+    """The severity of a diagnostic: an error keeps a program from running, a warning does not."""
 
     ERROR = "error"
     WARNING = "warning"
 
 
 class Diagnostic(Struct, frozen=True):
-    """A mistake found in the source. `detail` says what is wrong, `hint` what would be right. `mend`: the text to write
-    in place of the span if exactly one mend is right, otherwise empty.
+    """A mistake found in the source. `detail` says what is wrong, `hint` what would be right. `mend`: the text that
+    replaces the span if only one correction is possible, otherwise empty.
     """
 
     severity: Severity
@@ -158,9 +158,9 @@ def errors(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
 
 
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
-    """Return `file:line:column: V452 *Text* detail (hint)`, the source line, and a line of carets under the place, as
-    plain text. Without a path (at the prompt) the place and the code are left out. Of a very long line only the part
-    around the place is shown.
+    """Return `file:line:column: V452 *Text* detail (hint)`, the source line, and a line of carets under the span, as
+    plain text. Without a path (at the prompt) the position and the code are left out. Of a very long line only the part
+    around the span is shown.
     """
     span = diagnostic.span
     place = f"{path}:{span.line}:{span.column}: {diagnostic.label} " if path is not None else ""
@@ -177,7 +177,7 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
 
 
 def _stretch(line: str, span: Span) -> tuple[str, Span]:
-    """Return the part of a long line around the place, and the place in that part."""
+    """Return the part of a long line around a span, and the span within that part."""
     if len(line) <= MAX_LINE_CHARS:
         return line, span
     begin = max(0, min(span.column - 1 - MAX_LINE_CHARS // 2, len(line) - MAX_LINE_CHARS))

@@ -1,4 +1,4 @@
-"""Moving the arm by hand: the steps of JOG, and dragging the tool in a picture."""
+"""Define the values for moving the arm manually: the steps of JOG, and dragging the tool in a picture."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vrs_cli.values.tagged import Spoken, UserAct
 
 
 class Limit(Enum):
-    """The kind of limit that stops the tool before a wish."""
+    """The kind of limit that stops the tool before the requested pose."""
 
     JOINT = "joint"
     REACH = "reach"
@@ -53,7 +53,9 @@ class Hold(Struct, frozen=True, omit_defaults=True):
 
 
 class Shortfall(Spoken, frozen=True, omit_defaults=True):
-    """How far the tool is from a wish [m, rad], and the limits that hold it back; none when it has arrived."""
+    """The distance of the tool from the requested pose [m, rad], and the limits that hold the tool back; no limits once
+    it has arrived.
+    """
 
     away: float = 0.0
     turned: float = 0.0
@@ -61,8 +63,8 @@ class Shortfall(Spoken, frozen=True, omit_defaults=True):
 
 
 class DragState(Struct, frozen=True, omit_defaults=True):
-    """The user who drags the tool (empty: nobody) and how it follows. `why`: the reason if the robot ended the drag.
-    `issued` [s]: when the sender gave the newest wish that the robot has followed or skipped.
+    """The user who drags the tool (empty: nobody) and how the tool follows. `why`: the reason if the robot ended the
+    drag. `issued` [s]: when the user sent the newest requested pose that the robot has followed or skipped.
     """
 
     by: str = ""
@@ -101,7 +103,7 @@ CARTESIAN = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 
 class Seen(Spoken, frozen=True):
-    """The arm and its clock. `end` [s]: when it comes to rest. `said`: messages about the last step."""
+    """The arm and its clock. `end` [s]: when the arm comes to rest. `said`: messages about the last step."""
 
     position: Position
     end: float

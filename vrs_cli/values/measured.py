@@ -1,6 +1,5 @@
-"""Values of the measured robot: what a body reports, what is known of a body, and how it differs from the timeline.
-
-A body is a client that is the robot, or stands for it. Metres, radians, seconds; times are of the robot's clock unless
+"""Define values of the measured robot: reports of a body, the state of a body, and its difference from the timeline. A
+body is a client that is the real robot or simulates it. Metres, radians, seconds; times are of the robot's clock unless
 another clock is named.
 """
 
@@ -15,12 +14,12 @@ from vrs_cli.kinematics.transform import angle_between, distance
 from vrs_cli.values.results import Apart, Position
 from vrs_cli.values.tagged import Spoken
 
-MAX_LATENESS_S = 2.0  # older than the newest report: a later report is dropped
+MAX_LATENESS_S = 2.0  # a report that is this much older than the newest one is dropped [s]
 
 
 class BodyMode(Enum):
-    """The mode of a body: it follows the timeline, holds still because it was told to, or has stopped by itself (its
-    own emergency stop, a brake, a fault).
+    """The mode of a body: it follows the timeline, holds still by order, or has stopped for a reason of its own
+    (emergency stop, brake, fault).
     """
 
     FOLLOWS = "follows"
@@ -41,11 +40,10 @@ class Report(Struct, frozen=True, omit_defaults=True):
 
 
 class ReportCounts(Struct, frozen=True, omit_defaults=True):
-    """Counts of reports by what became of them.
-
-    `received`: all reports that came. `lost`: missing sequence numbers; a report that comes later counts as `reordered`
-    instead. `late`: dropped because they were more than MAX_LATENESS_S older than the newest. `duplicate`: dropped
-    because their time was known already. `reordered`: came after a newer report, and were sorted in.
+    """Counts of received and missing reports. `received`: all reports that arrived. `lost`: missing sequence numbers; a
+    report that comes later counts as `reordered` instead. `late`: dropped because they were more than MAX_LATENESS_S
+    older than the newest. `duplicate`: dropped because their time was known already. `reordered`: came after a newer
+    report, and were sorted in.
     """
 
     received: int = 0
@@ -67,9 +65,9 @@ class ReportCounts(Struct, frozen=True, omit_defaults=True):
 class BodySeen(Struct, frozen=True, omit_defaults=True):
     """The state of a body.
 
-    `mode`: of its last report; `order`: the last order to it. `last` [s]: the time of its last report. `offset` [s]:
-    its clock minus the robot's; `drift` [s/s]: the rate at which the offset grows. `delay` [s]: the age of its reports
-    on arrival; `rate` [1/s]: reports per second.
+    `mode`: the mode in its last report; `order`: the last order sent to the body. `last` [s]: the time of its last
+    report. `offset` [s]: its clock minus the robot's; `drift` [s/s]: the rate at which the offset grows. `delay` [s]:
+    the age of its reports on arrival; `rate` [1/s]: reports per second.
     """
 
     name: str
@@ -84,8 +82,8 @@ class BodySeen(Struct, frozen=True, omit_defaults=True):
 
 
 class MeasuredPosition(Struct, frozen=True):
-    """The measured and the expected place of the robot at one time. The hand of `measured` is that of the timeline; its
-    acceleration is unknown, and zero.
+    """The measured and the expected position of the robot at one time. `measured` has the hand opening of the timeline;
+    the measured acceleration is unknown and given as zero.
     """
 
     measured: Position
@@ -99,7 +97,7 @@ class MeasuredPosition(Struct, frozen=True):
 
     @property
     def distance(self) -> float:
-        """Return the distance of the tool from its expected place [m]."""
+        """Return the distance of the tool from its expected position [m]."""
         return distance(self.measured.T_world_tool, self.expected.T_world_tool)
 
     @property
@@ -109,15 +107,15 @@ class MeasuredPosition(Struct, frozen=True):
 
 
 class Deviation(Struct, frozen=True):
-    """The root mean square of distances, and the greatest of them [rad, m]."""
+    """The root mean square and the maximum of distances [rad, m]."""
 
     rms: float
     greatest: Apart
 
 
 class MeasuredComparison(Struct, frozen=True):
-    """All reports from `begin` to `end` [s] compared with the timeline at their times: the place of the tool [m], its
-    orientation [rad], and each joint [rad, m]. `unknown` [s]: the total length of gaps.
+    """All reports from `begin` to `end` [s] compared with the timeline at their times: the position of the tool [m],
+    its orientation [rad], and each joint [rad, m]. `unknown` [s]: the total length of gaps.
     """
 
     begin: float
@@ -145,9 +143,9 @@ class DivergenceCause(Enum):
 class DivergenceAlarm(Struct, frozen=True):
     """At `t` [s] the measured robot differs from the timeline by more than healthy noise.
 
-    `joint`: from 1, the joint that differs most relative to its noise; `size`: its residual (measured minus g) [rad,
-    m]; `tool`: the distance of the tool from its expected place [m]. `detail`: one plain sentence. `since` [s]: when
-    the difference began.
+    `joint`: the joint (from 1) that differs most relative to its noise; `size`: its residual (measured minus expected)
+    [rad, m]; `tool`: the distance of the tool from its expected position [m]. `detail`: one plain sentence. `since`
+    [s]: when the difference began.
     """
 
     t: float
@@ -166,7 +164,7 @@ def alarm_text(alarm: DivergenceAlarm) -> str:
 
 
 class OnAlarm(Enum):
-    """The reaction to divergence. OFF: nobody looks for it; WARN: tell it; HOLD: also tell the body to hold; ABORT:
+    """The reaction to divergence. OFF: do not check; WARN: notify the users; HOLD: also tell the body to hold; ABORT:
     stop the robot; RESYNC: hold, then resynchronise.
     """
 
@@ -181,8 +179,8 @@ class ResyncReport(Spoken, frozen=True):
     """The result of RESYNC: from `t` [s] the timeline goes to the measured joints, and from `until` [s] the body
     follows.
 
-    `distances`: between the timeline and the measured joints [rad, m]. `goal`: where the robot goes from there, in
-    words; empty if it stays.
+    `distances`: between the timeline and the measured joints [rad, m]. `goal`: the text of the next target; empty if
+    the robot stays there.
     """
 
     t: float

@@ -1,4 +1,4 @@
-"""Values of programs, and numbers as VAL-II prints them."""
+"""Define the values of programs, and format numbers as VAL-II prints them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ DECIMALS = 3
 
 
 def decimal(value: float, decimals: int = DECIMALS) -> str:
-    """Format a number with so many decimals; zero never has a minus sign, even after rounding."""
+    """Format a number with `decimals` decimals; zero never has a minus sign, even after rounding."""
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if text.startswith("-") and not text.strip("-0.") else text
 

@@ -1,6 +1,5 @@
-"""Questions to people as values, and the state that a front end shows around the line that is typed.
-
-`text` stands before the answer; `id` numbers the questions of one robot.
+"""Define questions to users, and the state that a front end shows around the line that is typed. `text`: the prompt
+before the answer; `id` numbers the questions of one robot.
 """
 
 from __future__ import annotations
@@ -14,32 +13,32 @@ from vrs_cli.values.tagged import Spoken
 
 
 class Asking(Spoken, frozen=True, kw_only=True):
-    """A question. `id` is set when somebody is asked; an answer names it, and answers no other question."""
+    """A question. `id` is set when the question is asked; an answer carries the `id` of its question."""
 
     id: int = 0
 
 
 class Confirmation(Asking, frozen=True):
-    """`... (Y/N)?`: whether to do something. Without an answer it is not done."""
+    """`... (Y/N)?`: whether to do something. No answer means no."""
 
     text: str
 
 
 class Parting(Asking, frozen=True):
-    """`Leave ... (Y/N)?`: EXIT, Ctrl-D and no answer mean yes. `about`: text that is shown before."""
+    """`Leave ... (Y/N)?`: EXIT, Ctrl-D and no answer mean yes. `about`: text shown before the question."""
 
     text: str
     about: str = ""
 
 
 class Amendment(Asking, frozen=True):
-    """`Change?`: the new numbers of a location; an empty line keeps it. Without an answer it stays as it was."""
+    """`Change?`: the new numbers of a location; an empty line or no answer leaves the location unchanged."""
 
     text: str
 
 
 class LineWanted(Asking, frozen=True):
-    """PROMPT, READ, GETC: a line for a program. `wrong`: the fault of the line before, if the program asks again."""
+    """PROMPT, READ, GETC: a line for a program. `wrong`: the mistake in the previous answer, if asked again."""
 
     text: str
     wrong: str = ""
@@ -58,7 +57,7 @@ class Editing(Asking, frozen=True):
 
 
 class Jogging(Asking, frozen=True):
-    """JOG: move an arm of so many joints by keys, at first with `speed` [%]."""
+    """JOG: move an arm with `joints` joints by keys, at first with `speed` [%]."""
 
     joints: int
     units: JointUnits
@@ -91,19 +90,17 @@ def end_of_input(question: Question) -> EndOfInput:
 
 
 class Pace(Struct, frozen=True):
-    """The pace of a wall clock: robot seconds in one second."""
+    """The rate of the robot clock: robot seconds in one real second."""
 
     rate: float
     paused: bool = False
 
 
 class PromptStatus(Struct, frozen=True):
-    """The state around the line that is typed.
-
-    `prompt` stands before the next line, `indent` inside it. `in_program`: the line belongs to a program; `typed`: the
-    program has unsaved lines. `asked`: the question of a program that is waiting for any user. `hidden`: words (HAND,
-    TIME) that are names of variables here. `clock`, `end` [s] of the timeline; `pace` is None in virtual time. `tool`
-    [m] in the world.
+    """The state shown around the line that is typed. `prompt`: the text before the next line; `indent`: the blanks at
+    its start. `in_program`: the line belongs to a program; `typed`: the program has unsaved lines. `asked`: the
+    question of a program that is waiting for any user. `hidden`: words (HAND, TIME) that are names of variables here.
+    `clock`, `end` [s] of the timeline; `pace` is None in virtual time. `tool` [m] in the world.
     """
 
     prompt: str = "."

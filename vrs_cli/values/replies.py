@@ -128,7 +128,7 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
 
     `links`: from the base to the flange, with corners of links; `joints`: the points that are joints. `past`,
     `planned`: the path of the tool tip, as lines; `target`: the end of the present motion. `reach`: the outermost
-    places of the tool tip. `stamped`: show the time. `bodies`: of the cell.
+    positions of the tool tip. `stamped`: show the time. `bodies`: of the cell.
     """
 
     position: results.Position
@@ -174,7 +174,7 @@ class LocationTable(Spoken, frozen=True):
 
 
 class RealTable(Spoken, frozen=True):
-    """LISTR: names or texts of expressions, and their values. `truths`: the values are truth values."""
+    """LISTR: names or texts of expressions, and their values. `truths`: the values are TRUE or FALSE."""
 
     rows: tuple[tuple[str, float], ...]
     truths: bool = False
@@ -259,7 +259,7 @@ class Progress(Struct, frozen=True):
 class StatusReport(Spoken, frozen=True):
     """STATUS. Speeds in percent, times in seconds; `progress` is None before the first run.
 
-    `next_motion`: settings for the next motion only, in the words of the language.
+    `next_motion`: settings for the next motion only, as VAL-II words.
     """
 
     robot: str
@@ -274,8 +274,8 @@ class StatusReport(Spoken, frozen=True):
 
 
 class StatusThen(Spoken, frozen=True):
-    """STATUS AT t [s]: the `motion` at that time, empty if the robot stands; `hand` from 0 (closed) to 1; the signals
-    that are `on`, and the names of some signals.
+    """STATUS AT t [s]: the `motion` at that time, empty if the robot is at rest; `hand` from 0 (closed) to 1; the
+    signals that are `on`, and the names of some signals.
     """
 
     time: float
@@ -290,7 +290,7 @@ class StatusThen(Spoken, frozen=True):
 
 
 class SignalBank(Struct, frozen=True):
-    """Consecutive signals from number `first` on; `names`: of some of them."""
+    """Consecutive signals from number `first` on; `names`: the names of the signals that have one."""
 
     title: str
     first: int
@@ -328,9 +328,9 @@ class ClockReport(Spoken, frozen=True):
 
 
 class BodyReport(Spoken, frozen=True):
-    """BODY: the state of the robot's body (None: there is none, and nothing was reported). `unknown` [s]: the time
-    since which nothing was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm while the body
-    differs.
+    """BODY: the state of the robot's body (None: no body has reported). `unknown` [s]: the time from which on nothing
+    was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm, as long as the body differs from the
+    timeline.
     """
 
     body: measured.BodySeen | None = None
@@ -340,7 +340,7 @@ class BodyReport(Spoken, frozen=True):
 
 
 class Resynchronised(Spoken, frozen=True):
-    """RESYNC is done; show `distances` in these units."""
+    """RESYNC has finished; `units`: the units in which `distances` are shown."""
 
     report: measured.ResyncReport
     units: JointUnits
@@ -417,7 +417,7 @@ class Displaced(Spoken, frozen=True):
 
 
 class NoLongerTrue(Spoken, frozen=True):
-    """The readings of signals that a command has made untrue."""
+    """The readings of signals that no longer hold after a command."""
 
     readings: tuple[results.Untrue, ...]
 
@@ -434,7 +434,7 @@ class SegmentRow(Struct, frozen=True):
 
 
 class TimelineTable(Spoken, frozen=True):
-    """TIMELINE: the commands and their segments; `stops`: segments after which a motion rests on its way; `untrue`:
+    """TIMELINE: the commands and their segments; `stops`: segments after which a motion stops before its end; `untrue`:
     readings of signals that no longer hold.
     """
 
@@ -487,7 +487,7 @@ class Curve(Struct, frozen=True):
 
 
 class Plot(Spoken, frozen=True):
-    """PLOT: curves over the same times [s], in the unit that is shown."""
+    """PLOT: curves over the same times [s], in the displayed unit."""
 
     title: str
     unit: str
@@ -496,7 +496,7 @@ class Plot(Spoken, frozen=True):
 
 
 class ReplayRow(Struct, frozen=True):
-    """The place of the tool when the motion with this number and text ends [s]."""
+    """The position of the tool at the end [s] of the motion with this number and text."""
 
     motion: int
     text: str

@@ -1,4 +1,4 @@
-"""Results of the engine and of programs, as values: positions, commands, comparisons, reach, how a run ended, and
+"""Define the results of the engine and of programs: positions, commands, comparisons, reach, how a run ended, and
 explanations.
 
 Metres, radians, seconds.
@@ -21,7 +21,8 @@ from vrs_cli.values.world import Contact
 class Position(Struct, frozen=True):
     """The robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool [m].
 
-    `hand` is 1 open, 0 closed. `text`: the instruction of the motion in force (the last one, while the robot stands).
+    `hand` is 1 open, 0 closed. `text`: the instruction of the current motion, or of the last one if the robot is at
+    rest.
     """
 
     time: float
@@ -50,14 +51,14 @@ class CommandRecord(Struct, frozen=True):
 
     @property
     def is_displaced(self) -> bool:
-        """Return whether the motion begins at another time than its stamp asks."""
+        """Return whether the motion begins at another time than its time stamp."""
         return self.asked is not None and self.asked != self.executed
 
 
 class Extent(Struct, frozen=True):
-    """The size of a timeline. `duration`: from its start to its end [s]. `segments`: without s_0. `tool_path`: the
-    length of the tool's path [m]; `joint_travel`: the sum of all joint rotations [rad]; `joint_slide`: the sum of all
-    joint slides [m].
+    """The size of a timeline. `duration`: from its start to its end [s]. `segments`: their number, without the initial
+    segment s_0. `tool_path`: the length of the tool's path [m]; `joint_travel`: the sum of all joint rotations [rad];
+    `joint_slide`: the sum of all joint slides [m].
     """
 
     duration: float
@@ -69,7 +70,7 @@ class Extent(Struct, frozen=True):
 
 
 class Pair(Struct, frozen=True):
-    """A command that both sides have, or only one of them."""
+    """A command of two timelines; None on the side that does not have it."""
 
     a: CommandRecord | None
     b: CommandRecord | None
@@ -80,7 +81,7 @@ class Pair(Struct, frozen=True):
 
 
 class Apart(Struct, frozen=True):
-    """The greatest distance, and its time [s]. `joint` counts from 1; 0: the distance is that of the tool."""
+    """The maximum distance of two timelines, and its time [s]. `joint` counts from 1; 0: the distance of the tool."""
 
     distance: float
     time: float
@@ -88,8 +89,8 @@ class Apart(Struct, frozen=True):
 
 
 class Comparison(Struct, frozen=True):
-    """The difference between two timelines. `since` [s]: the first time at which the robot may be elsewhere; None if
-    both are the same. `tool` [m] and `joints` [rad]: the greatest distances at one time.
+    """The difference between two timelines. `since` [s]: the first time at which the two positions may differ; None if
+    the timelines are equal. `tool` [m] and `joints` [rad]: the greatest distances at one time.
     """
 
     a: Extent
@@ -117,8 +118,8 @@ class Moved(Struct, frozen=True):
 
 
 class Displacement(Struct, frozen=True):
-    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: motions behind
-    them were not examined.
+    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: later motions
+    were not examined.
     """
 
     later: tuple[Moved, ...]
@@ -131,9 +132,10 @@ class Untrue(Struct, frozen=True):
     """A value of a signal that a program has read and that no longer holds, because an earlier part of the timeline
     changed.
 
-    `number`: of the reading, as `Motion.number`. `on`: the value that it read; `changed`: the signal became so at that
-    instant. `time` [s]: when the reading is now. `place`: program and step; `command`: the next motion command, empty
-    if there was none; `name`: of the signal, if it has one.
+    `number`: the number of the reading, as `Motion.number`. `on`: the value that was read; `changed`: the signal
+    changed to `on` at the instant of the reading. `time` [s]: the time of the reading on the present timeline. `place`:
+    program and step; `command`: the next motion command, empty if there is none; `name`: the name of the signal, if it
+    has one.
     """
 
     number: int
@@ -156,9 +158,9 @@ class WayOut(Struct, frozen=True):
 
 
 class LineCheck(Struct, frozen=True):
-    """The straight line from the present place. `length` [m]; `duration` [s] if the line is possible. Otherwise
-    `trouble`: the error's text, `at` [m]: the distance at which it stops (None: not on the line), and the ways out.
-    `stops` [m]: the distances at which a possible line comes to rest on its way.
+    """The straight line from the present position to a location. `length` [m]; `duration` [s] if the line is possible.
+    Otherwise `trouble`: the error's text, `at` [m]: the distance at which the motion fails (None: not on the line), and
+    the possible alternatives. `stops` [m]: the distances at which a possible line stops before its end.
     """
 
     length: float
@@ -170,7 +172,7 @@ class LineCheck(Struct, frozen=True):
 
 
 class Overrun(Struct, frozen=True):
-    """A joint, counted from 1, that would be outside its range; `by` [rad]: how far beyond `limit`, with its sign."""
+    """A joint, counted from 1, that would be outside its range; `by` [rad]: the signed distance beyond `limit`."""
 
     joint: int
     limit: float
@@ -178,7 +180,8 @@ class Overrun(Struct, frozen=True):
 
 
 class Option(Struct, frozen=True):
-    """One configuration for a location: its joints and those that are out of range, or why there are no joints.
+    """One configuration for a location: its joints and the joints that are out of range, or the reason why no joints
+    reach the location.
 
     `too_far` [m]: how far the location is out of reach; negative: too close; None if the joints are known or the
     distance is not.
@@ -197,8 +200,8 @@ class Option(Struct, frozen=True):
 class Reach(Struct, frozen=True):
     """The answer to WHY. `options` is empty for a precision point, which has one set of joints: `goal`.
 
-    `chosen`: the configuration that MOVE would take, None if it would refuse; `reason`: why. `begin`, `end`: the tool
-    tip now and at the location, in the world [m].
+    `chosen`: the configuration that MOVE would use, None if MOVE would fail; `reason`: the reason for this. `begin`,
+    `end`: the tool tip now and at the location, in the world [m].
     """
 
     options: tuple[Option, ...]
@@ -211,11 +214,11 @@ class Reach(Struct, frozen=True):
 
 
 class ProgramFault(Struct, frozen=True):
-    """The error that stopped a program, and its place. `step` counts from 1; `line` is the line of the file; `source`
-    its text.
+    """The error that stopped a program, and where it occurred. `step` counts from 1; `line` is the line of the file;
+    `source` its text.
 
-    `text` is VAL-II's message; `message` adds what happened and what would be right. `numbers`: the error's data.
-    `in_python`: the message for callers of the Python API; empty: the same.
+    `text` is VAL-II's message; `message` adds the detail and the hint. `numbers`: the error's data. `in_python`: the
+    message for callers of the Python API; empty if it equals `message`.
     """
 
     code: int
@@ -255,8 +258,9 @@ class StoppedTask(Struct, frozen=True):
 
 
 class FollowReport(Spoken, frozen=True):
-    """How a chunk of targets is followed from `begin` until the robot rests at `end` [s]: the number of samples that
-    came too `late`, the number `held` at the end of a range, and the mean and the worst error of each joint [rad, m].
+    """The result of following a chunk of targets from `begin` until the robot is at rest at `end` [s]: the number of
+    samples that came too `late`, the number `held` at the end of a range, and the mean and the worst error of each
+    joint [rad, m].
     """
 
     begin: float
@@ -305,8 +309,8 @@ class ExplainOverview(Spoken, frozen=True):
 
 
 class CutIn(Struct, frozen=True):
-    """The motion that a new one interrupts: its number and text, its phase, since when that phase lasts [s], and the
-    tool-tip speed at that time [m/s].
+    """The motion that a new one interrupts: its number and text, its phase, the time at which that phase began [s], and
+    the tool-tip speed at the interruption [m/s].
     """
 
     number: int
@@ -367,9 +371,10 @@ class MotionPlan(Struct, frozen=True):
     """The plan of a motion that has not been commanded.
 
     `begin`, `end` [s]. `cut`: the motion that it interrupts; None if it begins at rest. `speed`, `acceleration`:
-    fractions of nominal. `length`: of the tool tip's path [m]. `tip`: its peak speed; the limit is the commanded speed
-    of a straight line, else 0. `joints`, `T_world_tool`, `configuration`: at its end. `displaced`: what happens to
-    later motions; `contact`: the first contact of the arm; `notes`: messages that the robot would give.
+    fractions of nominal. `length`: of the tool tip's path [m]. `tip`: the peak speed of the tool tip; its limit is the
+    commanded speed of a straight line, otherwise 0. `joints`, `T_world_tool`, `configuration`: the position at its end.
+    `displaced`: the effect on later motions; `contact`: the first contact of the arm; `notes`: messages that the robot
+    would print.
     """
 
     begin: float
@@ -393,7 +398,9 @@ class MotionPlan(Struct, frozen=True):
 
 
 class MotionReport(Spoken, frozen=True):
-    """EXPLAIN of a motion, asked at `now` [s]: its plan, or the refusal with its place if known."""
+    """EXPLAIN of a motion, asked at `now` [s]: its plan, or the refusal, with the location where the motion fails if
+    known.
+    """
 
     text: str
     now: float
@@ -453,7 +460,7 @@ class SolutionSteps(Struct, frozen=True):
 class InverseReport(Spoken, frozen=True):
     """EXPLAIN IK. `method`: how the arm finds its joints; `constants`: its lengths and angles by symbol. `senses`: how
     joints of the formulas become joints of the robot, joint = sign (theta - offset); empty if they are the same.
-    `chosen`: the configuration that MOVE takes, None if it refuses; `reason`: why.
+    `chosen`: the configuration that MOVE uses, None if MOVE fails; `reason`: the reason for this.
     """
 
     text: str
@@ -501,8 +508,8 @@ class SplicedSegment(Struct, frozen=True):
 class SpliceReport(Spoken, frozen=True):
     """EXPLAIN SPLICE: the last change by a command, UNDO or REDO (`cause`), with the times of the command [s].
 
-    `earlier`, `later`: the numbers of segments that stay before the rows, and that are shifted behind them, by `shift`
-    [s].
+    `earlier`, `later`: the number of unchanged segments before the rows, and of segments after the rows that are
+    shifted by `shift` [s].
     """
 
     text: str

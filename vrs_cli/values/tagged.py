@@ -1,4 +1,4 @@
-"""Base classes of values that leave a process; a tag names the class of a value."""
+"""Define base classes of values that leave a process; a tag names the class of a value."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Act(Spoken, Generic[T], frozen=True):
 
 
 class RobotAct(Act[T], Generic[T], frozen=True):
-    """A request to the robot; `interfaces/session/acts.py` carries it out. The role that it needs is that of the word
-    that does the same.
+    """A request to the robot; `interfaces/session/acts.py` carries it out. The required role is that of the VAL-II word
+    with the same effect.
     """
 
 

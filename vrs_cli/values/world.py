@@ -1,4 +1,5 @@
-"""The scene around a robot (parts, fixtures, sensors, feeders, sinks), contacts, and the state of a world at one time.
+"""Define the scene around a robot (parts, fixtures, sensors, feeders, sinks), contacts, and the state of a world at one
+time.
 
 `T_world_part` is the pose of a part in the world, as VAL-II's locations are. Metres, radians, kilograms, seconds. The
 state of a world and the timeline after it determine its further course.
@@ -26,8 +27,8 @@ class SpanKind(Enum):
 
 
 class PartBegin(NamedTuple):
-    """The state of a part from `begin` on [s]. `T`: T_world_part; for a held part T_flange_part; for a falling part the
-    place at which the fall begins. `on`: the bodies that it stands on, or falls onto.
+    """The state of a part from `begin` on [s]. `T`: T_world_part; for a held part T_flange_part; for a falling part its
+    pose at the begin of the fall. `on`: the bodies that the part stands on, or falls onto.
     """
 
     begin: float
@@ -55,7 +56,7 @@ class HandGrip(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """From `begin` on [s] a signal is on or off, or a sensor sees something or nothing."""
+    """The state from `begin` [s] on: whether a signal is on, or whether a sensor sees something."""
 
     begin: float
     on: bool
@@ -72,9 +73,9 @@ class WorldNote(NamedTuple):
 
 
 class CourseRows(Struct, frozen=True, omit_defaults=True):
-    """The changes of a world between two times; each row holds until the next one of its list. `parts`: of each part.
-    `grips`: of the hand. `signals`: of inputs that the world drives, by number; `sensors`: by index in the scene. A
-    signal or sensor without a row is off.
+    """The changes of a world between two times; each row holds until the next one of its list. `parts`: the states of
+    each part. `grips`: the states of the hand. `signals`: the states of inputs that the world drives, by number;
+    `sensors`: the states of sensors, by index in the scene. A signal or sensor without a row is off.
     """
 
     parts: Mapping[str, tuple[PartBegin, ...]] = {}
@@ -85,7 +86,7 @@ class CourseRows(Struct, frozen=True, omit_defaults=True):
 
 
 class Happening(Struct, frozen=True, tag_field="kind", tag=True):
-    """Something that is due in a world. `rank`: at one instant the lowest rank comes first."""
+    """An event that is due in a world. `rank`: of the events at one instant the lowest rank comes first."""
 
     @property
     def rank(self) -> int:
@@ -93,7 +94,7 @@ class Happening(Struct, frozen=True, tag_field="kind", tag=True):
 
     @property
     def follows_arm(self) -> bool:
-        """Return whether it is caused by the motion of the arm."""
+        """Return whether the motion of the arm causes the event."""
         return self.rank > 0
 
 
@@ -132,7 +133,7 @@ class PartLands(Happening, frozen=True):
 
 
 class BodyCrosses(Happening, frozen=True):
-    """A body enters (`inside`) or leaves the region of a sensor, by the sensor's index. `moved`: by the arm."""
+    """A body enters (`inside`) or leaves the region of the sensor with this index. `moved`: the arm moves the body."""
 
     body: str
     region: int
@@ -150,7 +151,7 @@ CertainHappening = (
 
 
 class DueHappening(NamedTuple):
-    """A happening at a time [s] that needs no motion of the arm."""
+    """An event at a time [s] that needs no motion of the arm."""
 
     time: float
     what: CertainHappening
@@ -159,9 +160,10 @@ class DueHappening(NamedTuple):
 class WorldState(Struct, frozen=True):
     """The world just before `time` [s].
 
-    `hand`: from 0 (closed) to 1 (open); `held`: the part in it; `width` of that part [m]; `stack`: the parts that stood
-    on it when it was taken, until the arm moves. `parts`: the state of each. `on`: the inputs and outputs that are on.
-    `inside`: for each body the sensor regions it is in. `used`, `fed`: how often rules and feeders were used, by index.
+    `hand`: the opening from 0 (closed) to 1 (open); `held`: the part in the hand; `width` [m]: the width of that part;
+    `stack`: the parts that stood on that part when the hand took it, until the arm moves. `parts`: the state of each
+    part. `on`: the inputs and outputs that are on. `inside`: for each body the sensor regions that contain it. `used`,
+    `fed`: how often rules and feeders were used, by index.
     """
 
     time: float
@@ -178,7 +180,7 @@ class WorldState(Struct, frozen=True):
 
 
 class ContactSpan(NamedTuple):
-    """Two things touch from `begin` to `end` [s]; None: for ever. Links are named base, link 1 and so on; the last one
+    """Two bodies touch from `begin` to `end` [s]; None: for ever. Links are named base, link 1 and so on; the last one
     is the hand if it has fingers. The surface under the robot is the floor.
     """
 
@@ -189,10 +191,10 @@ class ContactSpan(NamedTuple):
 
 
 class Contact(Struct, frozen=True):
-    """The first contact of a motion: two things touch at `t` [s], at a place in the world [m].
+    """The first contact of a motion: two bodies touch at `t` [s], at a point in the world [m].
 
-    `depth` [m]: the greatest overlap during this contact; 0 if they only come nearer than PARAMETER CLEARANCE. `needed`
-    [m]: the missing distance.
+    `depth` [m]: the greatest overlap during this contact; 0 if the bodies only come nearer than PARAMETER CLEARANCE.
+    `needed` [m]: the missing distance.
     """
 
     t: float
@@ -249,14 +251,14 @@ Shape = BoxShape | CylinderShape | SphereShape | MeshShape
 
 
 class GraspPlace(Struct, frozen=True):
-    """A place at which the hand can take a part: a point in the part's frame, and the part's width there [m]."""
+    """A grasp: the point in the part's frame at which the hand can take a part, and the part's width there [m]."""
 
     point: Vector
     width: float
 
 
 class ScenePart(Struct, frozen=True):
-    """A body that the hand can take. Without `grasp` the places follow from its shape."""
+    """A body that the hand can take. Without `grasp` the grasps follow from its shape."""
 
     name: str
     shape: Shape
@@ -318,7 +320,9 @@ class Proximity(Struct, frozen=True, tag=True):
 
 
 class Sensor(Struct, frozen=True):
-    """An input signal that is on while a part or the hand is in the region; with a negative number it is off then."""
+    """An input signal that is on while a part or the hand is in the region; with a negative number it is off while they
+    are there.
+    """
 
     name: str
     signal: int
@@ -330,8 +334,8 @@ class Sensor(Struct, frozen=True):
 
 class Feeder(Struct, frozen=True):
     """Each time a signal takes a state (negative: goes off), the next of `parts` appears `after` seconds later at
-    T_world_part, or at its own place if that is None. Before, the part is absent. After the last part no more come, or
-    (`again`) the first one comes again.
+    T_world_part, or at its own pose if that is None. Until then the part is absent. After the last part no more come,
+    or (`again`) the first one comes again.
     """
 
     parts: tuple[str, ...]
