@@ -1,4 +1,4 @@
-"""Approximate paths for viewers: the way of the tool tip by lines, and straight lines by cubics of the joints.
+"""Approximate paths for viewers: the path of the tool tip by lines, and straight lines by cubics of the joints.
 
 Lines have few points, placed by curvature and not by time, near enough to where g leads the tip. The cubics serve
 viewers that have no inverse kinematics. Each has the joints and joint velocities of g at both its ends (Hermite), so
@@ -25,19 +25,19 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
 MAX_TURN = 0.5  # [rad, m] of all joints together: on a shorter way the tip turns to and fro at most once
-PROBES = (0.25, 0.5, 0.75)  # parts of a line at which its distance from the way is measured
-LINE_MARGIN = 0.8  # part of the error: between the probes the way is a little farther from its line
+PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the way is measured
+LINE_MARGIN = 0.8  # fraction of the error: between the probes the way is a little farther from its line
 MAX_HALVINGS = 12  # halvings: a line of 1 s is not made shorter than 0.25 ms
 SIGHT_STEP_S = (
     10.0  # [s] the part in sight begins and ends at multiples of this time, so that most of it stays the same
 )
 
-Tip = Callable[[float], Vector]  # the place of the tool tip in the world [m], s seconds into a segment
-Place = tuple[float, Vector]  # a time [s], and the place of the tool tip then
+Tip = Callable[[float], Vector]  # the position of the tool tip in the world [m], s seconds into a segment
+Place = tuple[float, Vector]  # a time [s], and the position of the tool tip then
 
 
 class ToolLine(NamedTuple):
-    """The way of the tool tip in one segment, or in several steered ones: points in the world [m], with the times at
+    """The path of the tool tip in one segment, or in several steered ones: points in the world [m], with the times at
     which the tip is there. Those are `offset` [s] later than `times`.
     """
 
@@ -147,7 +147,7 @@ def thin_out(places: Sequence[Place], error: float) -> Iterator[Place]:
 
 
 def tip_of(arm: RobotArm, segment: Segment) -> Tip:
-    """Return a function from the time in a segment to the place of the tool tip."""
+    """Return a function from the time in a segment to the position of the tool tip."""
     path, frames = segment.path, segment.motion.frames
     T_world_robot, p_flange_tip = inverse(frames.base), position(frames.tool)
     if isinstance(path, JointPath):
@@ -178,7 +178,7 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
 
 PIECE_LOOKS = 8  # parts of a piece between which it is compared with g; even, so that halves share the places
 PIECE_MARGIN = (
-    0.9  # part of the tolerance, allowed at the compared places: between them a piece may be a little farther off
+    0.9  # fraction of the tolerance, allowed at the compared places: between them a piece may be a little farther off
 )
 MIN_PIECE_S = 2.0**-20  # a shorter piece is not halved: about 1 us
 TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m]
@@ -212,7 +212,7 @@ def known_tolerance(wanted: float) -> float:
 
 
 def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[JointPiece, ...]:
-    """Return pieces, one after the other, from the begin of a straight-line segment to its end.
+    """Return pieces, one after the other, from the start of a straight-line segment to its end.
 
     No joint is farther than `tolerance` [rad, m] from g. There are none for a segment in joint space, for one that
     lasts no time, and for one with a pose that no joints lead to (a damaged file).

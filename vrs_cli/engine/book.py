@@ -244,7 +244,7 @@ class Book:
         Of the target before, `deltas` keeps only what the robot did.
         """
         self._change([delta], goes_on=True)
-        if len(self.deltas) % PART != 1:  # at the begin of a part both stay as they are written down
+        if len(self.deltas) % PART != 1:  # at the start of a part both stay as they are written down
             before = self.deltas[-2]
             kept = before.segments[: delta.keep - before.keep]
             shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
@@ -335,7 +335,7 @@ class Book:
         return planned, timeline
 
     def check_same(self, before: Timeline) -> None:
-        """Raises RequestRefused if the timeline has changed since `before`."""
+        """Raise RequestRefused if the timeline has changed since `before`."""
         if self.timeline is not before:
             raise RequestRefused("the robot was stopped before it was done", "give it again")
 

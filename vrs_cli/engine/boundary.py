@@ -9,7 +9,7 @@ search of Moore, Kearfott and Cloud, "Introduction to Interval Analysis" (2009).
 
 On a tangent the joints are continuous, but change their direction at once: the line comes to rest at that point, and
 goes on. A line that ends or begins on a boundary must be a tangent of it. Otherwise a joint moves with the square root
-of the way of the tool, so it would have to be in motion at once. Where a joint would have to jump, as at a straight
+of the path of the tool, so it would have to be in motion at once. Where a joint would have to jump, as at a straight
 wrist, there is no line.
 """
 
@@ -45,8 +45,8 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT_CLEARANCE = 0.25  # part of the smaller of two clearances that must certainly be left between them
-END_PART = 1e-4  # part of a path: nearer to a rest on a boundary, samples are close anyway
+KEPT_CLEARANCE = 0.25  # fraction of the smaller of two clearances that must certainly be left between them
+END_PART = 1e-4  # fraction of a path: nearer to a rest on a boundary, samples are close anyway
 MAX_SEARCH_LOOKS = 5000
 REMEMBERED_SURVEYS = 64  # surveys: a line may be planned again, with other stops or while a key is held
 FEW_LOOKS = 8  # looks: with no more of them, samples are as close anyway
@@ -321,7 +321,7 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
     one.
 
     The turn is about the wrist's centre, by no more than `ON_BOUNDARY`. Without it a line that passes beside the
-    singular pose would turn the joints of the wrist in next to no time.
+    singular pose would turn the joints of the wrist almost instantly.
     """
     hand = follower.arm.hand
     if hand is None:

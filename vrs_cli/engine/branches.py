@@ -207,7 +207,7 @@ class Branches:
         return branch.name
 
     def _check_time(self) -> None:
-        """Raises UsageError if the engine's clock keeps real time: then there is one course of events."""
+        """Raise UsageError if the engine's clock keeps real time: then there is one course of events."""
         if self.engine.realtime:
             raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
 

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
 PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
-REST_PART = 2.0**-6  # part of a stretch from or to rest: less than a thousandth of its way
-FINEST_GAP = 2.0**-24  # part of a stretch: the finest gap
+REST_PART = 2.0**-6  # fraction of a stretch from or to rest: less than a thousandth of its way
+FINEST_GAP = 2.0**-24  # fraction of a stretch: the finest gap
 MAX_EXTRA_SAMPLES = 400  # samples more than the line had
 SEED_DOUBLINGS = 8  # doublings of the number of seeds
-SEED_SIDE = 1e-9  # part of the time between two seeds
-MAX_NEWTON_REST = 0.2  # part of the way from a seed to the joints that Newton's first step may leave
+SEED_SIDE = 1e-9  # fraction of the time between two seeds
+MAX_NEWTON_REST = 0.2  # fraction of the way from a seed to the joints that Newton's first step may leave
 PROOF_TOLERANCE = 1e-3  # [rad, m] from the cubic: nearer joints are on the branch
 GAPS_AT_ONCE = 8  # gaps that are halved at once, the finest first: so a line that is impossible is found soon
 
@@ -217,7 +217,7 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
         place = place + lever * fourth_of_turn(*turn.T)
         way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
         return Gaps(way, place, turn, guide * h**4, weights)
-    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # late: few arms need it
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # late because few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])
     paths = {id(gap.of.path): gap.of.path for gap in gaps}

@@ -35,7 +35,7 @@ from vrs_cli.values.results import SegmentFate, SplicedSegment
 SEGMENT_SAMPLES = 33  # of a segment
 PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # samples around a peak, and how often it is sampled more closely
 DERIVATIVES = 4  # the joints and their first three derivatives
-NEAR_PEAK = 0.02  # part of the greatest sample: a segment with a sample this near may have the peak
+NEAR_PEAK = 0.02  # fraction of the greatest sample: a segment with a sample this near may have the peak
 ROWS_AROUND = 3  # segments shown before and after a change
 
 
@@ -116,7 +116,7 @@ class _Course:
 
     @property
     def way(self) -> float:
-        """The length of the way of the tool tip [m]: the integral of its speed, by Simpson's rule between samples."""
+        """The length of the path of the tool tip [m]: the integral of its speed, by Simpson's rule between samples."""
         return sum(
             (b - a) / 6.0 * (first.speed + 4.0 * self.sample(0.5 * (a + b)).speed + second.speed)
             for (a, first), (b, second) in pairwise(self.samples)

@@ -33,7 +33,7 @@ M = TypeVar("M")
 class Inbox(Generic[M]):
     """Messages for one reader. Putting one in waits for no lock, so a signal handler may do so too.
 
-    A lock serves as the bell. A `SimpleQueue` has one inside, but its `get` may wait for ever: if the time runs out
+    A lock serves as the bell. A `SimpleQueue` has one inside, but its `get` may wait forever: if the time runs out
     while a signal is handled, CPython takes the remaining time, which is negative, for no limit.
     """
 
@@ -183,7 +183,7 @@ class Snapshot(Struct, frozen=True):
     0) on. Before them the robot stands still. `settings`: those in force at that version.
 
     `events`: those of the window, from event number `first_event` on. `values`: the last earlier event of each channel,
-    so that the value of every channel is known from the begin of the window on. `world`: the state of the world at
+    so that the value of every channel is known from the start of the window on. `world`: the state of the world at
     `known_from`, if there is a cell.
     """
 

@@ -28,21 +28,21 @@ from vrs_cli.trajectory.polynomial import bisect_interval
 from vrs_cli.trajectory.segment import CartesianPath
 
 FIRST_INTERVALS = 8  # intervals of a stretch before it is refined
-FINEST_INTERVAL = 2.0**-10  # part of a stretch: the finest interval
+FINEST_INTERVAL = 2.0**-10  # fraction of a stretch: the finest interval
 SINGULAR_MEASURE = (
     1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
 )
-MAX_GUESSED_PART = 0.2  # part of a way: on longer parts a guess that leads nowhere is not worth a search
-MIN_INTERVAL = 1e-9  # part of a stretch: the least interval between samples
+MAX_GUESSED_PART = 0.2  # fraction of a way: on longer parts a guess that leads nowhere is not worth a search
+MIN_INTERVAL = 1e-9  # fraction of a stretch: the least interval between samples
 CLOSER_PARTS = tuple(
     2.0**-k for k in range(12, 3, -1)
-)  # parts of a stretch at which samples next to a singular pose lie
+)  # fractions of a stretch at which samples next to a singular pose lie
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
 HOPELESS_SLOWING = 2.0  # factor of the allowed slowing: a line that asks for more is refused in any case
 MAX_JUMP = 2e-3  # [rad] the greatest change that the velocities of two neighbours leave unexplained
 MIN_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are close
-OVERSHOOT = 4.0 / 27.0  # part of velocity times duration: the greatest overshoot of a cubic
+OVERSHOOT = 4.0 / 27.0  # fraction of velocity times duration: the greatest overshoot of a cubic
 RANGE_STEPS = 24  # halvings of the way between two samples, to check the ranges of joints
 STANDING_SPEED = 1e-9  # [m/s, rad/s] a slower tool stands
 NEAR_SINGULAR = 0.2  # singular measure of a pose below which a refusal names the singularity
@@ -169,7 +169,7 @@ class Follower:
         return None if soon else self._sample(path, s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
-        """Return the refusal for the place where the line first leaves the reach or a range, after a good sample."""
+        """Return the error for the place where the line first leaves the reach or a range, after a good sample."""
 
         def possible(s: float) -> bool:
             joints = self.joints(path, s, good.joints)
@@ -225,7 +225,7 @@ class Follower:
             self._check_no_jump(a, b, path, min(MAX_JUMP, MIN_JUMP + moved))
 
     def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
-        """Return the refusal of a path on which a joint would have to change its speed at once, at a boundary."""
+        """Return the error for a path on which a joint would have to change its speed at once, at a boundary."""
         changes = self.changes(path, at, inside, near)
         joint = changes.index(max(changes)) + 1
         return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
@@ -236,14 +236,14 @@ class Follower:
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """Return the refusal of a path that is beyond the reach at a time, which may lie between samples."""
+        """Return the error for a path that is beyond the reach at a time, which may lie between samples."""
         begin = self.joints(path, 0.0, near)
         if begin is None or not self.arm.limits_ok(begin):
             return self._refusal(path, 0.0, near)
         return self._out_of_reach(path, s, near)
 
     def refuse(self, path: CartesianPath, s: float, what: str, joint: int = 0) -> StraightLineSingular:
-        """Return the refusal of a path that the joints cannot follow near a time."""
+        """Return the error for a path that the joints cannot follow near a time."""
         near, hint = self.place(path, s)
         return StraightLineSingular(
             f"near {near} {what}", hint or SINGULAR_HINT, joint=joint, place=position(path.pose(s))
@@ -326,12 +326,12 @@ class Follower:
         return joints_on(self.arm, path, s, self.flange(path.pose(s)), near)
 
     def _refusal(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """Return the refusal of a path that leaves the reach or the range of a joint at a time."""
+        """Return the error for a path that leaves the reach or the range of a joint at a time."""
         joints = self.joints(path, s, near)
         return self._out_of_reach(path, s, near) if joints is None else self._outside(path, s, joints)
 
     def _out_of_reach(self, path: CartesianPath, s: float, near: Joints) -> LocationOutOfRange:
-        """Return the refusal of a line that leaves the reach: outward, too close to the robot, or by the turn of the
+        """Return the error for a line that leaves the reach: outward, too close to the robot, or by the turn of the
         tool.
         """
         pose = path.pose(s)

@@ -243,7 +243,7 @@ def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistorySte
 
 
 def _check_count(known: int, count: int, what: str, most: str, none: str) -> None:
-    """Raises UsageError if so many commands cannot be undone or done again."""
+    """Raise UsageError if so many commands cannot be undone or done again."""
     if not known:
         raise UsageError(f"there is no motion to {what}", none)
     if not 0 < count <= known:

@@ -26,19 +26,19 @@ R = TypeVar("R")
 
 MARGIN = 1.01  # factor of sampled velocities, for what lies between samples
 SMALL_MARGIN = 1.0005
-ROUNDING = 1e-6  # part of a limit: a velocity above it by less is at its limit
+ROUNDING = 1e-6  # fraction of a limit: a velocity above it by less is at its limit
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
-CALM_PART = 0.8  # part of an acceleration or jerk limit: less by the differences of velocities is inside it
-NEAR_LIMIT = 0.9  # part of an acceleration or jerk limit: samples above it may hide a peak above the limit
-NEAR_PEAK = 0.95  # part of the worst joint's load: the peaks of joints above it are searched between samples
-BENT_PART = 0.01  # part of the greatest jerk: a larger bend between two samples is sampled more closely
-FAST_PART = 0.8  # part of a velocity limit: a joint that is slower at all samples stays below it between them
-AT_LIMIT = 0.999  # part of a velocity limit: a joint that begins above it is at its limit
+CALM_PART = 0.8  # fraction of an acceleration or jerk limit: less by the differences of velocities is inside it
+NEAR_LIMIT = 0.9  # fraction of an acceleration or jerk limit: samples above it may hide a peak above the limit
+NEAR_PEAK = 0.95  # fraction of the worst joint's load: the peaks of joints above it are searched between samples
+BENT_PART = 0.01  # fraction of the greatest jerk: a larger bend between two samples is sampled more closely
+FAST_PART = 0.8  # fraction of a velocity limit: a joint that is slower at all samples stays below it between them
+AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins above it is at its limit
 SLOWS_DOWN = 0.1  # [1/s] a joint that loses this part of its velocity is fastest at the beginning
 CLOSER_STEPS = 8  # halvings of the way between two samples
 PEAK_STEPS = 14
-AS_EXPECTED = 1e-4  # part of a velocity limit: the precision of a peak
+AS_EXPECTED = 1e-4  # fraction of a velocity limit: the precision of a peak
 LOST_MEASURE = 1e-6  # singular measure of a pose in which the rates of joints are only rounding
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 

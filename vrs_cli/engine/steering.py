@@ -156,7 +156,7 @@ def plan_chunk(
     arm: RobotArm, timeline: Timeline, motion: Motion, issued: float, begin: float, chunk: Chunk, ticks: range
 ) -> TimelineDelta:
     """f for a part of a chunk that is followed from `begin` [s] on. The joints chase its samples tick by tick, and
-    after the last tick come to rest at the last sample. All that was scheduled later than the begin of the part is
+    after the last tick come to rest at the last sample. All that was scheduled later than the start of the part is
     dropped. Raises NoRoomToStop if the motion under way has to go on.
     """
     ends = ticks.stop == tick_count(chunk, begin)

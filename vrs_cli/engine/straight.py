@@ -340,9 +340,7 @@ class _Line:
         return seeds, loads
 
     def _too_singular(self, load: Load) -> StraightLineSingular:
-        """Return the refusal of a line that would have to be slowed down too much: where, by which joint, what to
-        do.
-        """
+        """Return the error for a line that would have to be slowed down too much: where, by which joint, what to do."""
         assert load.at is not None
         path, s = load.at
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"

@@ -110,14 +110,14 @@ def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -
 
 
 def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> LocationOutOfRange:
-    """Return the refusal of a place. If the place is NULL, where no tool can be, the hint says so."""
+    """Return the error for a place. If the place is NULL, where no tool can be, the hint says so."""
     if T_robot_tool != IDENTITY:
         return refusal
     return refusal.reworded(hint="NULL is the robot's origin, X = Y = Z = 0, where no tool can be")
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raises `refusal` for a place, tool or base that is too far away. `what` is formatted with the distance."""
+    """Raise `refusal` for a place, tool or base that is too far away. `what` is formatted with the distance."""
     away = hypot(*T[3::4])
     if not away <= MAX_DISTANCE:
         right = f"at most {MAX_DISTANCE * 1000.0:g} mm"
@@ -209,7 +209,7 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
 
 
 def check_flag(arm: RobotArm, flag: Flag) -> None:
-    """Raises NotAvailable for a configuration word that the arm does not have."""
+    """Raise NotAvailable for a configuration word that the arm does not have."""
     if flag not in arm.words:
         known = ", ".join(word.name for word in arm.words)
         has = f"it has {known}" if known else "it has no configuration words"
@@ -217,7 +217,7 @@ def check_flag(arm: RobotArm, flag: Flag) -> None:
 
 
 def check_swivel(arm: RobotArm, swivel: Swivel | None) -> None:
-    """Raises NotAvailable for an arm without a joint too many, IllegalJoint, or JointOutOfRange."""
+    """Raise NotAvailable for an arm without a joint too many, IllegalJoint, or JointOutOfRange."""
     model = arm.model
     if not arm.redundancy:
         raise NotAvailable(
@@ -238,13 +238,13 @@ def check_swivel(arm: RobotArm, swivel: Swivel | None) -> None:
 
 
 def check_joint_count(model: RobotModel, joints: Joints) -> None:
-    """Raises IllegalValue for the joints of another robot."""
+    """Raise IllegalValue for the joints of another robot."""
     if len(joints) != model.joint_count:
         raise IllegalValue(f"a precision point of {len(joints)} joints", f"this robot has {model.joint_count}")
 
 
 def check_joint_limits(model: RobotModel, joints: Joints) -> None:
-    """Raises JointOutOfRange for the first joint outside its range, IllegalValue for the joints of another robot."""
+    """Raise JointOutOfRange for the first joint outside its range, IllegalValue for the joints of another robot."""
     check_joint_count(model, joints)
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
         raise model.refuse_joint(joint, joints[joint - 1])

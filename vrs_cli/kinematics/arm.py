@@ -147,11 +147,11 @@ class RobotArm:
         """Return T_base_0, T_base_1 ... T_base_flange: n + 1 frames, for drawing the links."""
         return link_frames(self.model, q)
 
-    def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (others look at q)
+    def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (subclasses use q)
         """Return the configuration of joints; on a border, the one with the first word of the pair."""
         return self.ways[0]
 
-    def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (others look at q)
+    def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (subclasses use q)
         """Return the other configurations of joints that are on a border."""
         return ()
 
@@ -243,7 +243,7 @@ class RobotArm:
         found = (self.branch_joints(T, way, middle) for way in self.ways)
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
-    def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (others look at T)
+    def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (subclasses use T)
         """Return whether T_base_flange is farther than all links in one line, if that is quick to tell."""
         return False
 
@@ -342,7 +342,7 @@ class RobotArm:
         return f"in reach {said}; say {said} first"
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        """Return the refusal of a pose that is too far, in millimetres, or out of reach for no simple reason."""
+        """Return the error for a pose that is too far, in millimetres, or out of reach for no simple reason."""
         start, (most, *_) = levers(self.model)
         far = dist(position(T), start)
         if far > most:
@@ -414,7 +414,7 @@ class RobotArm:
     # the joint (by index) that folds the arm, and its value where the arm is straight or folded flat [rad]
     fold: tuple[int, float] | None = None
 
-    def outward(self, q: Joints) -> float:  # noqa: ARG002 (others look at q)
+    def outward(self, q: Joints) -> float:  # noqa: ARG002 (subclasses use q)
         """Return the distance of the arm's end from axis 1 in the arm's plane [m], negative for RIGHTY.
 
         Infinite where it does not tell configurations apart.
@@ -513,7 +513,7 @@ class RobotArm:
         bias = self._biases.jerk(q, qd, qdd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
         return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
 
-    def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
+    def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (subclasses use q)
         """Return how far joints are from each singularity, 0 to 1."""
         return Singularity(1.0, 1.0, 1.0)
 

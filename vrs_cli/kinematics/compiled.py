@@ -270,7 +270,7 @@ def function(head: str, lines: Iterable[str]) -> str:
     return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
 
 
-LOST = 1e-10  # part of the largest coefficient: smaller pivots are rounding
+LOST = 1e-10  # fraction of the largest coefficient: smaller pivots are rounding
 SMALL = 1e-4  # [m, 1] smaller pivots count as singular
 LARGE = 0.1  # [m, 1] pivots above it are taken without a search
 DEMAND = 1e-9  # greatest residual of an equation without unknowns, in its own unit

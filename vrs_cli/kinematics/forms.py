@@ -211,7 +211,7 @@ class MappedArm(RobotArm):
         return self.inner.branch_steps(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
 
     @cached_property
-    def hand(self) -> Hand | None:  # type: ignore[override] # found when asked for
+    def hand(self) -> Hand | None:  # type: ignore[override] # computed on demand
         hand = self.inner.hand
         if hand is None:
             return None
@@ -250,6 +250,6 @@ class MappedArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.serial_batch import MappedBatch  # here: it brings numpy
+        from vrs_cli.kinematics.serial_batch import MappedBatch  # here because it loads numpy
 
         return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner.batch, self._swapped)

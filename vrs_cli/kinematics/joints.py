@@ -43,15 +43,15 @@ class JointUnits:
         return tuple([self.one_read(i, x) for i, x in enumerate(numbers, 1)])
 
     def slides(self, joint: int) -> bool:
-        """Return whether a joint, counted from 1, slides."""
+        """Return whether a joint (counted from 1) slides."""
         return 1 <= joint <= len(self.kinds) and self.kinds[joint - 1] is JointKind.PRISMATIC
 
     def one_shown(self, joint: int, x: float) -> float:
-        """Convert the value or rate of a joint, counted from 1, from [rad, m] to [deg, mm]."""
+        """Convert the value or rate of a joint (counted from 1) from [rad, m] to [deg, mm]."""
         return 1000.0 * x if self.slides(joint) else degrees(x)
 
     def one_read(self, joint: int, number: float) -> float:
-        """Convert the value of a joint, counted from 1, from [deg, mm] to [rad, m]."""
+        """Convert the value of a joint (counted from 1) from [deg, mm] to [rad, m]."""
         return number / 1000.0 if self.slides(joint) else radians(number)
 
     def unit(self, joint: int) -> str:
@@ -137,7 +137,7 @@ Twist = tuple[float, float, float, float, float, float]
 Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n numbers
 Demands = tuple[tuple[Joints, float], ...]  # of redundant joints: weights of a sum of all joints, and its value
 
-MAX_RATE_ERROR = 1e-5  # part of the joint rates that may be wrong while a line is planned
+MAX_RATE_ERROR = 1e-5  # fraction of the joint rates that may be wrong while a line is planned
 AT_REST = 1e-9  # [m/s, rad/s] smaller demands on a lost direction are rounding
 
 

@@ -247,7 +247,7 @@ STILL = (0.0, 0.0, 0.0)
 LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] allowed distance from the arm's plane, and tilt: three decimals stay below
 SEED = 560
 MEASURED = 16  # poses over which freedoms are measured
-SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # parts of joint ranges: poses that show what an arm cannot change
+SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # fractions of joint ranges: poses that show what an arm cannot change
 
 
 class Origin(NamedTuple):
@@ -331,16 +331,16 @@ class RobotModel:
         return JointUnits(tuple(link.kind for link in self.links))
 
     def joint_text(self, joint: int, x: float, decimals: int = 2) -> str:
-        """Return the value of a joint, counted from 1, for a message."""
+        """Return the value of a joint (counted from 1) for a message."""
         return f"{self.units.one_shown(joint, x):z.{decimals}f} {self.units.unit(joint)}"
 
     def range_of(self, joint: int, decimals: int = 2) -> str:
-        """Return the range of a joint, counted from 1, for a message."""
+        """Return the range of a joint (counted from 1) for a message."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
         return f"{low:z.{decimals}f} to {self.joint_text(joint, self.upper[joint - 1], decimals)}"
 
     def refuse_joint(self, joint: int, x: float, hint: str = "") -> JointOutOfRange:
-        """Return the refusal of a joint, counted from 1, that would be at x [rad or m]."""
+        """Return the error for a joint (counted from 1) that would be at x [rad or m]."""
         detail = f"would be {self.joint_text(joint, x)}, its range is {self.range_of(joint)}"
         lower, upper = self.lower[joint - 1], self.upper[joint - 1]
         return JointOutOfRange(detail, hint, joint=joint, value=x, lower=lower, upper=upper)
@@ -388,7 +388,7 @@ def link_frames(model: RobotModel, q: Joints) -> tuple[Transform, ...]:
 
 
 def link_pose(model: RobotModel, i: int, x: float) -> Transform:
-    """Return T_i-1_i of joint i, counted from 1, at x [rad, m]; for the last joint T_i-1_flange."""
+    """Return T_i-1_i of joint i (counted from 1) at x [rad, m]; for the last joint T_i-1_flange."""
     T = link_transform(model.links[i - 1], x)
     return compose(T, model.flange) if i == model.joint_count else T
 

@@ -37,8 +37,8 @@ from vrs_cli.kinematics.transform import IDENTITY, Vector, cross, dot
 if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
-NOTHING = 1e-6  # part of the volume of perpendicular unit rows: less on all poses means that an arm cannot do it
-WELL = 0.1  # part of that volume on the mean from which an arm does something well
+NOTHING = 1e-6  # fraction of the volume of perpendicular unit rows: less on all poses means that an arm cannot do it
+WELL = 0.1  # fraction of that volume on the mean from which an arm does something well
 
 SAID = {  # what counts of a location
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
@@ -182,12 +182,12 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
     if model.hand_width:
         data["hand"] = {"width": model.hand_width}
     if model.masses:
-        from vrs_cli.kinematics.link_data import mass_tables  # here: few robots have masses of their own
+        from vrs_cli.kinematics.link_data import mass_tables  # here because few robots have masses of their own
 
         data["masses"] = mass_tables(model.masses)
     for key, shapes in (("shapes", model.shapes), ("collision", model.collision)):
         if shapes:
-            from vrs_cli.kinematics.link_data import shape_tables  # here: few robots have their own
+            from vrs_cli.kinematics.link_data import shape_tables  # here because few robots have their own
 
             data[key] = shape_tables(shapes)
     return data
@@ -232,14 +232,14 @@ class ModelReader(DataReader):
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.link_data import ShapeReader  # here: few robots have shapes of their own
+        from vrs_cli.kinematics.link_data import ShapeReader  # here because few robots have shapes of their own
 
         return ShapeReader(self.file, self.human).shapes(data, joints, key)
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.link_data import MassReader  # here: few robots have masses of their own
+        from vrs_cli.kinematics.link_data import MassReader  # here because few robots have masses of their own
 
         return MassReader(self.file, self.human).masses(data, joints)
 

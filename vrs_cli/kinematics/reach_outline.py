@@ -13,7 +13,7 @@ from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.transform import Vector, inverse
 
 POSES = 40_000  # sample poses
-BEYOND = 0.12  # part of a range: so many samples are at its very ends
+BEYOND = 0.12  # fraction of a range: so many samples are at its very ends
 CELLS = 44  # cells of the grid across the reach
 LEVEL = 0.5  # reached share of a cell and its neighbours at the boundary
 FLAT = 1e-3  # [m] height below which a reach is a plane

@@ -90,7 +90,7 @@ def _read_urdf(path: Path, ends: Ends) -> RobotModel:
 
 
 def _from_urdf(reader: ModelReader, path: Path, table: Mapping[str, object], ends: Ends) -> RobotModel:
-    from vrs_cli.kinematics.urdf.robot import robot_of  # here: it brings an XML parser, which few robots need
+    from vrs_cli.kinematics.urdf.robot import robot_of  # here because it loads an XML parser, which few robots need
 
     return robot_of(str(path), _text(path, "URDF"), reader, table, ends.base, ends.tip)
 

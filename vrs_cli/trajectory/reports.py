@@ -86,7 +86,9 @@ class ReportColumns:
         return made
 
     def extend(self, other: ReportColumns, first: int, last: int) -> None:
-        """Append the reports from `first` to before `last` of other columns; all are later, and there is room."""
+        """Append the reports from `first` up to, but not including, `last` of other columns; all are later, and there
+        is room.
+        """
         if first >= last:
             return
         place, n = self.count, self.joint_count
@@ -118,7 +120,7 @@ class ReportColumns:
         return Report(self.times[place], self.joints(place), self.velocity(place), self._row(EFFORT, place), mode)
 
     def arrays(self, first: int, last: int) -> ReportArrays:
-        """Return the reports from `first` to before `last` as arrays, which must not be changed."""
+        """Return the reports from `first` up to, but not including, `last` as arrays, which must not be changed."""
         import numpy as np
 
         n = self.joint_count

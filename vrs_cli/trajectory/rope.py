@@ -65,8 +65,8 @@ class ChannelChanges(NamedTuple):
 
 
 class Leaf(Struct, Generic[R], gc=False):
-    """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. A leaf never changes, except
-    `values`: of events, the values of the channels after them, once somebody has asked.
+    """The segments of a row from `first` up to, but not including, `last`, from time `begin` to `end` [s]. A leaf never
+    changes, except `values`: of events, the values of the channels after them, once somebody has asked.
     """
 
     row: R
@@ -112,8 +112,8 @@ class OffsetNode(NamedTuple, Generic[R]):
 
 
 class RowPart(NamedTuple):
-    """Segments of a row from `first` to before `last`, at most BLOCK_LENGTH of them. Their times are `offset` [s] later
-    than in the row.
+    """Segments of a row from `first` up to, but not including, `last`, at most BLOCK_LENGTH of them. Their times are
+    `offset` [s] later than in the row.
     """
 
     offset: float
@@ -150,7 +150,7 @@ def _leaf(row: R) -> Leaf[R]:
 
 
 def _part(leaf: Leaf[R], first: int, last: int) -> Leaf[R]:
-    """Make a leaf of the segments of a leaf from `first` to before `last`."""
+    """Make a leaf of the segments of a leaf from `first` up to, but not including, `last`."""
     row, first, last = leaf.row, leaf.first + first, leaf.first + last
     return Leaf(row, first, last, row.starts[first], row.finishes[last - 1])
 
@@ -273,8 +273,8 @@ _EDITING = Lock()  # two threads that continue one version must not both append 
 
 
 def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:
-    """Put `new` in place of the segments from index `first` to before `last`, and shift all later ones by
-    `shift` [s].
+    """Put `new` in place of the segments from index `first` up to, but not including, `last`, and shift all later ones
+    by `shift` [s].
     """
     with _EDITING:
         return root(_splice(held, 0.0, first, last, new, shift))
@@ -312,8 +312,8 @@ def _splice(
 
 
 def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], shift: float) -> Branch[R]:
-    """Make a branch with `middle` in place of the children from `first` to before `last`, those after it shifted by
-    `shift`.
+    """Make a branch with `middle` in place of the children from `first` up to, but not including, `last`, those after
+    it shifted by `shift`.
 
     Every edit does this on every level, so what stays is not counted again.
     """
@@ -335,7 +335,7 @@ def _child(node: Branch[R], place: int) -> OffsetNode[R]:
 
 
 def _children(node: Branch[R], first: int, last: int, shift: float = 0.0) -> list[OffsetNode[R]]:
-    """Return the children from `first` to before `last`, shifted by `shift`."""
+    """Return the children from `first` up to, but not including, `last`, shifted by `shift`."""
     row = zip(node.begins[first:last], node.nodes[first:last], strict=True)
     return [OffsetNode(begin - child.begin + shift, child) for begin, child in row]
 
@@ -356,8 +356,8 @@ def _splice_leaf(
 
 
 def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> list[Leaf[R]]:
-    """Put `new` in place of the events of a leaf from `first` to before `last`, in a copy; a long copy makes two
-    leaves. Not all events of the leaf may go.
+    """Put `new` in place of the events of a leaf from `first` up to, but not including, `last`, in a copy; a long copy
+    makes two leaves. Not all events of the leaf may go.
     """
     row: Any = leaf.row
     whole: Leaf[R] = _leaf(row.with_edit(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
@@ -518,7 +518,7 @@ def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
 
 
 def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]:
-    """Yield the events from index `first` to before `last`, at their times."""
+    """Yield the events from index `first` up to, but not including, `last`, at their times."""
     for before, offset, leaf in parts(held, first) if first < last else ():
         if before >= last:
             return

@@ -3,8 +3,8 @@ parts of rows.
 
 A segment is made when somebody asks for one; g reads the columns as they are. A row grows only at its end. Paths are
 shared with whoever else holds them (other rows, deltas, UNDO). Those far from the end of a row are packed, since they
-are seldom read: an hour of steering has 180,000. A row that is written down elsewhere may leave memory. It is read back
-when somebody asks for it, in every timeline that has a part of it.
+are seldom read: an hour of steering has 180,000. A row that is stored elsewhere may leave memory. It is read back when
+somebody asks for it, in every timeline that has a part of it.
 
 To read many times at once, a block of a row becomes a table of arrays. The table is made when the block is first read
 this way, and kept with the row. Rows are shared by all versions of a timeline that have a part of them, so after an
@@ -113,7 +113,7 @@ class Row(Sequence[Segment]):
         return self.between(0, len(self))
 
     def between(self, first: int, last: int) -> Iterator[Segment]:
-        """Yield the segments from `first` to before `last`."""
+        """Yield the segments from `first` up to, but not including, `last`."""
         phases = map(PHASES.__getitem__, self.phases[first:last])
         columns = self.starts[first:last], self.finishes[first:last], self.paths[first:last], phases
         return map(Segment, *columns, self.motions[first:last])
@@ -131,7 +131,7 @@ class Row(Sequence[Segment]):
         )
 
     def take(self, other: Row, first: int, last: int, shift: float) -> None:
-        """Append segments of another row, from `first` to before `last`, shifted by `shift` [s]."""
+        """Append segments of another row, from `first` up to, but not including, `last`, shifted by `shift` [s]."""
         self._put(
             later(other.starts[first:last], shift),
             later(other.finishes[first:last], shift),
@@ -235,7 +235,7 @@ class BlockTable(NamedTuple):
 
 
 def table_of(row: Row, first: int, last: int) -> BlockTable:
-    """Make the table of the segments of a row from `first` to before `last`, or to its end."""
+    """Make the table of the segments of a row from `first` up to, but not including, `last`, or to its end."""
     import numpy as np
 
     last = min(last, len(row))
@@ -334,7 +334,7 @@ class EventRow(Sequence[Event]):
         )
 
     def between(self, first: int, last: int) -> Iterator[Event]:
-        """Yield the events from `first` to before `last`."""
+        """Yield the events from `first` up to, but not including, `last`."""
         return map(self.__getitem__, range(first, last))
 
     def grow(self, events: Iterable[Event]) -> None:
@@ -352,8 +352,9 @@ class EventRow(Sequence[Event]):
             )
 
     def with_edit(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
-        """Return a row of the events from `begin` to before `first`, the `new` ones, and those from `last` to before
-        `end`. At a random place of a long timeline that costs less than splitting and merging leaves.
+        """Return a row of the events from `begin` up to, but not including, `first`, the `new` ones, and those from
+        `last` up to, but not including, `end`. At a random place of a long timeline that costs less than splitting and
+        merging leaves.
         """
         row = EventRow(new)
         for name in EVENT_COLUMNS:
@@ -365,7 +366,7 @@ class EventRow(Sequence[Event]):
         return row
 
     def take(self, other: EventRow, first: int, last: int, shift: float) -> None:
-        """Append events of another row, from `first` to before `last`, shifted by `shift` [s]."""
+        """Append events of another row, from `first` up to, but not including, `last`, shifted by `shift` [s]."""
         self._put(
             later(other.starts[first:last], shift),
             other.channels[first:last],

@@ -127,7 +127,7 @@ class JointPath(Struct, eq=False, gc=False):
     def velocity(self, s: float) -> Joints:
         """Return the joint velocities [rad/s, m/s] at t_s + s."""
         rows = self.coefficients
-        if len(rows[0]) == 3:  # by far the most frequent
+        if len(rows[0]) == 3:  # by far the most frequent case
             return tuple([v + s * (0.0 + 2.0 * half) for _, v, half in rows])
         return tuple([value(derivative(a), s) for a in rows])
 
@@ -153,7 +153,7 @@ class JointPath(Struct, eq=False, gc=False):
                     continue
             if not low <= value(a, duration) <= high:
                 return False
-            if len(a) == 3:  # by far the most frequent
+            if len(a) == 3:  # by far the most frequent case
                 p, v, half = a
                 if v * (v + 2.0 * half * duration) < 0.0 and not low <= p - 0.25 * v * v / half <= high:
                     return False
@@ -283,7 +283,7 @@ def _places(
     """Return a function from the time to place and velocity along each axis: x, x', y, y', z, z'."""
     if max(len(x), len(y), len(z)) > 3:
         return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
-    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent
+    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent case
 
     def place(s: float) -> tuple[float, float, float, float, float, float]:
         return (

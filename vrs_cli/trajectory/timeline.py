@@ -5,7 +5,7 @@ copied nor computed again, whatever its length. Old versions stay valid for thei
 
 A change of the timeline exists in one form, the timeline delta. The planner f returns it, a timeline applies it, a line
 of the trajectory file and a message of a stream hold it, and UNDO takes it back. A delta log has all deltas of a
-timeline, one for each version; old ones are columns of plain numbers, or written down elsewhere.
+timeline, one for each version; old ones are columns of plain numbers, or stored elsewhere.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Timeline:
     """tau[k]; `version` is k. The first segment is s_0: the initial pose, of no length, at its start time.
 
     Beside the segments it has dated events in order of time, by which channels take values (`value_at`). `world`: the
-    state of the world at the begin, if this is the end of a longer timeline and there is a cell.
+    state of the world at the start, if this is the end of a longer timeline and there is a cell.
     """
 
     __slots__ = ("_events", "_rope", "version", "world")
@@ -178,7 +178,7 @@ class Timeline:
         return 0 if self._events is None else rope.count_by(self._events, t, before=before)
 
     def event_slice(self, first: int, last: int) -> Iterator[Event]:
-        """Yield the events from index `first` to before `last`."""
+        """Yield the events from index `first` up to, but not including, `last`."""
         return iter(()) if self._events is None else rope.events(self._events, first, last)
 
     def events_between(self, first: float, last: float) -> Iterator[Event]:
@@ -399,7 +399,7 @@ class DeltaLog(Sequence[TimelineDelta]):
         return self._parts[at // PART][at % PART]
 
     def _between(self, first: int, last: int) -> Iterator[TimelineDelta]:
-        """Yield the deltas from `first` to before `last`; a part that is written down is read once."""
+        """Yield the deltas from `first` up to, but not including, `last`; a part that is written down is read once."""
         for number in range(first // PART, -(-last // PART)):
             part, begin = self._parts[number], number * PART
             yield from islice(part, max(first - begin, 0), last - begin)

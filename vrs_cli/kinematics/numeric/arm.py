@@ -48,9 +48,9 @@ if TYPE_CHECKING:
 
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # parts of the gradient over the whole walk
-MIN_MARGIN = 0.03  # part of a range: walks with this margin are taken at once
-ROUNDING = 1e-9  # part of a range
-BEYOND = 0.02  # part of a range that a coarse walk may leave it by, though the line does not
+MIN_MARGIN = 0.03  # fraction of a range: walks with this margin are taken at once
+ROUNDING = 1e-9  # fraction of a range
+BEYOND = 0.02  # fraction of a range that a coarse walk may leave it by, though the line does not
 THERE = 0.01  # [m, rad] a walk with a larger error at its end does not arrive
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
@@ -74,7 +74,7 @@ class NumericArm(RobotArm):
     # --- redundancy ------------------------------------------------------------------------------------------
 
     @cached_property
-    def still_joints(self) -> tuple[int, ...]:  # type: ignore[override] # found when asked for
+    def still_joints(self) -> tuple[int, ...]:  # type: ignore[override] # computed on demand
         """Return the redundant joints that keep their values without a guide: those that the task needs least."""
         held: tuple[int, ...] = ()
         while self.model.joint_count - len(held) > self.model.task.size:
@@ -273,14 +273,14 @@ class NumericArm(RobotArm):
         return refusal.reworded(f"{refusal.detail}; {nearest}", hint)
 
     @cached_property
-    def continuation(self) -> Continuation:  # type: ignore[override] # made when asked for: it brings numpy
+    def continuation(self) -> Continuation:  # type: ignore[override] # made on demand because it loads numpy
         from vrs_cli.kinematics.numeric.continuation import Continuation
 
         return Continuation(self.batch)
 
     @cached_property
     def batch(self) -> NumericBatch:
-        from vrs_cli.kinematics.numeric.batch import NumericBatch  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.batch import NumericBatch  # here because it loads numpy
 
         return NumericBatch(self.model, self.unchanging, self.still_joints)
 

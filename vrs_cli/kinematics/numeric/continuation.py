@@ -35,11 +35,11 @@ from vrs_cli.kinematics.joints import MAX_RATE_ERROR
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 
-LENGTH = 0.4  # part of the longest lever at which the proof is easiest
+LENGTH = 0.4  # fraction of the longest lever at which the proof is easiest
 MAX_KANTOROVICH = 0.5  # bound of beta L eta
 LOST = 0.9  # of |1 - A F'|: F' has an inverse where it is less than 1
-HERMITE = 1.0 / 384.0  # part of a fourth derivative by which the cubic is off at most
-SLOPES = 8.0 / 27.0  # part of an error of the slopes at both ends by which the cubic is off at most
+HERMITE = 1.0 / 384.0  # fraction of a fourth derivative by which the cubic is off at most
+SLOPES = 8.0 / 27.0  # fraction of an error of the slopes at both ends by which the cubic is off at most
 
 
 class Cubic(NamedTuple):

@@ -41,8 +41,8 @@ CONVERGED = 1e-10  # [m, rad] allowed error of a result
 STEPS = 60  # most steps of a search within the limits
 FREE_STEPS = 30  # most steps of a search without limits
 LARGEST_STEP = 0.5  # [rad, m] change of a joint in one step
-DAMPING, LEAST_DAMPING = 0.1, 1e-13  # part of the squared error; least damping
-HOPELESS = 1e-3  # part of the error: smaller steps that do not grow lead nowhere
+DAMPING, LEAST_DAMPING = 0.1, 1e-13  # fraction of the squared error; least damping
+HOPELESS = 1e-3  # fraction of the error: smaller steps that do not grow lead nowhere
 NEWTON = 1e-3  # [m2, rad2] with less damping take Newton's step, which costs half
 SHORT, FEW = 0.35, 6  # [rad, m] and number of steps for Newton's method alone, which converges from there
 LAST = 1e-6  # [rad, m] a step after which there is no error
@@ -223,11 +223,11 @@ class _StepWriter(compiled.Writer):
         return [*found[:c], own, *found[c:]]
 
 
-LEVER = 0.1  # part of the arm's length: a turn [rad] counts as a way [m] by this lever
-SLIGHT = 0.05  # part of that lever for an arm that turns its tool as nearly as it can: the place comes first
+LEVER = 0.1  # fraction of the arm's length: a turn [rad] counts as a way [m] by this lever
+SLIGHT = 0.05  # fraction of that lever for an arm that turns its tool as nearly as it can: the place comes first
 NEAREST_STEPS = 6  # most steps of a search for the nearest pose
 CLOSE = 1e-18  # [m2] allowed squared error
-NEAREST_DAMPING = 0.05  # part of the squared error
+NEAREST_DAMPING = 0.05  # fraction of the squared error
 MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2]
 HEAVY = 100.0  # weight of leaving the side, as a multiple of a way
 DIFFERENCE = 1e-7  # [rad, m] change of a joint for a difference quotient
@@ -304,7 +304,7 @@ class Aim:
                 damping *= 10.0  # factor of the damping after a step uphill
                 continue
             gained, q, rows, error, cost = cost - after, there, rows_there, error_there, after
-            if gained < 1e-4 * cost:  # part of the squared error: a smaller gain ends the search
+            if gained < 1e-4 * cost:  # fraction of the squared error: a smaller gain ends the search
                 break
             damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), damping)
         downhill = (sum([a * e for a, e in zip(column, error, strict=True)]) for column in zip(*rows, strict=True))
@@ -366,7 +366,7 @@ def bounded_step(
         part, blocking = (
             1.0,
             0,
-        )  # part of the step inside the room, and the joint that limits it, counted from 1, with a sign
+        )  # fraction of the step inside the room, and the joint that limits it (counted from 1) with a sign
         for i, x in zip(free, best, strict=True):
             low, high = room[i]
             if x < low and (low - d[i]) > part * (x - d[i]):

@@ -104,7 +104,7 @@ def make_branches(offsets: Offsets, middle: Joints) -> Branches:
                 q1 = atan2(s1, c1)
                 if not low1 <= q1 <= high1:
                     q1 -= TURN * round((q1 - mid1) / TURN)
-            else:  # joint 1 may stand anywhere
+            else:  # joint 1 may have any value
                 q1, c1, s1 = mid1, cos(mid1), sin(mid1)
             n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1  # along the axes of joints 2 to 4
             s5 = sqrt(n * n + s * s)
@@ -116,7 +116,7 @@ def make_branches(offsets: Offsets, middle: Joints) -> Branches:
                     q6 -= TURN * round((q6 - mid6) / TURN)
                 if not low6 <= other6 <= high6:
                     other6 -= TURN * round((other6 - mid6) / TURN)
-            else:  # joint 6 may stand anywhere
+            else:  # joint 6 may have any value
                 c6, s6 = cos(mid6), sin(mid6)
             u, v = c5 * c6, -c5 * s6  # x axis of frame 4 seen from the flange: (u, v, -s5)
             level = c1 * (nx * u + sx * v - ax * s5) + s1 * (ny * u + sy * v - ay * s5)
@@ -164,7 +164,7 @@ STEPS = (  # variables of a branch, as `render/symbols.py` shows them
 def make_branch(offsets: Offsets) -> Branch:
     """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
 
-    None where the pose is out of reach. Joint 1 or joint 6 stays at `near` where it may stand anywhere.
+    None where the pose is out of reach. Joint 1 or joint 6 stays at `near` where it may have any value.
     """
     d1, a2, a3, side, d5, d6, right = offsets
     bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)

@@ -230,7 +230,7 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
         psi = acos(k if -1.0 < k < 1.0 else copysign(1.0, k)) * arm
         m, t = l1 + l2 * cos(psi), l2 * sin(psi)
         first = atan2(y, x) - atan2(t, m)
-        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]  # else joint 1 may stand anywhere: it stays
+        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]  # else joint 1 may have any value: it stays
         q2 = s2 * (psi - b2 + b1)
         q3 = nearest_turn(s3 * (turn - s1 * q1 - s2 * q2), near[i3])
         joints: Joints = in_order((nearest_turn(q1, near[i1]), nearest_turn(q2, near[i2]), q3, s4 * rise))

@@ -210,7 +210,7 @@ class SphericalWristArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.serial_batch import WristBatch  # here: it brings numpy
+        from vrs_cli.kinematics.serial_batch import WristBatch  # here because it loads numpy
 
         return WristBatch(self.model, ALL, self.unchanging, self.array_formula)
 

@@ -172,7 +172,7 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                 k = 1.0 if k > 0.0 else -1.0
             if across > ON_AXIS:
                 c1, s1 = (u * x + side * y) / across, (u * y - side * x) / across
-            else:  # joint 1 may stand anywhere
+            else:  # joint 1 may have any value
                 c1, s1 = 1.0, 0.0
             q1 = atan2(s1, c1)
             if not low1 <= q1 <= high1:
@@ -265,7 +265,7 @@ def make_branch(geometry: Geometry) -> Branch:
         c1, s1 = (
             ((u * x + side * y) / across, (u * y - side * x) / across)
             if across > ON_AXIS
-            else (cos(near[0]), sin(near[0]))  # joint 1 may stand anywhere: it stays
+            else (cos(near[0]), sin(near[0]))  # joint 1 may have any value: it stays
         )
         fold = -arm * elbow
         m, t = a2 + forearm * cosine, forearm * sqrt((1.0 - cosine) * (1.0 + cosine)) * fold

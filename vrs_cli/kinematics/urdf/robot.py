@@ -282,7 +282,7 @@ def _model(
 
 
 SINGULAR = 0.02  # isotropy below which a pose is too singular for READY
-END = 0.01  # part of a joint's range that counts as its end
+END = 0.01  # fraction of a joint's range that counts as its end
 STEP = pi / 12  # [rad] steps of the joints of READY
 FAR = 2 * pi / 3  # [rad] greatest turn of a joint
 STARTS, TRIED, SWEEPS = 150, 3, 3  # first poses, how many of them are improved, and how often
@@ -291,7 +291,7 @@ STARTS, TRIED, SWEEPS = 150, 3, 3  # first poses, how many of them are improved,
 TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of each half turn
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
 STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # greatest Z of a tool that points down, and the cost that this may have
-NEAR = 0.3  # part of the reach: places nearer to the first axis cost more
+NEAR = 0.3  # fraction of the reach: places nearer to the first axis cost more
 
 
 class Ready(NamedTuple):
@@ -344,7 +344,7 @@ class _Wanted:
 
     def _choices(self, i: int) -> list[float]:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
-        margin = 0.05 * (upper - lower)  # part of a joint's range that stays free at either end
+        margin = 0.05 * (upper - lower)  # fraction of a joint's range that stays free at either end
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
             return [min(max(rest, lower + margin), upper - margin)]  # joint 1 changes nothing but the direction
         if self.model.links[i].kind is JointKind.PRISMATIC:

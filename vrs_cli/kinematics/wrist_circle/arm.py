@@ -104,6 +104,6 @@ class WristCircleArm(NumericArm):
 
     @cached_property
     def batch(self) -> WristCircleBatch:
-        from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch  # here: it brings numpy
+        from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch  # here because it loads numpy
 
         return WristCircleBatch(self.model, self.unchanging, self.chain, self.circle, self.configuration)

@@ -1,4 +1,4 @@
-"""SCURVE: jerk-limited motions. Position, velocity and acceleration are continuous from the begin of a motion to its
+"""SCURVE: jerk-limited motions. Position, velocity and acceleration are continuous from the start of a motion to its
 end at rest.
 
 One motion of several components, all together, has up to seven stretches of constant jerk. A *change* takes the
@@ -45,7 +45,7 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState
 from vrs_cli.values.commands import Motion
 
 FIRST_STEP = 0.25
-LAST_STEP = 0.05  # part of the time of a change: the finest step
+LAST_STEP = 0.05  # fraction of the time of a change: the finest step
 MAX_TRIES = 240
 MAX_CHANGE_S = 1e4  # the longest change
 DOUBLINGS = 40
@@ -336,7 +336,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
 
 STOP_FACTOR = 1.02  # the likely times of a stop are tried multiplied by powers of this
 STOP_POWERS = (-150, 150)  # the range of the powers, from short to long
-STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # parts of a ramp
+STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # fractions of a ramp
 
 
 def joint_motion(

@@ -5,10 +5,10 @@ A joint changes its velocity to v1, cruises, and slows down to rest, at constant
     x(v1) = way of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
 
 grows with v1, so Newton's rule finds the v1 with the right way. `fall` is the end of the first change, in which the
-acceleration goes to zero, `ramp` the begin of the second. So a joint never has more velocity than its limit, unless
-its state at the start forces it. Where a joint slows down already, and is to come to rest a little farther than it
-could, a cruise without acceleration takes too long; it brakes less instead, in one change. (All cases, in closed form:
-Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
+acceleration goes to zero, `ramp` the start of the second. So a joint never has more velocity than its limit, unless its
+state at the start forces it. Where a joint slows down already, and is to come to rest a little farther than it could, a
+cruise without acceleration takes too long; it brakes less instead, in one change. (All cases, in closed form: Berscheid
+and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
 
 The instants between phases are real numbers, those between segments lie on the time grid. Each segment goes on from the
 nearest instant of the grid, on the very cubic of its phase. So jerks stay what they are, position and velocity are
@@ -33,7 +33,7 @@ SAME_WAY = 1e-12  # [rad, m] a smaller rest of a way is no jump
 TIME_TOLERANCE = 0.4 * TICK
 NEWTON_STEPS = 15  # steps at most; five are usual
 SEARCH_STEPS = 60  # steps of other searches
-MIN_BRAKING = 1e-3  # part of the acceleration limit: the weakest braking
+MIN_BRAKING = 1e-3  # fraction of the acceleration limit: the weakest braking
 MAX_RAISES = 20  # attempts to find the time in which all joints arrive
 
 _new = tuple.__new__
@@ -272,7 +272,7 @@ def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
 
 
 def _change(joint: Joint, level: float) -> Phases:
-    """Return the phases of one change to rest on the target that holds a deceleration. It lasts for ever if there is
+    """Return the phases of one change to rest on the target that holds a deceleration. It lasts forever if there is
     none.
 
     With w the velocity and D the way that are left after the rise, W = w / level:

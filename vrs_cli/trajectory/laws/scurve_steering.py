@@ -29,8 +29,8 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.commands import Motion
 
 RESPONSE_TICKS = 4.0  # ticks in which an error goes: the fewest without an overshoot
-APPROACH_PART = 0.25  # part of acceleration and jerk used to approach a target
-STOPPING_PART = 0.8  # part of acceleration and jerk used to stop: the rest makes up for whole ticks
+APPROACH_PART = 0.25  # fraction of acceleration and jerk used to approach a target
+STOPPING_PART = 0.8  # fraction of acceleration and jerk used to stop: the rest makes up for whole ticks
 HALVINGS = 24
 CUBIC = 3  # degree of a path of constant jerk
 MIN_PIECE_S = 1e-10  # a shorter piece changes nothing

@@ -51,7 +51,7 @@ class SteadyArm(RobotArm):
 
     @cached_property
     def batch(self) -> SteadyBatch:
-        from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # here because it loads numpy
 
         return SteadyBatch(self.model, self.unchanging, self.tool)
 
@@ -73,7 +73,7 @@ class SteadyArm(RobotArm):
         return self.batch.within_ranges(T, near)
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here because it loads numpy
 
         return float(Way(self.batch.conditions, q, T).at.angle[0])
 
@@ -88,7 +88,7 @@ class SteadyArm(RobotArm):
         return min(near_least, key=partial(self.shortest_time, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
-        """Return the refusal of a place: out of the range of a joint, or out of reach."""
+        """Return the error for a place: out of the range of a joint, or out of reach."""
         found = self.batch.without_limits(T, near)
         if found:
             best = self._best_turns(found[0][0])
@@ -96,7 +96,7 @@ class SteadyArm(RobotArm):
         return self._out_of_reach(T, self.ways[0], "")
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        """Return the refusal for the tip of the tool, because the flange's place is not prescribed."""
+        """Return the error for the tip of the tool, because the flange's place is not prescribed."""
         start, (most, *_) = levers(self.model)
         tip, most = position(compose(T, self.tool)), most + length(position(self.tool))
         far = dist(tip, start)
@@ -111,7 +111,7 @@ class SteadyArm(RobotArm):
         )
 
     @cached_property
-    def continuation(self) -> SteadyContinuation:  # type: ignore[override] # made when asked for: it brings numpy
+    def continuation(self) -> SteadyContinuation:  # type: ignore[override] # made on demand because it loads numpy
         from vrs_cli.kinematics.numeric.steady.batch import SteadyContinuation
 
         return SteadyContinuation(self.batch.conditions)
@@ -131,7 +131,7 @@ class SteadyArm(RobotArm):
     def rates_on(
         self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
     ) -> tuple[Joints, ...]:
-        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way  # here because it loads numpy
 
         try:
             return Way(self.holding(T_flange_tool).batch.conditions, q, poses(0.0)).rates(twist, poses, order)
@@ -151,7 +151,7 @@ class SteadyArm(RobotArm):
 
     def _freedom(self, q: Joints) -> float:
         """Return how well the joints move the tip, times how well they turn the tool with the tip at rest."""
-        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here because it loads numpy
 
         return Way(self.batch.conditions, q, self.forward(q)).freedom
 

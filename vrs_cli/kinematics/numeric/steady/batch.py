@@ -330,7 +330,7 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
     return np.asarray((foot + part[..., None] * along[:, :, None]).reshape(len(ways), -1, 2))
 
 
-CHORD = 1.0 / 96.0  # part of the fourth derivative of F: distance of F from its chord on a gap of one piece
+CHORD = 1.0 / 96.0  # fraction of the fourth derivative of F: distance of F from its chord on a gap of one piece
 AROUND = 0.5  # distance from the cubic of multipliers that can solve F
 BLOCKS = 1.155  # bound of the bilinear part of a third derivative on unit vectors
 PROOF_ROUNDING = 1e-12

@@ -208,7 +208,7 @@ class Way:
     def _table(self) -> Floats:
         table: Floats = self.conditions.system(self.at, self.conditions.bend(self.at, self.multipliers))[0]
         sizes = np.linalg.svd(table, compute_uv=False)
-        if sizes[-1] <= 1e-12 * sizes[0]:  # part of the largest singular value of K: smaller ones count as 0
+        if sizes[-1] <= 1e-12 * sizes[0]:  # fraction of the largest singular value of K: smaller ones count as 0
             raise CannotFollow
         return table
 
@@ -226,7 +226,7 @@ ROLLS, DIRECTIONS = 24, 24  # angles of the last joint; directions of the hand o
 # parts of the range of directions: dense near the ends, where the bars turn fast, and without
 # the ends, where they are straight and a search cannot choose a bend
 PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
-BEYOND = 0.02  # part of the length of both bars: a place may be so far out of reach at an entry
+BEYOND = 0.02  # fraction of the length of both bars: a place may be so far out of reach at an entry
 OUTSIDE = 8.0  # [rad/rad] missing turn that counts as much as an angle outside its range
 WORSE = 0.5  # [rad] entries that miss more than the best one by this lead nowhere
 MAX_STARTS = 16
@@ -275,13 +275,13 @@ class PlanarStarts:
     def of(self, T: Floats) -> Floats | None:
         """Return joints (k, n) near those that bring the tip to the place of a pose (3, 4) with the least turn.
 
-        No rows if the place is out of reach; None if joint 1 may stand anywhere.
+        No rows if the place is out of reach; None if joint 1 may have any value.
         """
         out = T[:, :3] @ self.tip + T[:, 3] - self.point
         outward, sideways = out - self.axis * (self.axis @ out), np.cross(self.axis, out)
         a, b = self.normal @ outward, -self.normal @ sideways
         far = np.hypot(a, b)
-        if far < 1e-6:  # [m] distance of the tip from axis 1 below which joint 1 may stand anywhere
+        if far < 1e-6:  # [m] distance of the tip from axis 1 below which joint 1 may have any value
             return None
         part = (self.beside + self.normal @ (self.shoulder - self.point - self.axis * (self.axis @ out))) / far
         reached = np.abs(part) * far < far + self.slack  # (rolls,)
