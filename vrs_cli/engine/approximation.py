@@ -1,8 +1,9 @@
 """Approximate paths for viewers: the path of the tool tip by lines, and straight lines by cubics of the joints.
 
-Lines have few points, placed by curvature and not by time, near enough to where g leads the tip. The cubics serve
-viewers that have no inverse kinematics. Each has the joints and joint velocities of g at both its ends (Hermite), so
-neighbours join without a jump of place or velocity. A piece that leaves g by more than a tolerance is halved.
+Lines have few points, placed by curvature and not by time, close enough to the path that g gives the tip. The cubics
+serve viewers that have no inverse kinematics. Each cubic has the joints and joint velocities of g at both of its ends
+(Hermite), so neighbouring cubics join without a jump of position or velocity. A piece that leaves g by more than a
+tolerance is halved.
 """
 
 from __future__ import annotations
@@ -25,20 +26,20 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
 MAX_TURN = 0.5  # [rad, m] of all joints together: on a shorter way the tip turns to and fro at most once
-PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the way is measured
-LINE_MARGIN = 0.8  # fraction of the error: between the probes the way is a little farther from its line
-MAX_HALVINGS = 12  # halvings: a line of 1 s is not made shorter than 0.25 ms
+PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the path is measured
+LINE_MARGIN = 0.8  # fraction of the error: between the probes the path may be a little farther from its line
+MAX_HALVINGS = 12  # maximum number of halvings: a line of 1 s becomes no shorter than 0.25 ms
 SIGHT_STEP_S = (
     10.0  # [s] the part in sight begins and ends at multiples of this time, so that most of it stays the same
 )
 
 Tip = Callable[[float], Vector]  # the position of the tool tip in the world [m], s seconds into a segment
-Place = tuple[float, Vector]  # a time [s], and the position of the tool tip then
+Place = tuple[float, Vector]  # a time [s], and the position of the tool tip at that time [m]
 
 
 class ToolLine(NamedTuple):
-    """The path of the tool tip in one segment, or in several steered ones: points in the world [m], with the times at
-    which the tip is there. Those are `offset` [s] later than `times`.
+    """A polyline of the tool tip's path in one segment, or in several steered segments: points in the world [m]. The
+    tip is at each point `offset` [s] later than the time in `times`.
     """
 
     motion: Motion
@@ -56,7 +57,7 @@ class ToolLine(NamedTuple):
         return self.offset + self.times[-1]
 
     def count_passed(self, t: float) -> int:
-        """Return how many of its points the tip has left behind at a time [s]."""
+        """Return how many points of the line the tip has passed at a time [s]."""
         return sum(self.offset + time < t for time in self.times)
 
     def split_at(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
@@ -66,21 +67,19 @@ class ToolLine(NamedTuple):
 
 
 class ToolPath:
-    """Computes the lines of one arm; no point of the tip's way is farther than `error` [m] from them.
+    """Computes the lines of one arm; no point of the tip's path is farther than `error` [m] from these lines.
 
-    The lines of a part of a timeline are remembered while the part is in sight: versions of a timeline share what is
-    unchanged.
+    The lines of a part of a timeline are cached while the part is in view, because versions of a timeline share their
+    unchanged parts.
     """
 
     def __init__(self, arm: RobotArm, error: float) -> None:
         self._arm, self._error = arm, error
-        # by the id of a row, which is kept, so that the id stays its own
+        # by the id of a row; the row is kept, so that no other object gets this id
         self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
-        """Return in order the lines that the tip draws between two times [s]; some lines beside them may be among
-        these.
-        """
+        """Return, in order, the lines of the tip between two times [s], and perhaps some lines before or after them."""
         before, self._seen = self._seen, {}
         found = list[ToolLine]()
         for block in timeline.blocks(begin // SIGHT_STEP_S * SIGHT_STEP_S, -(-end // SIGHT_STEP_S) * SIGHT_STEP_S):
@@ -92,7 +91,7 @@ class ToolPath:
 
 
 def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLine]:
-    """Yield a line for each segment that moves; one line for all segments that are steered without a pause."""
+    """Yield a line for each segment that moves; one line for consecutive steered segments."""
     steered = list[ToolLine]()
     for segment in block.row.between(block.first, block.last):
         if segment.phase is Phase.REST or segment.duration <= 0.0:
@@ -110,7 +109,7 @@ def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLi
 
 
 def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
-    tip, pieces = tip_of(arm, segment), 1  # of equal time, into which the way is cut
+    tip, pieces = tip_of(arm, segment), 1  # number of pieces of equal duration into which the path is cut
     if isinstance(segment.path, JointPath):
         way = sum(high - low for low, high in segment.path.extremes(segment.duration))
         pieces = max(ceil(way / MAX_TURN), 1)
@@ -121,7 +120,7 @@ def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
 
 
 def _join_lines(lines: Sequence[ToolLine], error: float) -> ToolLine:
-    """Join lines that follow each other, without the points that are not needed."""
+    """Join consecutive lines, and leave out points that are not needed."""
     places = [place for line in lines for place in zip(line.times[:-1], line.points[:-1], strict=True)]
     places.append((lines[-1].times[-1], lines[-1].points[-1]))
     times, points = zip(*thin_out(places, 0.5 * error), strict=True)
@@ -176,11 +175,9 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
     return dist(there, (part * along[0], part * along[1], part * along[2]))
 
 
-PIECE_LOOKS = 8  # parts of a piece between which it is compared with g; even, so that halves share the places
-PIECE_MARGIN = (
-    0.9  # fraction of the tolerance, allowed at the compared places: between them a piece may be a little farther off
-)
-MIN_PIECE_S = 2.0**-20  # a shorter piece is not halved: about 1 us
+PIECE_LOOKS = 8  # number of parts of a piece that are compared with g; even, so that halves share their times
+PIECE_MARGIN = 0.9  # fraction of the tolerance allowed at the compared times: between them a piece may be farther off
+MIN_PIECE_S = 2.0**-20  # minimum duration [s] of a piece that is halved, about 1 us
 TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m]
 
 
@@ -199,8 +196,8 @@ class _State(NamedTuple):
 
 
 def known_tolerance(wanted: float) -> float:
-    """Return the greatest of TOLERANCES that is not above the wanted one [rad, m]. There are few, so that pieces serve
-    many viewers.
+    """Return the greatest of TOLERANCES that is not above the wanted tolerance [rad, m]. TOLERANCES are few, so that
+    many viewers share the same pieces.
 
     Raises IllegalValue for a tolerance that is smaller or greater than all of them.
     """
@@ -214,8 +211,8 @@ def known_tolerance(wanted: float) -> float:
 def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[JointPiece, ...]:
     """Return pieces, one after the other, from the start of a straight-line segment to its end.
 
-    No joint is farther than `tolerance` [rad, m] from g. There are none for a segment in joint space, for one that
-    lasts no time, and for one with a pose that no joints lead to (a damaged file).
+    No joint is farther than `tolerance` [rad, m] from g. Return no pieces for a segment in joint space, a segment
+    without duration, and a segment with an unreachable pose (a damaged file).
     """
     path = segment.path
     if isinstance(path, JointPath) or not segment.duration > 0.0:
@@ -267,7 +264,7 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
 
 
 def _hermite(h: float, begin: _State, end: _State) -> JointPiece:
-    """Return the cubics with these places and velocities at 0 and `h` [s]."""
+    """Return the cubics with these positions and velocities at times 0 and `h` [s]."""
     rows = []
     for p, v, q, w in zip(begin.q, begin.qd, end.q, end.qd, strict=True):
         slope = (q - p) / h

@@ -1,11 +1,11 @@
-"""Keep the record of one course of events: the first timeline, every change of it since, and what UNDO can take back.
+"""Record one course of events: the first timeline, every change of it since, and what UNDO can take back.
 
-The timeline changes only here, in one order: a planned change is written into the journal, then it takes place, then
-`told` hears of it. A change that the journal refuses does not take place.
+The timeline changes only here, in one order: a planned change is written into the journal, then it takes effect, then
+`told` is called. A change that the journal refuses does not take effect.
 
-A book with a window keeps only its end in memory. After each change a little of the past leaves memory: commands that
-UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written. It says where all rows of
-the timeline are, and whoever goes on with the file reads the file from there on.
+A book with a window keeps only its latest part in memory. After each change a little of the past is removed from
+memory: commands that UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written. The
+checkpoint contains the file positions of all rows of the timeline, so a later reader starts there.
 
 The answer to a command says which scheduled motions the change has moved or dropped (`displacement`).
 """
@@ -29,17 +29,17 @@ from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timel
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
-CHANGES_AT_ONCE = 50  # changes planned before others may have their turn
+CHANGES_AT_ONCE = 50  # number of changes that are planned before other work gets a turn
 R = TypeVar("R")
-Parts = Generator[None, None, R]  # work done a part at a time: between parts the driver may do something else
-ROW_LENGTH = 128  # segments: a row of this length grows no more; one change writes at most this many (3 ms of CPU)
-MAX_MOTIONS_COMPARED = 100  # motions: so the cost does not depend on how much is scheduled
+Parts = Generator[None, None, R]  # work in parts; between two parts its caller may do other work
+ROW_LENGTH = 128  # segments: maximum length of a row, so one change writes at most this many segments (3 ms of CPU)
+MAX_MOTIONS_COMPARED = 100  # maximum number of motions compared, which bounds the cost
 SAME_TIME = 5e-4  # [s] times closer than that are shown alike
 
 
 class WindowSize(Struct, frozen=True):
-    """How much of a book stays in memory: the commands and deltas of the last `changes`, and the last `segments`. The
-    next checkpoint is due `checkpoint` changes after the last one.
+    """The part of a book that stays in memory: the commands and deltas of the last `changes`, and the last `segments`.
+    The next checkpoint is due `checkpoint` changes after the last one.
     """
 
     changes: int = 512
@@ -48,30 +48,30 @@ class WindowSize(Struct, frozen=True):
 
 
 class Store(KeptDeltas, Protocol):
-    """Storage for the past. What cannot be written stays in memory."""
+    """Storage for the past of a book. Rows that cannot be written stay in memory."""
 
     def keep_row(self, row: Row) -> RowStore | None:
-        """Write a row and return where it is; None if it cannot be written now."""
+        """Write a row and return its store; None if the row cannot be written now."""
 
     def keep_events(self, row: EventRow) -> int | None:
-        """Write a row of events and return where it is; None if it cannot be written now."""
+        """Write a row of events and return its file position; None if the row cannot be written now."""
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write where all rows of a timeline are, those of its events too, and return whether that was possible.
-        `commands`: how many are in force; `number`: of the last motion.
+        """Write the file positions of all rows of a timeline and of its events. Return whether this was possible.
+        `commands`: the number of commands in force; `number`: the number of the last motion.
         """
 
 
 class MemoryWindow:
-    """Keeps only the end of a book in memory. `checkpoint`: the version of the timeline at the last checkpoint."""
+    """Keeps only the latest part of a book in memory. `checkpoint`: the version of the timeline at the last checkpoint."""
 
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
         self.store, self.reach, self._checkpoint = store, reach, checkpoint
-        self._first = 0  # the segments before the one with this number are away
-        self._first_event = 0  # the events before the one with this number are written
+        self._first = 0  # number of the first segment in memory
+        self._first_event = 0  # number of the first event that is not written yet
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
-        """Let a part of the past leave memory after these changes, and write a checkpoint if one is due. `timeline`:
+        """Remove a part of the past from memory after these changes, and write a checkpoint if one is due. `timeline`:
         after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min(
@@ -83,7 +83,7 @@ class MemoryWindow:
         for index, _, leaf in timeline.parts(max(count - 2 * ROW_LENGTH, 0)):
             row, is_last = leaf.row, index + leaf.count == count
             if not row.closed and len(row) >= (ROW_LENGTH if is_last else ROW_LENGTH // 2):
-                # so no row at the end grows far beyond ROW_LENGTH, by new segments or by a row that joins it
+                # so that the last row does not grow far beyond ROW_LENGTH, by new segments or by a merged row
                 row.close()
         due = timeline.version - self._checkpoint >= max(
             self.reach.checkpoint, (count + timeline.event_count) // ROW_LENGTH
@@ -93,8 +93,8 @@ class MemoryWindow:
             self._checkpoint = timeline.version
 
     def _write_rows(self, timeline: Timeline, *, due: bool) -> bool:
-        """Write old rows, and let them leave memory; if a checkpoint is `due`, write all rows. Return whether all of
-        them are written.
+        """Write old rows and remove them from memory; if a checkpoint is `due`, write all rows. Return whether all rows
+        are written.
         """
         written, old, away = 0, len(timeline) - self.reach.segments, True
         for index, _, leaf in timeline.parts(self._first):
@@ -117,8 +117,8 @@ class MemoryWindow:
         return True
 
     def _write_events(self, timeline: Timeline, *, due: bool) -> bool:
-        """Write rows of events that are long enough, or all if a checkpoint is `due`; return whether all of them are
-        written. They stay in memory, where an event takes 50 bytes.
+        """Write rows of events that are long enough, or all rows if a checkpoint is `due`. Return whether all events
+        are written. Events stay in memory, 50 bytes each.
         """
         written, before = 0, True
         for index, _, leaf in timeline.event_parts(self._first_event):
@@ -138,7 +138,7 @@ class MemoryWindow:
 
 
 def whole(parts: Parts[R]) -> R:
-    """Do all parts of a work without a pause, and return its result."""
+    """Run all parts of some work without a pause, and return its result."""
     while True:
         try:
             next(parts)
@@ -148,33 +148,34 @@ def whole(parts: Parts[R]) -> R:
 
 
 class JournalWriter(Protocol):
-    """Writes every change down before it happens."""
+    """Writes every change to the journal before the change takes effect."""
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write deltas. Raises FileError if they cannot be written: then they must not happen. It raises nothing for
-        changes that happen anyway (`happens`).
+        """Write deltas. Raises FileError if they cannot be written; the caller must then not apply them. Raises nothing
+        for changes that are applied in any case (`happens`).
         """
 
     @property
     def unsettled(self) -> bool:
-        """Return whether a power cut would lose something that is written. Several changes may go to the disk
-        together.
+        """Return whether written changes are not on the disk yet, so that a power cut would lose them. Several changes
+        may go to the disk together.
         """
 
     def settle(self) -> None:
-        """Bring all that is written to the disk. Raises FileError."""
+        """Flush all written changes to the disk. Raises FileError."""
 
 
 def silent(_deltas: Sequence[TimelineDelta]) -> None:
-    """Tell nobody of a change."""
+    """Ignore a change."""
 
 
 class Book:
     """`timeline` is `initial` after all `deltas`; `number` is that of the last motion.
 
-    `stream`: the motion of the last command, while more targets of it may come (`prolong`). `window`: keeps the book
-    short in memory; None: all of it stays there. `marks_events`: the motions of its file say how far the hand is open.
-    The next delta must then have events, and from that delta on motions no longer say it.
+    `stream`: the motion of the last command, while more targets of this motion may come (`prolong`). `window`: keeps
+    only a part of the book in memory; None: all of the book stays in memory. `marks_events`: the motions in its file
+    contain the opening of the hand. The next delta must then have events, and later motions no longer contain the
+    opening.
     """
 
     def __init__(
@@ -197,12 +198,12 @@ class Book:
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
-        """Make a book in which nothing has happened yet: the robot stands at these joints from time 0 on."""
+        """Make an empty book: the robot stands at these joints from time 0 on."""
         initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, MotionKind.REST, Start.AT))])
         return cls(initial, initial)
 
     def copy(self) -> Book:
-        """Return a book with the same past, to continue separately: it has no journal, and nobody listens."""
+        """Return a book with the same past, to continue separately, without a journal and without listeners."""
         self.end_stream()
         book = Book(self.initial, self.timeline, self.deltas, self.history.copy(), self.number)
         book.marks_events = self.marks_events
@@ -215,7 +216,9 @@ class Book:
         return records(self.timeline, [step.delta for step in self.history.done])
 
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
-        """Return a function that lists all motion commands in force now. It may take long; any thread may call it."""
+        """Return a function that lists all motion commands in force now. The function may take long; any thread may
+        call it.
+        """
         timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
         forgotten = self.history.forgotten
         return lambda: records(timeline, commands_in_force(deltas) if forgotten else done)
@@ -223,9 +226,8 @@ class Book:
     # --- changing the timeline ---
 
     def commit(self, steps: Sequence[HistoryStep], timeline: Timeline | None = None, *, happens: bool = False) -> None:
-        """Make the changes of new commands, which were planned one after the other: all of them or, if that raises
-        FileError, none. Changes that `happens` marks are made in any case. `timeline`: the result, if the caller has
-        it.
+        """Apply the changes of new commands, planned one after the other: all of them or, if FileError is raised, none.
+        With `happens`, apply them in any case. `timeline`: the resulting timeline, if the caller knows it.
         """
         deltas = [step.delta for step in steps]
         wrong = self._change(deltas, timeline, happens=happens)
@@ -239,12 +241,11 @@ class Book:
             raise wrong
 
     def prolong(self, delta: TimelineDelta) -> None:
-        """Make the change of one more target of the stream, which belongs to the last command. Raises FileError.
-
-        Of the target before, `deltas` keeps only what the robot did.
+        """Apply the change of one more target of the stream, which belongs to the last command. Raises FileError. For
+        the previous target, `deltas` keeps only the part that the robot executed.
         """
         self._change([delta], goes_on=True)
-        if len(self.deltas) % PART != 1:  # at the start of a part both stay as they are written down
+        if len(self.deltas) % PART != 1:  # at the start of a part, both deltas stay as they are in the file
             before = self.deltas[-2]
             kept = before.segments[: delta.keep - before.keep]
             shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
@@ -269,8 +270,8 @@ class Book:
         self.told(deltas)
 
     def undo(self, count: int, clock: Callable[[], float], *, leaves_recorded: bool) -> Parts[float]:
-        """Take the last commands back, all of them or none, and return the clock [s] before them. `clock` returns the
-        present time; `leaves_recorded`: as for `History.last_done`. Raises UsageError if there are not so many,
+        """Undo the last `count` commands, all of them or none, and return the clock [s] before them. `clock` returns
+        the present time; `leaves_recorded`: as for `History.last_done`. Raises UsageError if there are fewer commands,
         RequestRefused, FileError.
         """
         self.end_stream()
@@ -287,8 +288,8 @@ class Book:
         return before
 
     def redo(self, count: int, check: Callable[[Timeline, TimelineDelta], None] | None = None) -> Parts[float]:
-        """Do again the commands that were taken back last, all of them or none, and return the clock [s] after them.
-        `check` may refuse each. Raises as `undo` does.
+        """Repeat the commands that were undone last, all of them or none, and return the clock [s] after them. `check`
+        may refuse any of them. Raises as `undo` does.
         """
         undone, version = self.history.last_undone(count), self.timeline.version
         again = (one.step.present(version + number) for number, one in enumerate(undone))
@@ -302,13 +303,13 @@ class Book:
         return undone[-1].clock
 
     def keep_short(self, window: MemoryWindow) -> None:
-        """Keep only the end of the book in memory from now on."""
+        """Keep only the latest part of the book in memory from now on."""
         self.timeline, self.window = self.timeline.in_rows(ROW_LENGTH), window
         for _ in list(self.timeline.parts()):
             self._let_go(())
 
     def _let_go(self, deltas: Sequence[TimelineDelta]) -> None:
-        """Let leave memory what has become too old with these changes."""
+        """Remove from memory the changes and rows that are now too old."""
         window = self.window
         if window is not None:
             old = len(self.deltas) - window.reach.changes
@@ -319,8 +320,8 @@ class Book:
     def _plan_changes(
         self, deltas: Iterable[TimelineDelta], check: Callable[[Timeline, TimelineDelta], None] | None = None
     ) -> Parts[tuple[list[TimelineDelta], Timeline]]:
-        """Apply changes one after the other to a timeline that nobody has yet, and return both. `check` is asked before
-        each. Raises RequestRefused if another change took place meanwhile.
+        """Apply changes one after the other to a timeline that is not published yet, and return both. `check` is called
+        before each change. Raises RequestRefused if another change took place meanwhile.
         """
         before = timeline = self.timeline
         planned: list[TimelineDelta] = []
@@ -347,9 +348,9 @@ class Book:
         happens: bool = False,
         goes_on: bool = False,
     ) -> Exception | None:
-        """Write changes into the journal, then make them. They end the stream, unless it `goes_on` in them. `timeline`:
-        the result, if the caller has it. Return the error of the journal if the changes take place in spite of it
-        (`happens`).
+        """Write changes into the journal, then apply them. They end the stream, unless the stream `goes_on`.
+        `timeline`: the resulting timeline, if the caller knows it. Return the error of the journal if the changes take
+        effect in spite of the error (`happens`).
         """
         if self.marks_events and deltas and deltas[0].events is None:
             deltas = [deltas[0]._replace(events=EventEdit(self.timeline.event_count)), *deltas[1:]]
@@ -374,7 +375,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     """Return how motions and events have been moved that were scheduled on the timeline `before`, or motions with a
     time stamp since then.
 
-    None if none has been moved. What UNDO took back is not counted as dropped.
+    None if nothing has been moved. Motions that UNDO took back do not count as dropped.
     """
     changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
     if not any(delta.drop or delta.shift or (delta.events and not delta.events.adds) for delta in changes):
@@ -389,7 +390,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         if one.motion.start is Start.AT and one.segments and abs(one.executed - one.issued) > SAME_TIME
     ]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MAX_MOTIONS_COMPARED)}
-    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # then a motion that is not among these is gone
+    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # then a motion that is missing here has been dropped
     new.update((motion.number, time) for motion, time in _event_times(book.timeline, since, commands))
     rows = [
         (motion, begin, new.get(motion.number))
@@ -404,7 +405,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
 
 
 def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
-    """Sort moved motions into those that come later, those that come earlier, and those that are gone."""
+    """Sort moved motions into later, earlier and dropped motions."""
     return Displacement(
         tuple(one for one in moved if one.later > SAME_TIME),
         tuple(one for one in moved if one.later < -SAME_TIME),
@@ -414,7 +415,7 @@ def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
 
 
 def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
-    """Return how motions have been moved from the times that were asked for them; None if none has."""
+    """Return how motions have been moved from their requested times; None if no motion has been moved."""
     timed = ((one, one.asked) for one in commands if one.asked is not None)
     moved = [
         Moved(one.text, asked, asked, None if one.end is None else one.executed)
@@ -427,7 +428,7 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
 def _event_times(
     timeline: Timeline, since: float, commands: Mapping[int, TimelineDelta]
 ) -> Iterator[tuple[Motion, float]]:
-    """Yield the commands that set channels later than `since`, the first MOST of them, and when each does."""
+    """Yield the first commands that set channels later than `since`, at most MAX_MOTIONS_COMPARED, each with its time."""
     first = timeline.events_by(since)
     for event in timeline.event_slice(first, min(first + MAX_MOTIONS_COMPARED, timeline.event_count)):
         delta = commands.get(event.number)
@@ -436,7 +437,7 @@ def _event_times(
 
 
 def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:
-    """Yield the motions that begin at `since` or later, and when each begins."""
+    """Yield the motions that begin at `since` or later, each with its start time [s]."""
     index = timeline.index_at(since)
     while index and timeline[index].start >= since:
         index -= 1

@@ -1,16 +1,14 @@
 """Find where a tool path meets the boundary of the reach or a singular pose, and decide what a straight line does
-there.
-
-The places are decided, not sampled. A path is halved until every part of it is certainly clear
-(`kinematics.clearance`), or beyond the reach somewhere, or so short that all of it lies on a boundary within
-`ON_BOUNDARY`. Most paths are clear after one or two looks. A path that passes close by is cut into parts that are
-shorter the nearer they are to the boundary, and its joints are sampled more closely there. Source: the branch-and-bound
+there. These positions are proved, not sampled: a path is halved until every part of it is certainly clear
+(`kinematics.clearance`), or partly beyond the reach, or so short that it lies completely on a boundary, within
+`ON_BOUNDARY`. Most paths are clear after one or two looks. A path that passes close to a boundary is cut into shorter
+and shorter parts towards the boundary, and its joints are sampled more closely there. Source: the branch-and-bound
 search of Moore, Kearfott and Cloud, "Introduction to Interval Analysis" (2009).
 
-On a tangent the joints are continuous, but change their direction at once: the line comes to rest at that point, and
-goes on. A line that ends or begins on a boundary must be a tangent of it. Otherwise a joint moves with the square root
-of the path of the tool, so it would have to be in motion at once. Where a joint would have to jump, as at a straight
-wrist, there is no line.
+Where a line is a tangent of a boundary, the joints are continuous but change their direction abruptly: the line comes
+to rest at that point, and then continues. A line that ends or begins on a boundary must be a tangent of it. Otherwise a
+joint moves with the square root of the distance of the tool, so its velocity would have to jump. Where a joint would
+have to jump, as at a straight wrist, no line is possible.
 """
 
 from __future__ import annotations
@@ -46,22 +44,22 @@ from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
 KEPT_CLEARANCE = 0.25  # fraction of the smaller of two clearances that must certainly be left between them
-END_PART = 1e-4  # fraction of a path: nearer to a rest on a boundary, samples are close anyway
+END_PART = 1e-4  # fraction of a path: closer to a stop on a boundary than this, samples are dense anyway
 MAX_SEARCH_LOOKS = 5000
-REMEMBERED_SURVEYS = 64  # surveys: a line may be planned again, with other stops or while a key is held
-FEW_LOOKS = 8  # looks: with no more of them, samples are as close anyway
-# parts of the greatest clearances of a path: a smaller clearance is close to a boundary
+REMEMBERED_SURVEYS = 64  # number of cached surveys: a line may be planned again, with other stops or for a held key
+FEW_LOOKS = 8  # number of looks up to which samples are as dense anyway
+# fractions of the greatest clearances of a path, below which a clearance is close to a boundary
 CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
 DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, by which its place is found to a billionth
 TANGENT_STEP = 1e-5  # [m] from the end of a line: there differences show whether it is a tangent
 TANGENT_SLOPE = 1e-8  # [m] slope of a clearance [m2] along the way: a smaller one is a tangent
 NEWTON_STEPS = 3
 MAX_TOUCH_CHANGE = 0.01  # [rad, m] a joint that changes by less over a touch of a boundary does not jump
-STRAIGHTENINGS = 2  # the second one removes the rounding of the first
+STRAIGHTENINGS = 2  # number of straightenings; the second removes the rounding errors of the first
 
 
 class Touch(NamedTuple):
-    """A part of a path on which one clearance is zero; `which`: the place of that clearance among the sizes."""
+    """A part of a path on which one clearance is zero; `which`: the index of that clearance in `Clearance.sizes`."""
 
     begin: float
     end: float
@@ -69,10 +67,9 @@ class Touch(NamedTuple):
 
 
 class PathSurvey(Struct, frozen=True):
-    """The result of searching a path. `marks`: times around those at which it passes close to a boundary, closer and
-    closer.
-
-    `beyond`: a time at which it is beyond the reach; `endless`: a time at which the search could not decide.
+    """The result of searching a path. `marks`: times around each close approach to a boundary, more and more dense
+    towards it. `beyond`: a time at which the path is beyond the reach; `endless`: a time at which the search could not
+    decide.
     """
 
     touches: tuple[Touch, ...] = ()
@@ -93,12 +90,12 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurve
 
 @lru_cache(REMEMBERED_SURVEYS)
 def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> PathSurvey:
-    """Search a path; results are remembered. Paths of an arm without a hand are not searched."""
+    """Search a path; results are cached. Paths of an arm without a hand are not searched."""
     return PathSurvey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
 
 
 class _Search:
-    """The search of one path, from its beginning to its end."""
+    """A search of one path, from its start to its end."""
 
     def __init__(
         self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
@@ -126,7 +123,7 @@ class _Search:
                     return PathSurvey(beyond=middle)
                 pending.append((middle, seen))
                 continue
-            for which in on_boundary:  # the touch may continue one that was noted before
+            for which in on_boundary:  # the touch may continue an earlier touch
                 before = next((touch for touch in self.touches if touch[1:] == (begin, which)), None)
                 if before is None:
                     self.touches.append(Touch(begin, end, which))
@@ -165,7 +162,7 @@ class _Search:
         return True, on_boundary
 
     def marks(self) -> tuple[float, ...]:
-        """Return times around each least clearance, closer and closer to it."""
+        """Return times around each minimum of a clearance, more and more dense towards it."""
         marks = set[float]()
         for k, close in enumerate(CLOSE_PARTS):
             column = [inf, *(seen.sizes[k] for _, seen in self.seen), inf]
@@ -177,7 +174,7 @@ class _Search:
         return tuple(sorted(marks))
 
     def around(self, i: int) -> Iterator[float]:
-        """Yield the time of one look, and times on both sides of it, closer and closer to it."""
+        """Yield the time of one look, and times on both sides, more and more dense towards it."""
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
         if s in (0.0, self.lasting):
@@ -227,7 +224,7 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
 
 
 class Stop(Struct, frozen=True):
-    """A place where a line has to stop on its way: after which part of it, and T_robot_tool, exactly on the
+    """A position at which a line has to stop: the fraction of the line before it, and T_robot_tool, exactly on the
     boundary.
     """
 
@@ -236,7 +233,7 @@ class Stop(Struct, frozen=True):
 
 
 class Kinks:
-    """The touches of one path, which goes from rest to rest in 1 s."""
+    """The touches of one path that goes from rest to rest in 1 s."""
 
     def __init__(self, follower: Follower, path: CartesianPath, touches: tuple[Touch, ...]) -> None:
         self.follower, self.path, self.touches = follower, path, touches
@@ -247,7 +244,7 @@ class Kinks:
         self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt
 
     def stops(self, near: Joints) -> list[Stop]:
-        """Return where the line has to stop. Raises StraightLineSingular if it cannot be followed."""
+        """Return where the line has to stop. Raises StraightLineSingular if the joints cannot follow the line."""
         for end in (0.0, 1.0):
             if any(end in touch[:2] for touch in self.touches):
                 self._check_tangent(end, near)
@@ -263,7 +260,7 @@ class Kinks:
     def end_on_boundary(self) -> Transform:
         """Return T_robot_tool at the end of the line, moved exactly onto the boundary to which the line is a tangent.
 
-        Beside it, the joints would change their direction in the last instant.
+        Next to the boundary, the joints would change their direction in the last instant.
         """
         goal = self.path.pose(1.0)
         for touch in self.touches:
@@ -272,8 +269,8 @@ class Kinks:
         return goal
 
     def _check_tangent(self, end: float, near: Joints) -> None:
-        """Check that a line that begins or ends on boundaries is a tangent of each. How the wrist turns shows in the
-        samples.
+        """Check that a line that begins or ends on boundaries is a tangent of each. The samples show how the wrist
+        turns.
         """
         if self.speed <= ON_BOUNDARY:
             return
@@ -285,7 +282,7 @@ class Kinks:
                 raise self.follower.refuse_kink(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
-        """Find the place of the least clearance by Newton's method on differences, and move it onto the boundary."""
+        """Find the pose with the least clearance by Newton's method on differences, and move it onto the boundary."""
         s, step = 0.5 * (touch.begin + touch.end), DIFFERENCE_STEP / self.speed
         for _ in range(NEWTON_STEPS):
             before, here, after = (self._size(touch.which, self.path.pose(s + side)) for side in (-step, 0.0, step))
@@ -317,11 +314,10 @@ class Kinks:
 
 
 def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
-    """Return T_robot_tool at the end of a line, turned so that two axes of the wrist that are nearly one are exactly
-    one.
+    """Return T_robot_tool at the end of a line, turned so that two wrist axes that nearly coincide coincide exactly.
 
-    The turn is about the wrist's centre, by no more than `ON_BOUNDARY`. Without it a line that passes beside the
-    singular pose would turn the joints of the wrist almost instantly.
+    The turn is about the wrist's centre, by no more than `ON_BOUNDARY`. Without this turn, a line that passes beside
+    the singular pose would turn the joints of the wrist almost instantly.
     """
     hand = follower.arm.hand
     if hand is None:

@@ -1,8 +1,8 @@
-"""Try other timelines of the same robot on what-if branches: compare them, keep them or drop them.
+"""Try other timelines of the same robot on what-if branches, which users can compare, merge or drop.
 
-A branch begins as a copy: timeline, clock, settings, and what can be undone. It costs little, since timelines share all
-that they have in common. `main` is what the journal holds. A branch reaches it only by `merge`, as deltas like any
-others.
+A branch begins as a copy of the timeline, clock, settings and undo history. The copy costs little, since timelines
+share their common parts. The journal holds `main`. The changes of a branch get into `main` only by `merge`, as ordinary
+deltas.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ class Fork(Struct, frozen=True):
     done: tuple[HistoryStep, ...]
 
     def leaves(self, main: Book) -> bool:
-        """Return whether main is still as it was then. A branch from a file left main before anything happened
-        on it.
+        """Return whether main is unchanged since the branch left it. A branch from a file left main before anything
+        happened on it.
         """
         return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
 
 
 class _Branch(Struct):
-    """A branch. `fork` is None for main. `left` is None while the branch is the present one: then the engine has its
-    book.
+    """A branch. `fork` is None for main. `left` is None while the branch is the present branch, because the engine then
+    has its book.
     """
 
     name: str
@@ -54,8 +54,8 @@ class Branches:
     """The branches of one engine by name; the engine works on the `present` one. Names that differ only in case are the
     same.
 
-    Main is everybody's; every other branch is seen only by the user who made it. `who`: the user that is served now, on
-    the branch where that user was last.
+    All users share main; every other branch is visible only to the user who made it. `who`: the user served now, on the
+    branch that this user was last on.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -69,7 +69,7 @@ class Branches:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all branches that the present user sees, main first."""
+        """Names of all branches that are visible to the present user, main first."""
         return (MAIN, *(branch.name for (who, _), branch in self._made.items() if who == self.who))
 
     @property
@@ -80,7 +80,7 @@ class Branches:
         return self._find(name) is not None
 
     def spelling(self, name: str) -> str:
-        """Return a branch's name as it was spelled first. Raises UsageError for an unknown name."""
+        """Return a branch's name in the spelling of its creation. Raises UsageError for an unknown name."""
         return self._branch_named(name).name
 
     def book(self, name: str) -> Book:
@@ -88,13 +88,13 @@ class Branches:
         return self.left(name).book
 
     def left(self, name: str) -> Bookmark:
-        """Return where a branch was left; of the present branch, where it is now. Raises UsageError for an unknown
-        name.
+        """Return the bookmark at which a branch was left; for the present branch, a bookmark of now. Raises UsageError
+        for an unknown name.
         """
         return self._left(self._branch_named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
-        """Return where a branch was left; of the present branch, where it is now."""
+        """Return the bookmark at which a branch was left; for the present branch, a bookmark of now."""
         return self.engine.bookmark() if branch.left is None else branch.left
 
     def _find(self, name: str) -> _Branch | None:
@@ -111,7 +111,7 @@ class Branches:
 
     def make(self, name: str) -> None:
         """Make a branch of the present course of events, and switch to it. Raises UsageError for a name in use."""
-        self.engine.book.end_stream()  # the command of the stream changes at its end
+        self.engine.book.end_stream()  # the end of a stream changes its command
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
         self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))
@@ -128,7 +128,7 @@ class Branches:
         self._made[(self.who, branch.name.lower())] = branch
 
     def change_over(self, name: str) -> None:
-        """Switch to another branch: the engine goes on where that branch was left."""
+        """Switch to another branch: the engine continues where that branch was left."""
         branch = self._branch_named(name)
         if branch is not self._present:
             self._check_time()
@@ -141,8 +141,8 @@ class Branches:
         self._places[self.who] = branch
 
     def serve(self, who: Hashable, *, stay: bool = False) -> None:
-        """Switch to the branch where a user was last, at first main. `stay`: stay on the present branch, since
-        something runs on it.
+        """Switch to the branch where a user was last, at first main. `stay`: stay on the present branch, because a
+        program or command runs on it.
         """
         self.who = who
         place = self._places.get(who, self._main)
@@ -155,7 +155,9 @@ class Branches:
 
     @contextmanager
     def own_in_place(self) -> Iterator[None]:
-        """Put the present user's own branch in place for reading, while something runs on another; nobody is told."""
+        """Put the present user's own branch in place for reading, while a program or command runs on another branch;
+        listeners are not told.
+        """
         there, place = self._present, self._places.get(self.who, self._main)
         there.left = self.engine.bookmark()
         self._put(place)
@@ -166,14 +168,14 @@ class Branches:
             there.left = None
 
     def _put(self, branch: _Branch) -> None:
-        """Put the book, settings and clock of a branch into the engine; nobody is told."""
+        """Put the book, settings and clock of a branch into the engine, without telling listeners."""
         assert branch.left is not None
         mark, self._present = branch.left, branch
         self.engine.book, self.engine.settings = mark.book, mark.settings
         self.engine.clock.set(mark.clock)
 
     def seen_by(self, who: Hashable) -> tuple[Timeline, float]:
-        """Return the timeline of a user's branch, and how far time has come there [s]. Any thread may call it."""
+        """Return the timeline of a user's branch, and the time that its clock has reached [s]. Any thread may call it."""
         place, engine = self._places.get(who, self._main), self.engine
         while True:
             book, now = engine.book, engine.clock.reached
@@ -184,7 +186,7 @@ class Branches:
                 return book.timeline, now
 
     def forget(self, who: Hashable) -> None:
-        """Remove a user who has gone, and the branches of that user."""
+        """Remove a user who has left, and the branches of that user."""
         if self._places.get(who) is self._present:
             self._change_over(self._main)
         self._made = {key: branch for key, branch in self._made.items() if key[0] != who}
@@ -207,18 +209,17 @@ class Branches:
         return branch.name
 
     def _check_time(self) -> None:
-        """Raise UsageError if the engine's clock keeps real time: then there is one course of events."""
+        """Raise UsageError if the engine's clock keeps real time, which allows only one course of events."""
         if self.engine.realtime:
             raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
 
     # --- merging ---
 
     def merge(self, name: str) -> int:
-        """Merge a branch into main, change over to main, and forget the branch. Return how many commands were planned
-        again.
+        """Merge a branch into main, switch to main, and delete the branch. Return how many commands were planned again.
 
-        Where main has not changed since, it gets the branch to the bit, with clock and settings. Otherwise the
-        commands of the branch are planned again on main, at their times or after its last motion, as they were
+        Where main has not changed since, main becomes an exact copy of the branch, with clock and settings. Otherwise
+        the commands of the branch are planned again on main, at their times or after its last motion, as they were
         given; main keeps its settings, and its clock goes on to that of the branch. Raises UsageError, MotionError,
         FileError; nothing is changed then.
         """
@@ -246,7 +247,7 @@ class Branches:
         return sum(not step.is_record for step in steps)
 
     def _check_again(self, fork: Fork, main: Bookmark, other: Book) -> Parts[None]:
-        """Ask the engine's checks about the commands of a branch, with the settings of main."""
+        """Run the engine's checks on the commands of a branch, with the settings of main."""
         other.end_stream()
         begun, timeline = (main.book.timeline, other.timeline), main.book.timeline
         done, known = other.history.done, fork.done
@@ -289,7 +290,7 @@ class Branches:
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
                 motion, edit = retarget(arm, motion, before.joints), step.delta.events
-                own = HAND, step.delta.motion.number  # the event that came with the motion comes again
+                own = HAND, step.delta.motion.number  # the motion brings its own event again
                 events = [one for one in edit.events if (one.channel, one.number) == own] if edit else []
                 event = events[0]._replace(number=number) if events else None
                 issued, insert = step.delta.issued, step.insert
@@ -302,7 +303,7 @@ class Branches:
             timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
-            elif stood:  # motions AT an instant, as in real time: the clock passes over them
+            elif stood:  # the motions were given AT an instant, as in real time: the clock does not wait for them
                 clock = max(clock, destination_at(arm, timeline, delta.executed).time)
             yield
             main.book.check_same(begun[0])

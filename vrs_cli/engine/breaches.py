@@ -1,9 +1,9 @@
-"""Check for many segments at once that a timeline keeps its laws.
+"""Check, for many segments at once, that a timeline obeys its rules.
 
-Position and velocity are continuous from each segment to the next. In a gap and after the end the robot stands. No
-joint leaves its range. In joint space no joint moves or accelerates faster than it can: the greatest values follow from
-the polynomials, for those of degree 3 at most all at once. A straight line is checked where it begins, where it ends,
-and where its seeds change; `on_lines` checks all of it.
+Position and velocity are continuous from each segment to the next. In gaps and after the end the robot stands still. No
+joint leaves its range. In joint space no joint exceeds its velocity or acceleration limit: the greatest values follow
+from the polynomials, which are evaluated all at once up to degree 3. A straight line is checked where it begins, where
+it ends, and where its seeds change; `on_lines` checks all of it.
 """
 
 from __future__ import annotations
@@ -33,14 +33,16 @@ SEGMENTS_AT_ONCE = 4096  # segments checked at once
 CUBIC_LENGTH = 4  # coefficients of a cubic
 PLACE_TOLERANCE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
 RATE_TOLERANCE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
-LIMIT_EXCESS = 1e-4  # fraction of a limit
-JERK_EXCESS = 1.05  # factor of a limit: the jerk between samples is only bounded
+LIMIT_EXCESS = 1e-4  # fraction of a limit by which a value may exceed the limit
+JERK_EXCESS = 1.05  # factor on the jerk limit, because between samples only a bound of the jerk is known
 BRANCH_TOLERANCE = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
 MAX_SEED_DISTANCE = 3.0  # [rad] from a joint to its seed: beyond half a turn another turn of the joint would be nearer
 
 
 class Breach(Struct, frozen=True):
-    """A broken law: the number of the segment, counted from 0, and what is wrong in it or where it begins."""
+    """A broken rule: the number of the segment (counted from 0), and what is wrong inside or at the start of the
+    segment.
+    """
 
     index: int
     what: str
@@ -78,7 +80,7 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
             raise follower.refuse_kink(path, touch.begin, touch.end, path.seed(touch.begin))
     samples = _samples(follower, path, lasting, law.samples, found.marks)
     if follower.arm.continuation is not None:
-        from vrs_cli.engine.continuity import check_continuous  # late: closed forms need none
+        from vrs_cli.engine.continuity import check_continuous  # imported late because closed forms do not need it
 
         (proved,) = check_continuous(follower.arm.continuation, follower, [(path, lasting, samples)])
         times = proved.looked_at(path)
@@ -103,7 +105,8 @@ def _samples(
     follower: Follower, path: CartesianPath, lasting: float, steps: int, marks: Sequence[float]
 ) -> list[Sample]:
     """Sample a line as the planner does. If Newton's method does not lead from one sample to the next, start from the
-    stored joints; whether these are continuous is then proved. Raises MotionError if no joints lead along the line.
+    stored joints; the caller then proves that these are continuous. Raises MotionError if no joints lead along the
+    line.
     """
     try:
         return follower.samples(path, lasting, path.seeds[0], steps, None, marks)
@@ -121,7 +124,7 @@ def _samples(
 class _Stretch:
     """Neighbouring segments as arrays (m, n): joints with their velocity and acceleration where each begins and ends.
 
-    Values that the arm cannot follow are NaN, which breaks no other law.
+    Values that the arm cannot follow are NaN, which breaks no other rule.
     """
 
     def __init__(self, arm: RobotArm, segments: list[Segment], first: int) -> None:
@@ -142,7 +145,7 @@ class _Stretch:
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
 
     def breaches(self) -> Iterator[Breach]:
-        """Yield what is wrong, law by law."""
+        """Yield what is wrong, one rule after the other."""
         yield from self.lines
         # from each segment to the next
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
@@ -183,7 +186,9 @@ class _Stretch:
             yield from self._tell(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
-        """Yield a breach for each row (of n joints) that is wrong, about its worst joint. `shift` 1: rows are seams."""
+        """Yield a breach for each wrong row (of n joints), about its worst joint. `shift` 1: rows are boundaries
+        between segments.
+        """
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1
             text = what.format(joint=joint, size=self.model.joint_text(joint, float(size[row, joint - 1]), 4))
@@ -193,8 +198,8 @@ class _Stretch:
         return Breach(self.first + row, f"{what}, {self.starts[row]:.3f} s")
 
     def _extremes(self, order: int) -> tuple[Floats, Floats]:
-        """Return the least and the greatest joints (m, n), or of a derivative: at the ends of a segment or where they
-        turn back. Of a line only the ends count.
+        """Return the least and the greatest values (m, n) of the joints or of a derivative: at the ends of a segment or
+        at turning points. For a straight line only the ends count.
         """
         a, begin, end = self.orders[order], self.begin[order], self.end[order]
         low, high = np.minimum(begin, end), np.maximum(begin, end)
@@ -216,7 +221,7 @@ class _Stretch:
     # --- lines ---------------------------------------------------------------------------------------------------
 
     def _line(self, row: int) -> Iterator[Breach]:
-        """Find the joints and rates where a line begins and ends; look at the rest of it roughly."""
+        """Find the joints and rates at both ends of a straight line; sample the rest of the line coarsely."""
         segment = self.segments[row]
         path = segment.path
         assert isinstance(path, CartesianPath)
@@ -270,7 +275,7 @@ def _rates(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, joint
 
 
 def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
-    """Return whether neighbouring seeds lead to the same joints where one takes over from the other."""
+    """Return whether neighbouring seeds lead to the same joints at the instant at which the next seed takes over."""
     turns = [link.kind is JointKind.REVOLUTE for link in arm.model.links]
     for k, (seed, after) in enumerate(zip(path.seeds, path.seeds[1:], strict=False)):
         s = (k + 0.5) * path.seed_interval

@@ -1,7 +1,6 @@
-"""Clocks of a robot: virtual time jumps, a wall clock is waited for. The robot is given one.
-
-`now` moves only when the robot asks for it. So a program sees exact times, the same with every clock, and nothing is
-late because of the time that its own planning takes: the instant lasts until the work in it is done.
+"""Clocks of a robot: virtual time jumps, real time is waited for. The robot gets one of these clocks. `now` advances
+only when the robot asks for it. So a program sees exact times, the same with every clock, and planning time makes
+nothing late: an instant lasts until the work in it is done.
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
 class VirtualClock:
-    """The present instant of the robot, `now` [s]. Time passes only when the robot waits, and then at once. The past
-    can be edited.
+    """The present instant of the robot, `now` [s]. Time passes only when the robot waits, and then immediately. The
+    past can be edited.
     """
 
     realtime = False  # in real time the past has happened, and cannot be changed
@@ -30,17 +29,17 @@ class VirtualClock:
 
     @property
     def reached(self) -> float:
-        """Return the time to which the clock has come by itself [s]; never before `now`."""
+        """Return the time that the clock has reached without the robot [s]; never earlier than `now`."""
         return self.now
 
     def advance(self, to: float) -> None:
-        """Let time go on until `to`; an earlier time changes nothing."""
+        """Advance `now` to the time `to` [s]; an earlier time changes nothing."""
         self.now = max(self.now, to)
 
     wait = advance
 
     def set(self, to: float) -> None:
-        """Make `to` the present instant, also an earlier one (offline editing, undo, a new timeline)."""
+        """Set `now` to the time `to` [s], which may be earlier (offline editing, undo, a new timeline)."""
         self.now = to
 
 
@@ -60,9 +59,9 @@ class ClockFace(NamedTuple):
 class WallClock:
     """Robot time that follows a wall clock: `rate` seconds of the robot pass in one second.
 
-    Time is continuous and never goes back, also when the rate changes. `wall` tells real time [s], `sleep` waits:
-    `time.monotonic` and `time.sleep`, or stand-ins of a test. A caller that also waits for something else passes a
-    `sleep` of its own, which may end early.
+    Time is continuous and never goes back, even when the rate changes. `wall` returns real time [s] and `sleep` waits:
+    `time.monotonic` and `time.sleep`, or replacements in a test. A caller that also waits for other events passes its
+    own `sleep`, which may end early.
     """
 
     realtime = True
@@ -82,7 +81,7 @@ class WallClock:
 
     @property
     def reached(self) -> float:
-        """Return the time to which the wall clock has come [s], rounded down to the time grid."""
+        """Return the time that the wall clock has reached [s], rounded down to the time grid."""
         return self.read().now
 
     def read(self) -> ClockFace:
@@ -91,7 +90,7 @@ class WallClock:
         return ClockFace(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
 
     def until(self, to: float) -> float:
-        """Return how long the wall clock takes until `to` [s]; infinite while the clock is paused."""
+        """Return how long the wall clock takes to reach the time `to` [s]; infinite while the clock is paused."""
         return inf if self.paused else (to - self._since.at(self._wall())) / self.rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
@@ -100,7 +99,7 @@ class WallClock:
         self._since = ClockFace(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 
     def wait(self, to: float) -> None:
-        """Wait for `to`, but at most SLICE_S of real time. Raises ClockPaused if the clock stands."""
+        """Wait for `to`, but at most SLICE_S of real time. Raises ClockPaused if the clock is paused."""
         ahead = to - self._since.at(self._wall())
         if ahead >= TICK:
             if self.paused:

@@ -1,4 +1,4 @@
-"""Compare two courses of events, or a timeline with what a body has measured."""
+"""Compare two courses of events, or a timeline with the measurements of a body."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 
-MAX_TIMELINE_SAMPLES = 200_000  # samples of one timeline
-DENSEST, SPARSEST = 32, 2  # samples for each segment
-CLOSER_SAMPLES = 64  # samples between two others, to locate the greatest distance
+MAX_TIMELINE_SAMPLES = 200_000  # maximum number of samples of one timeline
+DENSEST, SPARSEST = 32, 2  # greatest and smallest number of samples for each segment
+CLOSER_SAMPLES = 64  # number of samples between two others, to locate the greatest distance
 CLOSER_ROUNDS = 3
 DISTANCE_ROUNDING = 1e-12  # [m, rad] the rounding of a distance
 
@@ -43,8 +43,8 @@ Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each ti
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
-    """Compare two courses of events of one robot: how far apart the tool and the joints are at most, and which commands
-    both have. The commands come in the order of `a`, then those of `b` alone.
+    """Compare two courses of events of one robot: the greatest distances of tool and joints, and which commands both
+    courses have. The commands are in the order of `a`, followed by those that only `b` has.
     """
     import numpy as np
 
@@ -87,7 +87,7 @@ def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
     pairs = zip(ours, theirs, strict=False)
     same = (a.row is b.row and (a.offset, a.first, a.last) == (b.offset, b.first, b.last) for a, b in pairs)
-    shared = sum(1 for _ in takewhile(bool, same))  # parts of one row at the same time
+    shared = sum(1 for _ in takewhile(bool, same))  # segments that are parts of one row at the same time
     for one, other in zip_longest(_courses(ours[shared:]), _courses(theirs[shared:])):
         if one is None or other is None:
             return float((one or other)[0])
@@ -111,7 +111,7 @@ def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
 
 
 def _extent(arm: RobotArm, book: Book) -> Extent:
-    """Measure one course of events: its duration, commands, segments, and the ways of tool and joints."""
+    """Measure one course of events: its duration, commands, segments, and the path lengths of tool and joints."""
     import numpy as np
 
     timeline = book.timeline
@@ -150,7 +150,7 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
 def _greatest(
     arm: RobotArm, a: Timeline, b: Timeline, here: tuple[PlaceArrays, PlaceArrays], compared: Compared
 ) -> Apart:
-    """Find the greatest distance at the sampled times, then around it at times that are closer and closer."""
+    """Find the greatest distance at the sampled times, then more and more exactly around that time."""
     for _ in range(CLOSER_ROUNDS - 1):
         _, times = _farthest(*here, compared)
         here = places_at(arm, a, times), places_at(arm, b, times)
@@ -158,7 +158,7 @@ def _greatest(
 
 
 def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart, Floats]:
-    """Return the greatest distance at the times of both, and closer times around it."""
+    """Return the greatest distance at the common times, and closer times around it."""
     import numpy as np
 
     times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)
@@ -170,18 +170,20 @@ def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart
 
 
 def _identity(step: HistoryStep) -> tuple[object, ...]:
-    """Return what identifies a command. A branch repeats the commands from before it began."""
+    """Return what identifies a command. A branch also has the commands from before its start."""
     motion = step.delta.motion
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose
 
 
-REPORTS_AT_ONCE = 20_000  # reports whose poses are in memory at once
+REPORTS_AT_ONCE = 20_000  # maximum number of reports whose poses are in memory at once
 
 
 def measured_position(
     arm: RobotArm, timeline: Timeline, measured: MeasuredTimeline, t: float
 ) -> MeasuredPosition | None:
-    """Return where the robot was measured at t [s], with BASE and TOOL of the timeline; None if no report says it."""
+    """Return the measured position of the robot at t [s], with BASE and TOOL of the timeline; None if no report gives
+    it.
+    """
     joints, mode = measured.joints_at(t), measured.mode_at(t)
     if joints is None or mode is None:
         return None
@@ -247,7 +249,7 @@ def _add(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats, sums:
 
 
 class _Sum:
-    """The greatest of many distances with its time, and the sum of their squares."""
+    """The greatest of many distances, its time, and the sum of the squares of all distances."""
 
     def __init__(self) -> None:
         self._greatest, self._time, self._squares, self._count = -1.0, nan, 0.0, 0

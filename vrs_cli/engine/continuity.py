@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
 PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
-REST_PART = 2.0**-6  # fraction of a stretch from or to rest: less than a thousandth of its way
-FINEST_GAP = 2.0**-24  # fraction of a stretch: the finest gap
-MAX_EXTRA_SAMPLES = 400  # samples more than the line had
-SEED_DOUBLINGS = 8  # doublings of the number of seeds
-SEED_SIDE = 1e-9  # fraction of the time between two seeds
-MAX_NEWTON_REST = 0.2  # fraction of the way from a seed to the joints that Newton's first step may leave
+REST_PART = 2.0**-6  # fraction of the time of a stretch from or to rest, with under 1/1000 of its distance
+FINEST_GAP = 2.0**-24  # smallest gap between samples, as a fraction of a stretch
+MAX_EXTRA_SAMPLES = 400  # maximum number of samples added to a line
+SEED_DOUBLINGS = 8  # maximum number of doublings of the number of seeds
+SEED_SIDE = 1e-9  # distance from the instant between two seeds, as a fraction of the time between them
+MAX_NEWTON_REST = 0.2  # fraction of the distance from a seed to the joints that may remain after Newton's first step
 PROOF_TOLERANCE = 1e-3  # [rad, m] from the cubic: nearer joints are on the branch
-GAPS_AT_ONCE = 8  # gaps that are halved at once, the finest first: so a line that is impossible is found soon
+GAPS_AT_ONCE = 8  # number of gaps halved at once, the finest first, so that an impossible line is detected early
 
 
 class Followed(Struct, frozen=True, dict=True):
-    """A stretch of a line, with its samples."""
+    """A stretch of a straight line, with its samples."""
 
     path: CartesianPath
     duration: float
@@ -75,7 +75,7 @@ class Followed(Struct, frozen=True, dict=True):
         return np.asarray(q[i] + x * way + x * (x - 1.0) * bent)
 
     def _bent(self, rows: Iterable[Polynomial]) -> float:
-        """Return a bound of the fourth derivatives of polynomials together."""
+        """Return a common bound of the fourth derivatives of polynomials."""
         bent = [row for row in rows if len(row) > FOURTH]
         for _ in range(FOURTH):
             bent = [derivative(row) for row in bent]
@@ -110,7 +110,7 @@ def check_continuous(
     stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
 ) -> list[Followed]:
     """Prove that the joints lead from each sample to the next, along paths with these durations [s]. Return the paths
-    with all samples that the proof took.
+    with all samples that the proof used.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
     """
@@ -131,14 +131,14 @@ def check_continuous(
 
 
 def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
-    """Return all gaps except those beside a singular pose in which the tool rests: the samples are close there."""
+    """Return all gaps except those next to a singular pose in which the tool rests, where samples are dense."""
     begin, end = _proved_from_to(follower, stretch)
     rows = pairwise(stretch.samples)
     return [Gap(stretch, a, b) for a, b in rows if b.s > a.s and b.s > begin and a.s < end]
 
 
 def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float]:
-    """Return the times between which the joints of a stretch are proved."""
+    """Return the start and end of the interval in which the joints of a stretch must be proved."""
     samples, begin, end = stretch.samples, 0.0, stretch.duration
     if follower.singular(samples[0]):
         begin = REST_PART * stretch.duration
@@ -163,9 +163,8 @@ def _gaps_without_proof(continuation: LineProof, follower: Follower, gaps: list[
 
 
 def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, ...]) -> tuple[Joints, ...]:
-    """Return seeds from which Newton's method leads to the joints of a stretch at all times next to each.
-
-    These are the given seeds, or twice as many, and so on. Raises StraightLineSingular if none do.
+    """Return seeds from which Newton's method leads to the joints of a stretch at all times near each seed. These are
+    the given seeds, or twice as many, and so on. Raises StraightLineSingular if none do.
     """
     continuation = follower.arm.continuation
     assert continuation is not None
@@ -182,8 +181,8 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
 
 
 def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
-    """Return the times at which Newton's first step from the seed leaves more than MAX_NEWTON_REST of the way to the
-    joints of a stretch: from such a seed other joints may be found.
+    """Return the times at which Newton's first step from the seed leaves more than MAX_NEWTON_REST of the distance to
+    the joints of a stretch: such a seed may lead to other joints.
     """
     continuation, last = follower.arm.continuation, len(path.seeds) - 1
     assert continuation is not None
@@ -205,7 +204,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
 
 
 def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
-    """Return the gaps as arrays, of the kind that the continuation asks for."""
+    """Return the gaps as arrays of the kind that the continuation needs."""
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
     place, turn = place * h**4, turn * h[:, None] ** POWERS

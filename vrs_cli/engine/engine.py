@@ -1,6 +1,5 @@
-"""The engine: one robot with its book, settings and clock. It stamps motion commands and commits what f plans.
-
-Nothing runs between two requests. Readers of a timeline keep the version they have.
+"""The engine: one robot with its book, settings and clock. The engine stamps motion commands and commits the changes
+that the planner f returns. Nothing runs between two requests. Readers of a timeline keep their version.
 """
 
 from __future__ import annotations
@@ -54,9 +53,9 @@ from vrs_cli.values.results import FollowReport, Position, Reach
 
 MIN_REPORTED_TURN = 0.01  # [rad] a tool turned by more than that otherwise than asked is reported
 HAND_WIDTH_ROUNDING = 1e-6  # [m] rounding in the width of a hand
-TICK_MARGIN = 1.0 + 1e-5  # factor of a tick of steering, so that the next target comes before its end
+TICK_MARGIN = 1.0 + 1e-5  # factor on a steering tick, so that the next target arrives before the tick ends
 
-TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed, or another has taken its place
+TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed or has been replaced
 
 
 class Postponement(Struct, frozen=True):
@@ -72,14 +71,16 @@ class Postponement(Struct, frozen=True):
 
 
 class ToolTurning(Struct, frozen=True):
-    """Says by what angle [rad] the tool is turned otherwise than asked, for an arm that cannot turn it every way."""
+    """The angle [rad] by which the tool's orientation differs from the requested one, for an arm that cannot reach
+    every orientation.
+    """
 
     text: str
     angle: float
 
 
 class Bookmark(Struct, frozen=True):
-    """Where a course of events was left: its book, with the settings and the clock [s] of that moment."""
+    """A saved state of a course of events: its book, settings and clock [s]."""
 
     book: Book
     settings: Settings
@@ -88,7 +89,7 @@ class Bookmark(Struct, frozen=True):
 
 class Engine:
     """One robot. `events`: every change of the timeline, and every timeline that replaces another. `measured`: the
-    reports of a body; UNDO and branches leave them as they are.
+    reports of a body, which UNDO and branches do not change.
     """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: RobotClock | None = None) -> None:
@@ -101,7 +102,7 @@ class Engine:
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # called for every postponed motion
         self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # each may refuse a change
-        self.turned: list[Callable[[ToolTurning], None]] = []  # called for a tool turned otherwise than asked
+        self.turned: list[Callable[[ToolTurning], None]] = []  # called when the orientation differs from the request
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
         self._rounding: tuple[Move, Timeline, Settings, float | None] | None = None
@@ -126,7 +127,7 @@ class Engine:
 
     @property
     def end(self) -> float:
-        """Return when the robot comes to rest for good [s]."""
+        """Return the time of the end of the last motion [s]."""
         return self.book.timeline.end
 
     def position(self, t: float | None = None) -> Position:
@@ -134,7 +135,9 @@ class Engine:
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def destination(self, t: float | None = None) -> Position:
-        """Return where the motion that is under way at t (now) ends, or where the robot stands."""
+        """Return the end of the motion that is under way at t [s] (default: now), or the present position of a standing
+        robot.
+        """
         return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
@@ -148,16 +151,17 @@ class Engine:
     # --- requests ---
 
     def perform(self, request: commands.Request, *, program: bool = False) -> None:
-        """Perform a request. From a program motions blend into each other, and the clock advances only as far as it
-        must. At the prompt a motion without a time stamp is over when this returns; in real time it has begun.
+        """Perform a request. From a program motions blend into each other, and the clock advances only as far as
+        necessary. At the prompt, a motion without a time stamp has ended when this method returns; in real time, it has
+        begun.
 
-        Raises MotionError, IllegalValue, UsageError, and FileError if the change cannot be written down.
+        Raises MotionError, IllegalValue, UsageError, and FileError if the change cannot be written to the journal.
         """
         self.clock.advance(self.begin(request, program=program))
 
     def ready_at(self, request: commands.Request, *, program: bool) -> float:
-        """Return the instant [s], now or later, at which a request may be performed. Its program waits until then, so
-        that whatever happens before may still change the effect of the request.
+        """Return the instant [s], now or later, at which a request may be performed. The program waits until then, so
+        that earlier events may still change the effect of the request.
         """
         if not program and not self.realtime:
             return self.now
@@ -170,10 +174,10 @@ class Engine:
         return self.now
 
     def begin(self, request: commands.Request, *, program: bool, issued: float | None = None) -> float:
-        """Perform a request as `perform` does, but leave the clock alone. Return the instant [s] until which the caller
-        waits.
+        """Perform a request as `perform` does, but do not advance the clock. Return the instant [s] until which the
+        caller waits.
 
-        `issued`: when the request was made, if that was earlier.
+        `issued`: when the request was made, if that was earlier than now.
         """
         match request:
             case Move(target=PoseTarget(T_world_tool=place)):
@@ -265,9 +269,7 @@ class Engine:
 
     def _alter(self, alter: commands.Alter, issued: float | None) -> None:
         """Plan the current motion again (at rest: a straight line) to the displaced target, starting now, as an
-        inserted motion.
-
-        Raises AlterNotOn, PowerOff, and what a motion raises.
+        inserted motion. Raises AlterNotOn, PowerOff, and the errors of a motion.
         """
         altered = self.settings.alter
         if altered is None:
@@ -292,8 +294,8 @@ class Engine:
             self._edit(motion, now, self.settings.inserts, issued)
 
     def _until(self, executed: float, program: bool) -> float:
-        """Return until when the caller waits [s]: in a program until the motion begins, at the prompt until the robot
-        stands. In real time nobody waits.
+        """Return the time until which the caller waits [s]: in a program until the motion begins, at the prompt until
+        the robot has stopped. In real time the caller does not wait.
         """
         if program:
             return executed
@@ -315,8 +317,8 @@ class Engine:
 
     def _rounding_begins(self, move: Move) -> float | None:
         """Return when a motion may begin to round the corner before it [s]. None if it begins at rest: the last motion
-        does not slow down, continuous path is off, or configuration words ask for another configuration. The answer is
-        kept, since a program asks when it waits for the motion and again when the motion begins.
+        does not slow down, continuous path is off, or configuration words ask for another configuration. The result is
+        cached, since a program needs it while it waits for the motion and again when the motion begins.
         """
         timeline, settings = self.timeline, self.settings
         if self._rounding is None or any(map(is_not, self._rounding, (move, timeline, settings))):
@@ -336,8 +338,9 @@ class Engine:
         return on_grid(known.check(seconds, given=stamp.seconds))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
-        """Make the motion of a request. One with a time stamp follows the motion under way then; any other follows the
-        last motion. A motion that rounds a corner goes to the same joints as one that begins in the corner.
+        """Make the motion of a request. A motion with a time stamp follows the motion under way at that time; any other
+        motion follows the last motion. A motion that rounds a corner goes to the same joints as a motion that begins in
+        the corner.
         """
         settings, arm, timeline = self.settings, self.arm, self.timeline
         before = joints_at(arm, timeline, finish_after(timeline, executed if move.stamp is not None else self.end))
@@ -357,14 +360,12 @@ class Engine:
         )
 
     def _after(self, t: float) -> targets.After:
-        """Return what a motion at t [s] follows."""
+        """Return the motion, number and settings that a new motion at t [s] follows."""
         return targets.After(self._motion_at(t), self.book.number + 1, self.settings)
 
     def _opening(self, opening: float | None, width: float | None = None) -> float:
-        """Return how far the hand is to be open: 1 open, 0 closed. It closes on the part that GRASP.WIDTH says is in
-        it.
-
-        Raises IllegalValue for fingers farther apart than they can be [m].
+        """Return the requested opening of the hand: 1 open, 0 closed. The hand closes to the width of the part that
+        GRASP.WIDTH gives. Raises IllegalValue for a width [m] beyond the range of the fingers.
         """
         widest = self.model.hand_width
         if not widest:
@@ -377,7 +378,7 @@ class Engine:
 
     @property
     def _hand_time(self) -> float:
-        """Return how long the fingers take [s]."""
+        """Return the duration of a motion of the fingers [s]."""
         return on_grid(float(self.settings.parameters["HAND.TIME"]))
 
     def _hand_event(self, opening: float, duration: float = 0.0) -> Event:
@@ -388,7 +389,7 @@ class Engine:
 
     def _set_channels(self, it: commands.SetChannels, issued: float | None) -> None:
         """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text and
-        observations are recorded, and are no command. Raises TooLate as a motion does.
+        observations are recorded but are not commands. Raises TooLate as a motion does.
         """
         now, number = on_grid(self.now), self.book.number + 1
         tied = it.stamp is None
@@ -416,8 +417,8 @@ class Engine:
         self.book.commit([HistoryStep.of(timeline, delta, self.now, insert=True, altered=self.settings.alter)])
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings | None = None) -> None:
-        """Ask all `checks` about a change of a timeline before it is made, with the present settings or others. Raises
-        what they raise.
+        """Run all `checks` on a change of a timeline before the change is made, with the present settings or others.
+        Raises the errors of the checks.
         """
         for check in self.checks:
             check(timeline, delta, settings or self.settings)
@@ -432,7 +433,7 @@ class Engine:
         event: Event | None = None,
         frames: commands.Frames | None = None,
     ) -> float:
-        """Stand still after the last motion; return when that begins [s]."""
+        """Add a stop after the last motion; return its start time [s]."""
         executed = max(on_grid(self.now), self.end)
         motion = self._after(executed).motion(Start.AFTER, duration=seconds, frames=frames, text=text)
         if self.settings.moves:
@@ -440,7 +441,7 @@ class Engine:
         return executed
 
     def _set_frames(self, request: SetTool | SetBase, issued: float | None) -> None:
-        """Change TOOL or BASE once the robot stands."""
+        """Change TOOL or BASE as soon as the robot has stopped."""
         text, T = ("TOOL", request.T_flange_tool) if isinstance(request, SetTool) else ("BASE", request.T_robot_world)
         targets.check_near(T, text + " {} away")
         if text == "TOOL":
@@ -451,7 +452,9 @@ class Engine:
             self.clock.advance(self._stand(issued, text, frames=frames))
 
     def stop(self) -> None:
-        """Brake now (ABORT, BRAKE), within limits, and drop what was scheduled, even if that cannot be written down."""
+        """Brake now (ABORT, BRAKE), within limits, and drop all scheduled motions, even if the journal cannot be
+        written.
+        """
         now = on_grid(self.now)
         if now < self.end:
             self._edit(self._after(now).motion(Start.AT, text="BRAKE"), now, insert=False, happens=True)
@@ -468,11 +471,12 @@ class Engine:
     def resync(
         self, measured: Joints, *, stops: bool = False, leaves: float = 0.0, issued: float | None = None
     ) -> ResyncReport:
-        """Go to measured joints [rad, m] from now on (RESYNC), and from there on to where the robot was going; if it
-        `stops`, drop that. It is one command, also in the journal. In virtual time the clock advances to its end.
-        `leaves`: the robot stands at the measured joints until then at least [s].
+        """Go to measured joints [rad, m] from now on (RESYNC), and from there to the previous goal; with `stops`, drop
+        that goal. RESYNC is one command, also in the journal. In virtual time the clock advances to its end. `leaves`:
+        the robot stands at the measured joints until then at least [s].
 
-        Raises PowerOff, MotionError, and what the `checks` raise, unless it stops: then no body moves.
+        Raises PowerOff, MotionError, and the errors of the `checks`; with `stops` the checks are skipped, since no body
+        moves.
         """
         if not stops:
             self._check_power()
@@ -505,7 +509,8 @@ class Engine:
 
     def redirect(self, goal: Joints | Transform, *, speed: float = 1.0, text: str = "") -> None:
         """Go to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, starting now, at a
-        fraction of full speed. What was scheduled is dropped. Raises PowerOff, JointOutOfRange, MotionError for a line.
+        fraction of full speed. Scheduled motions are dropped. Raises PowerOff, JointOutOfRange, or MotionError for a
+        straight line.
         """
         self._check_power()
         if not isinstance(goal, Transform):
@@ -516,12 +521,13 @@ class Engine:
     def steer(
         self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER", issued: float | None = None
     ) -> None:
-        """Chase a target from now on, for a tick [s], until the next target comes (`Law.steer`). What was scheduled is
-        dropped. If no target follows, the robot coasts for a while and brakes.
+        """Move towards a target for a tick [s] from now, until the next target arrives (`Law.steer`). Scheduled motions
+        are dropped. If no target follows, the robot coasts for a while and brakes.
 
         Targets that follow each other are one motion, which UNDO takes back as a whole. `issued`: when the first target
-        was given, if that was earlier. Of each target the timeline and `deltas` keep what the robot did. If the motion
-        under way has no room to stop, it goes on, and the target is dropped. Raises PowerOff, JointOutOfRange.
+        was given, if that was earlier than now. For each target, the timeline and `deltas` keep what the robot did. If
+        the motion under way has no room to stop, it goes on, and the target is dropped. Raises PowerOff,
+        JointOutOfRange.
         """
         self._check_power()
         targets.check_joint_limits(self.model, target.joints)
@@ -532,7 +538,7 @@ class Engine:
             self.book.stream,
         )
         if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
-            motion = stream  # the target is one more of this stream
+            motion = stream  # the target continues this stream
         executed, lasting = on_grid(self.now), up_to_grid(tick * TICK_MARGIN)
         try:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
@@ -548,12 +554,13 @@ class Engine:
     def follow(
         self, chunk: Chunk, *, speed: float = 1.0, text: str = "FOLLOW", issued: float | None = None
     ) -> Parts[FollowReport]:
-        """Replace everything from the first sample of a chunk on: the joints chase its samples at limited velocity,
+        """Replace everything from the first sample of a chunk on: the joints follow its samples at limited velocity,
         acceleration and jerk, and come to rest at the last one. In real time samples before now are skipped. In virtual
         time the clock advances to the end.
 
-        Each chunk is one command, which UNDO takes back. It is planned and begun part by part, as long as nothing else
-        changes the timeline; as a whole if COLLISION may refuse it. Raises PowerOff, TooLate, MotionError.
+        Each chunk is one command, which UNDO takes back. A chunk is planned and started part by part, as long as
+        nothing else changes the timeline; if COLLISION may refuse the chunk, it is planned as a whole. Raises PowerOff,
+        TooLate, MotionError.
         """
         self._check_power()
         begin, late = chunk.since(self.now if self.realtime else self.timeline.start)
@@ -619,8 +626,8 @@ class Engine:
         happens: bool = False,
         event: Event | None = None,
     ) -> TimelineDelta:
-        """Plan a motion with its event, and commit both. Raises IllegalValue if motions would end later than times are
-        exact, and what the `checks` raise, unless the change `happens` in any case.
+        """Plan a motion with its event, and commit the change. Raises IllegalValue if motions would end later than
+        times are exact, and the errors of the `checks`, unless the change `happens` in any case.
         """
         issued = self.now if issued is None else issued
         delta = self._plan_change(motion, issued, executed, insert=insert, event=event)
@@ -641,9 +648,9 @@ class Engine:
         return plan(arm, timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest, event=event)
 
     def undo(self, count: int = 1) -> tuple[str, ...]:
-        """Take the last motion commands back, and the clock with them unless time is real: all of them or none. Return
-        their texts, the last one first. Raises UsageError if there are fewer, TooLate for one that has begun in real
-        time, FileError.
+        """Undo the last motion commands, all of them or none, and set the clock back unless time is real. Return the
+        texts of the commands, the last command first. Raises UsageError if there are fewer, TooLate for a command that
+        has begun in real time, FileError.
         """
         return whole(self.undoing(count))
 
@@ -654,9 +661,9 @@ class Engine:
         return self._through_history(steps, self.book.undo(count, lambda: self.now, leaves_recorded=stay))
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
-        """Do again what `undo` took back last: all or none. Timeline and clock become as before the undo. Return the
-        texts. Raises UsageError, TooLate for a command whose time has passed in real time, FileError, and what the
-        `checks` raise.
+        """Repeat the commands that `undo` took back last, all of them or none. Timeline and clock become as before the
+        undo. Return the texts of the commands. Raises UsageError, TooLate for a command whose time has passed in real
+        time, FileError, and the errors of the `checks`.
         """
         return whole(self.redoing(count))
 
@@ -687,7 +694,7 @@ class Engine:
         if not self.realtime:
             self.clock.set(clock)
         altered, done = self.settings.alter, self.book.history.done
-        if altered is not None:  # as the last command in force has left it; nothing if ALTON came later
+        if altered is not None:  # as the last command in force left the displacement; none if ALTON came later
             then = done[-1].altered if done else None
             same = then is not None and then.mode is altered.mode
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))
@@ -696,11 +703,11 @@ class Engine:
     # --- other courses of events ---
 
     def bookmark(self) -> Bookmark:
-        """Return a bookmark of the present course of events, to go on from later."""
+        """Return a bookmark of the present course of events, for `take_up`."""
         return Bookmark(self.book, self.settings, self.now)
 
     def take_up(self, mark: Bookmark) -> None:
-        """Go on with a course of events where it was left; the robot is where it was at that moment."""
+        """Continue a course of events at a bookmark; the robot is where it was at that moment."""
         before, self.book, self.settings = self.book, mark.book, mark.settings
         self.clock.set(mark.clock)
         if self.book is not before:
@@ -726,14 +733,14 @@ class Engine:
         return targets.select(self.arm, settings, pose, self.frames, near)
 
     def trial(self, move: Move) -> TimelineDelta:
-        """Plan a motion as `perform` does, and leave the timeline as it is. Raises MotionError, IllegalValue."""
+        """Plan a motion as `perform` does, without changing the timeline. Raises MotionError, IllegalValue."""
         start, executed = self._beginning(move, False)
         motion = self._motion(move, start, executed)
         return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)
 
     def aside(self) -> Engine:
-        """Return an engine that goes on from here separately: requests to it change nothing here, and nobody hears of
-        them. Its book has only its own deltas.
+        """Return a separate engine that continues from the present state: its requests change nothing in this engine,
+        and no listener is told. Its book has only its own deltas.
         """
         clock, book = VirtualClock(), self.book
         clock.realtime = self.realtime
@@ -752,5 +759,5 @@ class Engine:
 
     @property
     def standpoint(self) -> Standpoint:
-        """The robot as it is now, for questions about what it could do from here."""
+        """The present state of the robot, for questions about possible motions from here."""
         return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

@@ -1,7 +1,5 @@
-"""Find what a motion asks of the arm, and what a change does to the timeline. EXPLAIN shows the findings, which are
-data.
-
-The segments are those that f has planned. Joint motions are polynomials, whose peaks are known exactly. Along a
+"""Find what a motion demands of the arm, and what a change does to the timeline. EXPLAIN shows the findings, which are
+data. The segments are those of the planner f. Joint motions are polynomials, whose peaks are known exactly. Along a
 straight line the rates of g are sampled, more closely around each peak.
 """
 
@@ -32,11 +30,11 @@ from vrs_cli.values import results
 from vrs_cli.values.commands import MotionKind, PoseTarget
 from vrs_cli.values.results import SegmentFate, SplicedSegment
 
-SEGMENT_SAMPLES = 33  # of a segment
-PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # samples around a peak, and how often it is sampled more closely
-DERIVATIVES = 4  # the joints and their first three derivatives
-NEAR_PEAK = 0.02  # fraction of the greatest sample: a segment with a sample this near may have the peak
-ROWS_AROUND = 3  # segments shown before and after a change
+SEGMENT_SAMPLES = 33  # number of samples of a segment
+PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # number of samples around a peak, and of rounds that sample it more closely
+DERIVATIVES = 4  # number of functions: the joints and their first three derivatives
+NEAR_PEAK = 0.02  # fraction of the greatest sample: a segment with a sample this near may contain the peak
+ROWS_AROUND = 3  # number of segments shown before and after a change
 
 
 class Sample(NamedTuple):
@@ -137,7 +135,7 @@ def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
 
 
 def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.MotionPlan:
-    """Explain what a planned change of a timeline does for its own motion."""
+    """Explain how a planned change of a timeline executes its own motion."""
     after, motion = before.apply(delta), delta.motion
     own = [segment for segment in delta.segments if segment.motion.number == motion.number]
     courses = [_Course(arm, segment) for segment in own]
@@ -204,7 +202,7 @@ def _stretch(course: _Course, velocity: Joints) -> results.Stretch:
 
 
 def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.CutIn | None:
-    """Return what the change interrupts; None where the arm stands when it begins."""
+    """Return what the change interrupts; None if the arm is at rest when the change begins."""
     place = cut_at(arm, before, delta.cut)
     if place.interrupted is None or place.here.joints.at_rest:
         return None
@@ -248,8 +246,8 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
 
 
 def splice(book: Book) -> results.SpliceReport:
-    """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or the change is
-    forgotten.
+    """Report what the last change did to the segments. Raises UsageError if nothing has changed yet, or if the change
+    is no longer in memory.
     """
     timeline, history = book.timeline, book.history
     last = book.deltas[-1] if len(book.deltas) else None

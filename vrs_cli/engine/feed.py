@@ -1,8 +1,8 @@
 """Pass messages between threads: an inbox with one reader, feeds of events for many subscribers, and the snapshot with
 which a subscription begins.
 
-A subscriber cannot harm the publisher: an event is put into its queue, and nothing else runs. A subscriber that does
-not take its events loses them. It is told how many, and gets one event that stands for all of them.
+A subscriber cannot harm the publisher: publishing only puts an event into the subscriber's queue. A subscriber that
+does not take its events loses them; it gets the number of lost events and one event that replaces all of them.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Event
 from vrs_cli.values.world import WorldState
 
-MAX_WAITING_EVENTS = 1000  # events that wait for one subscriber
+MAX_WAITING_EVENTS = 1000  # maximum number of events that wait for one subscriber
 E = TypeVar("E")
 M = TypeVar("M")
 
 
 class Inbox(Generic[M]):
-    """Messages for one reader. Putting one in waits for no lock, so a signal handler may do so too.
+    """Messages for one reader. `put` waits for no lock, so a signal handler may call it.
 
-    A lock serves as the bell. A `SimpleQueue` has one inside, but its `get` may wait forever: if the time runs out
-    while a signal is handled, CPython takes the remaining time, which is negative, for no limit.
+    A lock wakes the reader. A `SimpleQueue` also has such a lock, but its `get` may wait forever: if the time runs out
+    while a signal is handled, CPython treats the remaining time, which is negative, as no limit.
     """
 
     def __init__(self) -> None:
@@ -48,18 +48,18 @@ class Inbox(Generic[M]):
         self._messages.append(message)
         try:  # noqa: SIM105 (`suppress` takes three calls, for each message of a line)
             self._bell.release()
-        except RuntimeError:  # the bell rings already
+        except RuntimeError:  # the reader has been woken already
             pass
 
     def take_all(self) -> list[M]:
-        """Take all messages that are there, in order of arrival."""
+        """Take all waiting messages, in order of arrival."""
         there: list[M] = []
-        while self._messages:  # there is one reader
+        while self._messages:  # this is safe because there is only one reader
             there.append(self._messages.popleft())
         return there
 
     def wait(self, seconds: float | None) -> None:
-        """Wait until a message is there, at most so many seconds; None: without limit."""
+        """Wait for a message, at most `seconds`; None: without limit."""
         end = None if seconds is None else time.monotonic() + seconds
         while not self._messages:
             left = -1.0 if end is None else end - time.monotonic()
@@ -68,7 +68,7 @@ class Inbox(Generic[M]):
             self._bell.acquire(timeout=left)
 
     def take(self, seconds: float | None) -> M | None:
-        """Take the next message; None if none comes within so many seconds."""
+        """Take the next message; return None if no message arrives within `seconds`."""
         self.wait(seconds)
         try:
             return self._messages.popleft()
@@ -77,9 +77,7 @@ class Inbox(Generic[M]):
 
 
 class MissedEvents(Struct, frozen=True):
-    """Tells a subscriber that was too slow how many events were left out. The event that makes up for them
-    comes next.
-    """
+    """The number of events that a slow subscriber has missed. The event that replaces them comes next."""
 
     count: int
 
@@ -98,14 +96,14 @@ class Subscription(Generic[E]):
     # --- who tells ---
 
     def put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
-        """Queue events that have all happened, without waiting. If there is no room, leave out all that waits and these
-        events, and queue `instead` in their place.
+        """Queue events without waiting. If there is no room, drop all waiting events and these events, and queue
+        `instead` in their place.
         """
         told: Sequence[E | MissedEvents] = events
         if len(self._queue) + len(events) > self.most:
             missed = len(events)
             for left_out in self._queue.take_all():
-                # the event that made up for them is not counted
+                # an event that replaced others is not counted
                 missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1
             told = MissedEvents(missed), instead()
         for event in told:
@@ -116,26 +114,26 @@ class Subscription(Generic[E]):
     # --- who hears ---
 
     def take(self, timeout: float | None = None) -> E | MissedEvents | None:
-        """Take the next event; None if none comes within so many seconds, or if no more will come."""
+        """Take the next event; return None if no event arrives within `timeout` [s], or if the subscription has ended."""
         return self._queue.take(timeout)
 
     def take_all(self) -> list[E | MissedEvents]:
-        """Take all events that are there now."""
+        """Take all waiting events."""
         return [event for event in self._queue.take_all() if event is not None]
 
     def __iter__(self) -> Iterator[E | MissedEvents]:
-        """Wait for event after event, until the subscription has ended and all events from before are taken."""
+        """Wait for and yield each event, until the subscription has ended and all earlier events are taken."""
         while (not self.ended or self._queue) and (event := self.take()) is not None:
             yield event
 
     def end(self) -> None:
-        """End the events, also for a reader that waits for one."""
+        """End the subscription, also for a reader that is waiting for an event."""
         self.ended = True
         self._queue.put(None)
 
 
 class Feed(Generic[E]):
-    """Tells events to all subscribers. `instead` makes the event that stands for all before it."""
+    """Sends events to all subscribers. `instead` makes the event that replaces all earlier events."""
 
     def __init__(self, instead: Callable[[], E]) -> None:
         self._instead = instead
@@ -143,8 +141,8 @@ class Feed(Generic[E]):
         self._held: list[E] | None = None
 
     def subscribe(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> Subscription[E]:
-        """Subscribe to what stands for all events so far, and to every event from now on. `woken` is called when an
-        event has come.
+        """Subscribe to one event that replaces all earlier events, and to every later event. `woken` is called when an
+        event has arrived.
         """
         self._publish(self._held or ())
         self._held = None if self._held is None else []
@@ -154,7 +152,7 @@ class Feed(Generic[E]):
         return subscription
 
     def hold(self) -> None:
-        """Hold published events back until `release`, so that whoever commanded a change is answered first."""
+        """Hold published events back until `release`, so that the user who commanded a change gets the answer first."""
         self._held = self._held or []
 
     def release(self) -> None:
@@ -162,7 +160,7 @@ class Feed(Generic[E]):
         self._publish(held or ())
 
     def publish(self, events: Sequence[E]) -> None:
-        """Publish the events since the last time, or hold them back."""
+        """Publish the events since the last call, or hold them back."""
         if self._held is None:
             self._publish(events)
         else:
@@ -214,12 +212,12 @@ class Snapshot(Struct, frozen=True):
 
     @property
     def known_from(self) -> float:
-        """The time from which on both segments and events are known [s]."""
+        """The first time [s] at which both segments and events are known."""
         last = self.values[-1].time + TICK if self.values else -inf
         return max(self.segments[0].start, last)
 
     def with_later_events(self, count: int) -> Snapshot:
-        """Return the snapshot without the first `count` events, but for the values of the channels after them."""
+        """Return the snapshot without the first `count` events, but with the values of the channels after them."""
         values = last_values(self.timeline(), len(self.values) + count)
         return replace(self, events=self.events[count:], values=values, first_event=self.first_event + count)
 
@@ -238,8 +236,8 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(NamedTuple):
-    """Which events a part of a timeline has. In place of the events before number `first` it has the last one of each
-    channel, `values` in all.
+    """The events that a part of a timeline has. The events before number `first` are replaced by the last event of each
+    channel, `values` in total.
     """
 
     first: int = 0
@@ -255,7 +253,8 @@ def fit_delta(
     """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first` and has
     the `known` events.
 
-    Changes after the known part are left out. None for a change that reaches before it: then a new snapshot is needed.
+    Changes after the known part are left out. Return None for a change that reaches before the known part: then a new
+    snapshot is needed.
     """
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
@@ -270,7 +269,7 @@ def fit_delta(
     if edit is not None:
         kept, events = edit.keep - known.first + known.values, timeline.event_count
         edit = edit._replace(keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
-    # not _replace, which leaves a tuple of eleven behind (CPython 3.11 keeps 2000 of them)
+    # not _replace, which leaves a tuple of 11 items in the free list (CPython 3.11 keeps 2000 of them)
     return TimelineDelta(*delta[:6], keep, drop, delta.shift, segments, edit)
 
 
@@ -283,8 +282,8 @@ def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENT
 
 
 class TimelineReplaced(Struct, frozen=True):
-    """Tells that another timeline, with these settings, has taken the place of the one before. It is the first event of
-    every subscription, and that of BRANCH, MERGE and LOAD of a trajectory. Whoever sends it on makes the snapshot.
+    """The timeline has been replaced by another timeline with these settings. This is the first event of every
+    subscription, and the event of BRANCH, MERGE and LOAD of a trajectory. The sender of the event makes the snapshot.
     """
 
     timeline: Timeline
