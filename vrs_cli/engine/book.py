@@ -63,7 +63,9 @@ class Store(KeptDeltas, Protocol):
 
 
 class MemoryWindow:
-    """Keeps only the latest part of a book in memory. `checkpoint`: the version of the timeline at the last checkpoint."""
+    """Keeps only the latest part of a book in memory. `checkpoint`: the version of the timeline at the last
+    checkpoint.
+    """
 
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
         self.store, self.reach, self._checkpoint = store, reach, checkpoint
@@ -428,7 +430,9 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
 def _event_times(
     timeline: Timeline, since: float, commands: Mapping[int, TimelineDelta]
 ) -> Iterator[tuple[Motion, float]]:
-    """Yield the first commands that set channels later than `since`, at most MAX_MOTIONS_COMPARED, each with its time."""
+    """Yield the first commands that set channels later than `since`, at most MAX_MOTIONS_COMPARED, each with its
+    time.
+    """
     first = timeline.events_by(since)
     for event in timeline.event_slice(first, min(first + MAX_MOTIONS_COMPARED, timeline.event_count)):
         delta = commands.get(event.number)

@@ -175,7 +175,9 @@ class Branches:
         self.engine.clock.set(mark.clock)
 
     def seen_by(self, who: Hashable) -> tuple[Timeline, float]:
-        """Return the timeline of a user's branch, and the time that its clock has reached [s]. Any thread may call it."""
+        """Return the timeline of a user's branch, and the time that its clock has reached [s]. Any thread may call
+        it.
+        """
         place, engine = self._places.get(who, self._main), self.engine
         while True:
             book, now = engine.book, engine.clock.reached

@@ -114,7 +114,9 @@ class Subscription(Generic[E]):
     # --- who hears ---
 
     def take(self, timeout: float | None = None) -> E | MissedEvents | None:
-        """Take the next event; return None if no event arrives within `timeout` [s], or if the subscription has ended."""
+        """Take the next event; return None if no event arrives within `timeout` [s], or if the subscription has
+        ended.
+        """
         return self._queue.take(timeout)
 
     def take_all(self) -> list[E | MissedEvents]:
