@@ -1,6 +1,6 @@
-"""Dialogues: generators of replies and questions, which are sent the answers. The robot's actor drives them
-(`interfaces/actor`); the robot's user shows, asks and answers. A ticket is a user's handle on a request: any thread may
-use it while the robot carries out the request.
+"""Dialogues: generators that yield replies and questions, and receive the answers. The robot's actor runs them
+(`interfaces/actor`); the front end of the user shows the replies and asks the questions. A ticket is a user's handle on
+a request: any thread may use it while the robot carries out the request.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from vrs_cli.values.replies import Message, Reply
 
 
 class Slice(Enum):
-    """A part of the work is done, and the actor may do something else now. RUNNING: a program runs, and the actor lets
-    the next thing happen; MORE: there is more to do.
+    """Tells that a part of the work is done, and the actor may do something else now. RUNNING: a program runs, and the
+    actor carries out the next event; MORE: there is more work to do.
     """
 
     RUNNING = "running"
@@ -30,13 +30,13 @@ class Slice(Enum):
 
 
 class Running(Struct, frozen=True):
-    """A program has come to that time of the robot's clock [s]."""
+    """Progress of a program: it has reached that time of the robot's clock [s]."""
 
     clock: float
 
 
 class Reading(Struct, frozen=True):
-    """The share of a long file that has been read, from 0 to 1."""
+    """Progress of reading a long file: the share that has been read, from 0 to 1."""
 
     path: str
     share: float
@@ -47,7 +47,7 @@ W = TypeVar("W")
 
 
 class Work:
-    """A function of values that do not change: another thread may `run` it, while the actor does other things."""
+    """A function of unchanging values: another thread may `run` it while the actor does other work."""
 
     def __init__(self, work: Callable[[], object]) -> None:
         self._work = work
@@ -67,30 +67,32 @@ Dialogue = Generator[Said, Answer, R]
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
-    """Make a dialogue of a function that says nothing."""
+    """Make a dialogue without replies and questions out of a function."""
     yield from ()
     return act()
 
 
 def beside(work: Callable[[], W]) -> Dialogue[W]:
-    """Do work on values that do not change, perhaps in another thread, and return its result. Raises its errors."""
+    """Do work on unchanging values, in another thread if many users are served, and return its result. Raises the
+    errors of the work.
+    """
     it = Work(work)
     yield it
     if it.error is not None:
         try:
             raise it.error
         finally:
-            it.error = None  # its traceback refers to this frame: no cycle is left
+            it.error = None  # the traceback of the error refers to this frame: break the reference cycle
     return cast(W, it.done)
 
 
 def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
-    """Do work on values that do not change, in another thread only if it is `long`; return its result."""
+    """Do work on unchanging values, in another thread only if the work is `long`; return its result."""
     return (yield from beside(work)) if long else work()
 
 
 def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dialogue[W]) -> Dialogue[W]:
-    """Do each part of a dialogue within a context."""
+    """Run each part of a dialogue within a context."""
     reaction: Answer | BaseException = None
     while True:
         with context():
@@ -100,12 +102,12 @@ def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dial
                 return cast(W, over.value)
         try:
             reaction = yield said
-        except BaseException as error:  # the dialogue gets it, and cleans up
+        except BaseException as error:  # raised in the dialogue, so that it can clean up
             reaction = error
 
 
 def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
-    """Do work a part at a time, and return its result."""
+    """Do work part by part, and return its result."""
     while True:
         try:
             next(work)
@@ -115,7 +117,7 @@ def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
 
 
 def at_once(dialogue: Dialogue[R]) -> R:
-    """Carry out a dialogue that has no replies and no questions, and return its result."""
+    """Carry out a dialogue that yields no replies and no questions, and return its result."""
     try:
         while True:
             said = next(dialogue)
@@ -130,13 +132,13 @@ class Terminal(Protocol):
 
     @property
     def attended(self) -> bool:
-        """Return whether a person is there, who would lose unsaved work."""
+        """Return whether a person who would lose unsaved work is present."""
 
     def show(self, reply: Reply) -> None:
         """Show the answer to a command, or a message of the robot."""
 
     def type(self, text: str, newline: bool) -> None:
-        """Show text that programs TYPE."""
+        """Show text that a program types (TYPE)."""
 
     def ask(self, question: Question) -> Answer:
         """Ask a question, and return the answer; None if nobody answers. Raises VrsError if there is no more
@@ -144,11 +146,11 @@ class Terminal(Protocol):
         """
 
     def progress(self, doing: Running | Reading) -> None:
-        """Show how far long work has come."""
+        """Show the progress of long work."""
 
 
 class Notes:
-    """A terminal that collects the replies."""
+    """A terminal that collects replies instead of showing them."""
 
     attended = False
 
@@ -178,7 +180,7 @@ class Notes:
         """Show nothing: nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the meaning of a typed answer. Raises EndOfInput if a program is not answered."""
+        """Return the meaning of a typed answer. Raises EndOfInput if a question of a program gets no answer."""
         typed = self._answer(question)
         if isinstance(question, Confirmation | Parting):
             return None if typed is None else typed.strip().upper().startswith("Y")
@@ -187,11 +189,11 @@ class Notes:
         return typed
 
 
-Answers = Callable[[Question], str | None]  # what is typed after a question; None if nobody answers
+Answers = Callable[[Question], str | None]  # returns the typed answer to a question; None if nobody answers
 
 
 def no_answer(_question: Question) -> None:
-    """Give no answer: nobody is there."""
+    """Return None: nobody is there to answer."""
 
 
 T = TypeVar("T")
@@ -204,13 +206,13 @@ Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 
 
 class Ticket(Generic[T]):
-    """A request. `result` waits for its end, and raises its error. Its replies and questions go to the `outlet`, or
-    without one wait here to be read.
+    """A request. `result` waits for its end, and raises its error. Its replies and questions go to the `outlet`;
+    without an outlet they are kept here to be read.
 
-    For the robot's thread: `dialogue` does the request, `by` is the user who asks. `reaction`: the value that the
-    dialogue is sent when it goes on. `asked`: the id of its last question. `place`: the queue in which it is; None
-    while it does its part, and after its end. `put` puts calls of `react` and `withdraw` into the inbox of the robot's
-    thread.
+    For the robot's thread: `dialogue` carries out the request, `by` is the user who sent it. `reaction`: the value that
+    the dialogue is sent when it goes on. `asked`: the id of its last question. `place`: the queue that holds the
+    request; None while a part of the request is carried out, and after its end. `put` puts calls of `react` and
+    `withdraw` into the inbox of the robot's thread.
     """
 
     def __init__(
@@ -229,7 +231,7 @@ class Ticket(Generic[T]):
         self._said: deque[Reply | Question] = deque()
         self._put, self._react, self._withdraw = put, react, withdraw
         self._ended = False
-        self._bell = Lock()  # held until the end: an Event would take fourteen calls for each request
+        self._bell = Lock()  # locked until the request ends: an Event would take fourteen calls for each request
         self._bell.acquire()
         self._result: T | None = None
         self._error: BaseException | None = None
@@ -237,9 +239,9 @@ class Ticket(Generic[T]):
     # --- the user's side, in any thread ---
 
     def take_said(self) -> list[Reply | Question]:
-        """Return the replies and questions that were not taken yet, and forget them."""
+        """Return the replies and questions that were not taken yet, and remove them."""
         there: list[Reply | Question] = []
-        with suppress(IndexError):  # nothing is left: another thread may take some, too
+        with suppress(IndexError):  # the queue is empty: another thread may take replies, too
             while True:
                 there.append(self._said.popleft())
         return there
@@ -249,31 +251,33 @@ class Ticket(Generic[T]):
         return self._ended
 
     def error(self, timeout: float | None = None) -> BaseException | None:
-        """Wait for the end, and return what went wrong. Raises TimeoutError after so many seconds."""
+        """Wait for the end, and return the error of the request, or None. Raises TimeoutError after `timeout` [s]."""
         if not self._bell.acquire(timeout=-1 if timeout is None else timeout):
             raise TimeoutError("the request has not ended")
         self._bell.release()
         return self._error
 
     def result(self, timeout: float | None = None) -> T:
-        """Wait for the end, and return the result. Raises what went wrong, and TimeoutError as `error` does."""
+        """Wait for the end, and return the result. Raises the error of the request, and TimeoutError after `timeout`
+        [s].
+        """
         error = self.error(timeout)
         if error is not None:
             raise error
         return cast(T, self._result)
 
     def answer(self, question: int, answer: Answer) -> None:
-        """Answer the question with that id. An answer that comes late has no effect."""
+        """Answer the question with that id. A late answer has no effect."""
         self._put(partial(self._react, self, answer, question))
 
     def throw(self, error: BaseException, question: int = 0) -> None:
-        """Raise an error in the request, which may go on: what was said could not be shown, or the question with that
-        id could not be asked.
+        """Raise an error in the request, which may go on: a reply could not be shown, or the question with that id
+        could not be asked.
         """
         self._put(partial(self._react, self, error, question))
 
     def withdraw(self) -> None:
-        """End the request: what is not done yet is left."""
+        """End the request early: its remaining work is not done."""
         self._put(partial(self._withdraw, self))
 
     # --- the robot's side ---
@@ -286,8 +290,8 @@ class Ticket(Generic[T]):
 
     def end(self, result: T | None, error: BaseException | None = None) -> None:
         """End with a result or an error. The traceback of a VrsError is dropped: the frames in it refer to this ticket,
-        and such a cycle would keep all that they hold (tokens, programs) in a server that does not look for cycles of
-        old values.
+        and such a cycle would keep their values (tokens, programs) in the memory of a server whose garbage collector
+        does not visit old values.
         """
         self._result, self._error = result, error.with_traceback(None) if isinstance(error, VrsError) else error
         self._ended = True
@@ -296,10 +300,10 @@ class Ticket(Generic[T]):
 
 
 class Waiting:
-    """Requests that wait to begin. Each user has a turn, one after the other, and begins the requests in order."""
+    """Requests that have not begun. Users take turns; the requests of one user begin in the order of sending."""
 
     def __init__(self) -> None:
-        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the user whose turn it is comes first
+        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the first user is the one whose turn is next
         self.count = 0
 
     def append(self, ticket: Ticket[Any]) -> None:
@@ -307,11 +311,11 @@ class Waiting:
         self.count += 1
 
     def next(self, busy: Collection[object] = ()) -> Ticket[Any] | None:
-        """Return the next request, of the users who are not busy."""
+        """Return the next request, skipping busy users."""
         return next((own[0] for by, own in self._by_user.items() if by not in busy), None)
 
     def remove(self, ticket: Ticket[Any]) -> None:
-        """Remove a request: its user has had a turn."""
+        """Remove a request, and move its user to the end of the order."""
         own = self._by_user.pop(ticket.by)
         own.remove(ticket)
         self.count -= 1

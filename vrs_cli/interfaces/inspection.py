@@ -26,18 +26,19 @@ from vrs_cli.language.text import ast, parser
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
 
-# the motions whose first argument is where they go; those of the second row stop at a distance in front of it
+# the motions whose first argument is their target; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
-CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, nobody knows where a location is
+CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # if the file has one of these, locations cannot be checked before a run
 
 
 def inspect(
     text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL, name: str = ""
 ) -> tuple[Diagnostic, ...]:
-    """Find everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that cannot be
-    reached; constants that no run could take; constant locations that this robot cannot reach. In the order of the
-    lines. The variables that `cell` fills have values. `name`: of the file, for steps without a heading.
+    """Find everything that is wrong with a file on its own: the mistakes that LOAD into an empty memory finds; steps
+    that cannot be reached; constants that fail in every run; constant locations that this robot cannot reach. Findings
+    are in the order of the lines. The variables that `cell` fills have values. `name`: the name of the file, used as
+    the name of steps without a heading.
     """
     inspector = Inspector(model, dialect, cell)
     return inspector.inspect(inspector.read(text, name))
@@ -48,9 +49,8 @@ Parts = tuple[parser.Placed, ...]
 
 class Beside(Struct, frozen=True):
     """The contents of the other files in the name space of a file: `programs` by key, and sections of variables.
-
-    `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in files near by,
-    which may be called although they are in another name space.
+    `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in nearby files, which may
+    be called although they are in another name space.
     """
 
     programs: Mapping[str, Program] = NO_PROGRAMS
@@ -78,8 +78,8 @@ _Basis = tuple[object, ...]
 
 
 class _Inspected(Struct, frozen=True, eq=False):
-    """The findings in a program, and everything outside it on which they depend. `of_running`: findings about steps
-    that cannot be reached, or always fail.
+    """The findings in a program, and all data outside the program on which they depend. `of_running`: findings about
+    steps that cannot be reached, or always fail.
     """
 
     basis: _Basis
@@ -88,7 +88,7 @@ class _Inspected(Struct, frozen=True, eq=False):
 
 
 class Inspector:
-    """Inspects one file, and its next versions: it remembers the findings in the parts that have not changed."""
+    """Inspects successive versions of one file: it remembers the findings in the parts that have not changed."""
 
     def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL) -> None:
         self._dialect, self._cell = dialect, cell
@@ -98,7 +98,9 @@ class Inspector:
         self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
-        """Return the parts of the present version. `name`: of the file, for steps without a heading."""
+        """Return the parts of the present version. `name`: the name of the file, used as the name of steps without a
+        heading.
+        """
         parts = parser.parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
@@ -156,7 +158,9 @@ class Inspector:
     def _out_of_reach(
         self, environment: Environment, programs: tuple[tuple[parser.Placed, Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
-        """Yield a warning for each motion to an unreachable location of the file that no instruction changes."""
+        """Yield a warning for each motion to an unreachable location that is defined in the file and that no
+        instruction changes.
+        """
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
         others = tuple(beside.programs.values())
         if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
@@ -176,7 +180,9 @@ class Inspector:
 
 
 def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
-    """Return all on which the findings in a program depend, besides its text: variables and programs of the file."""
+    """Return everything, besides the text of a program, that the findings in it depend on: variables and programs of
+    the file.
+    """
     called = tuple(_signature(around, key) for key in sorted(analysis.calls))
     names = around.program_keys if None in called else ()
     asked = analysis.needs | analysis.functions | analysis.alone
@@ -205,9 +211,9 @@ def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:
 
 
 def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
-    """Return the warnings of `inspect` about steps that a run carries out without a word, or not at all. LOAD has told
-    those of the analysis; a step that must fail, or a place out of reach, is told when a run comes to it. `programs`:
-    those of one file, without errors.
+    """Return the warnings of `inspect` that a run does not give: about steps that a run carries out without a message,
+    or skips. LOAD has reported those of the analysis; a step that must fail, or a location out of reach, is reported
+    when a run comes to it. `programs`: those of one file, without errors.
     """
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:
@@ -218,13 +224,13 @@ def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tup
 
 
 def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
-    """Warn of steps that cannot be reached, and of a DELAY that could be taken for a pause of the program."""
+    """Warn of steps that cannot be reached, and of a DELAY that may be mistaken for a pause of the program."""
     yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
     yield from delays(analysis.program)
 
 
 def _constants(model: RobotModel) -> Constants:
-    """Return what tries out constants, at a robot of its own, whose settings they may change."""
+    """Return the evaluator of constants, which uses a robot of its own whose settings the constants may change."""
     robot = Engine(model)
     return Constants(Context(Environment(units=model.units), robot), robot.perform)
 
@@ -233,7 +239,7 @@ def _constants(model: RobotModel) -> Constants:
 
 
 def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
-    """Warn at the first use of each switch and parameter that means nothing to this robot, unless its name is in
+    """Warn at the first use of each switch and parameter that has no effect on this robot, unless its name is in
     `idle`.
     """
     for step in program.steps:
@@ -255,14 +261,14 @@ _SETTING: Mapping[str, Mapping[str, Idle]] = {
 
 
 class _Way(Struct, frozen=True):
-    """A motion to a location: `distance` is how far in front of it the motion ends [m]."""
+    """A motion to a location: `distance` is how far in front of the location the motion ends [m]."""
 
     target: ast.Variable | ast.Call
     distance: float
 
     @property
     def key(self) -> str:
-        """The key of the variable that it goes to; "" if the place itself stands there."""
+        """The key of the target variable; "" if the target is written out in the motion."""
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
@@ -270,7 +276,7 @@ _CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # a
 
 
 def _ways(program: Program) -> tuple[_Way, ...]:
-    """Return the motions of a program to locations with a name, and to locations given by numbers."""
+    """Return the motions of a program to named locations, and to locations given by numbers."""
     statements = (step.statement for step in program.steps)
     return tuple(way for one in statements if isinstance(one, ast.Instruction) if (way := _way(one)) is not None)
 
@@ -288,7 +294,7 @@ def _way(statement: ast.Instruction) -> _Way | None:
 
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
-    """Return the arguments of TRANS, #PPOINT and NULL if all are numbers; None if they are known only in a run."""
+    """Return the arguments of TRANS, #PPOINT and NULL if all are numbers; None if they are not known before a run."""
     numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
     return (
@@ -299,7 +305,7 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
 
 
 def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
-    """Return the place that numbers give; the function fills in missing ones."""
+    """Return the location that numbers give; the function (TRANS, #PPOINT) fills in missing ones."""
     numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
         return TURNING.read(number or 0.0 for number in numbers[:joint_count])
@@ -307,7 +313,7 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[fl
 
 
 def _refusal(way: _Way, environment: Environment, engine: Engine) -> MotionError | IllegalValue | None:
-    """Return why no configuration of the arm reaches a place; None if one does, or if the place has no value."""
+    """Return why no configuration of the arm reaches a location; None if one does, or if the location has no value."""
     target, distance = way.target, way.distance
     if isinstance(target, ast.Variable):
         place = _value(environment, target)

@@ -1,12 +1,14 @@
-"""An actor: one robot that many users ask at once. Requests come from any thread; the actor does one thing at a time.
+"""An actor: one robot to which many users send requests at once. Requests come from any thread; the actor does one
+thing at a time.
 
 A request is a dialogue: a generator of replies and questions. The requests of a user begin in the order in which they
-came, and users take turns, so that nobody waits for all that another user wants. An urgent request overtakes all
-others, and those that have not begun are refused then. A request that waits, for an answer or until a program stops,
-lets others go first.
+came, and users take turns, so that nobody waits for all requests of another user. An urgent request overtakes all
+others, and the requests that have not begun are then refused. A request that waits, for an answer or until a program
+stops, lets others go first.
 
-`peek` tells when the next thing is due, `step` does it, and nothing happens between two steps. A shell, a batch run and
-a test let `finish` step until their request is over; for a server `serve` steps in a thread of its own.
+`peek` returns when the next event is due, `step` carries out that event, and nothing happens between two steps. A
+shell, a batch run and a test let `finish` step until their request is over; for a server `serve` steps in a thread of
+its own.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ if TYPE_CHECKING:
 
 MAX_WAITING_REQUESTS = 10_000  # requests
 GROUP_COMMIT_S = 0.02  # [s] for which answers may wait for others, that go to the disk with them
-MAX_WORK_THREADS = 3  # threads for long work: more would keep the robot's own thread from its turn
+MAX_WORK_THREADS = 3  # maximum number of threads for long work: more would keep the robot's own thread from its turn
 LAG_CHECK_S = 0.01  # [s] between two checks whether the users who see what programs TYPE have caught up
 T = TypeVar("T")
 
@@ -57,7 +59,7 @@ _Given = tuple[Ticket[Any] | None, Callable[[], None]]
 
 
 class Actor:
-    """Carries out the requests to one robot, and whatever becomes due on it.
+    """Carries out the requests to one robot, and the events that become due on the robot.
 
     `internal_errors`: errors of vrs itself while the actor serves; `worked`: the CPU time of its thread [s]. `spent` is
     called from any thread with the CPU time [s] of a user's request, if many users are served.
@@ -67,19 +69,19 @@ class Actor:
         self._driver = driver
         self._inbox: Inbox[Callable[[], object]] = Inbox()  # calls that other threads ask for
         self._waiting = Waiting()  # requests that have not begun
-        self._present: list[Ticket[Any]] = []  # in the middle of what they do: the last goes on first
-        self._running: list[Ticket[Any]] = []  # until a program has stopped
+        self._present: list[Ticket[Any]] = []  # requests that have begun and can go on; the last one goes on first
+        self._running: list[Ticket[Any]] = []  # requests that wait until a program has stopped
         self._asking: list[Ticket[Any]] = []
-        self._beside: list[Ticket[Any]] = []  # another thread works for them
-        self._at_work: Ticket[Any] | None = None  # the request that does its part now
+        self._beside: list[Ticket[Any]] = []  # requests for which another thread works
+        self._at_work: Ticket[Any] | None = None  # the request whose next part is being carried out
         self._behind: frozenset[object] = frozenset()  # users who have not taken their replies
         self._questions = count(1)
-        self._time_first = False  # time goes on before the next request begins
-        self._look = False  # what was done may have stopped a program that others wait for
-        self._rests = self._stopped = False  # programs and motions stand; their clock was stopped for that
-        self._answers: list[_Given] = []  # to be given when the changes that they are of are on the disk
+        self._time_first = False  # whether time goes on before the next request begins
+        self._look = False  # whether a program that other requests wait for may have stopped
+        self._rests = self._stopped = False  # programs and motions are stopped; the clock was stopped because of that
+        self._answers: list[_Given] = []  # replies to give once the changes that they report are on the disk
         self._since = inf  # [s] of real time: when the first of them was made
-        self._beat: Callable[[], float | None] | None = None  # what the robot does by itself
+        self._beat: Callable[[], float | None] | None = None  # the periodic callback of the robot
         self._beats_at = inf  # [s] of the robot's clock
         self.internal_errors: list[Exception] = []
         self.worked = 0.0
@@ -91,7 +93,7 @@ class Actor:
         self._closed = False
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
-            clock.sleep = self._inbox.wait  # to wait for the time is to wait for the inbox
+            clock.sleep = self._inbox.wait  # waiting for a time is waiting for the inbox
         driver.devices.outside.wake = self.wake
 
     # --- asking, from any thread ---
@@ -99,8 +101,9 @@ class Actor:
     def submit(
         self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
     ) -> Ticket[T]:
-        """Queue a dialogue as a request. The ticket takes its replies and its end, or the outlet is called with them.
-        `by`: the user who asks; while another thread works for that user, the user's next request waits.
+        """Queue a dialogue as a request. The ticket collects the replies and the result, or the outlet is called with
+        them. `by`: the user who sent the request; while another thread works for that user, the user's next request
+        waits.
         """
         ticket = Ticket(dialogue, by, outlet, self._inbox.put, self._react, self._withdraw)
         if self._closed:
@@ -113,17 +116,19 @@ class Actor:
         return ticket
 
     def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
-        """Ask for a function to be called, while nobody else changes anything."""
+        """Queue a function as a request; no other request changes anything while the function runs."""
         return self.submit(quietly(act), urgent=urgent)
 
     def tell(self, give: Callable[[], None]) -> None:
-        """Give what the robot says by itself together with its answers, and in their order. For what happens in one of
-        the robot's steps.
+        """Deliver a message of the robot itself after the replies queued before it. Call only within a step of the
+        robot.
         """
         self._answers.append((None, give))
 
     def let_wait(self, by: object) -> None:
-        """Hold back the requests of a user who has not taken the replies, until `let_go_on`. In any thread."""
+        """Hold back the requests of a user who has not taken the replies, until `let_go_on`. May be called from any
+        thread.
+        """
         self._behind = self._behind | {by}
 
     def let_go_on(self, by: object) -> None:
@@ -132,14 +137,14 @@ class Actor:
             self.wake()
 
     def repeat(self, beat: Callable[[], float | None]) -> None:
-        """Install the function that is called whenever it is due in real time, replacing the old one. It returns when
-        it is due again [s], None for never. For what happens in one of the robot's steps.
+        """Install the periodic callback, replacing the old one. The callback returns when it is due again in real time
+        [s], or None for never. Call only within a step of the robot.
         """
         self._beat, self._beats_at = beat, self._driver.engine.clock.reached
 
     def rest(self, rests: bool) -> None:
-        """Stop programs, motions and the clock, or let them go on; requests are carried out all the same. In any
-        thread.
+        """Stop programs, motions and the clock, or let them go on; requests are carried out in both cases. May be
+        called from any thread.
         """
         self._inbox.put(partial(self._rest, rests))
 
@@ -157,16 +162,18 @@ class Actor:
 
     @property
     def has_requests(self) -> bool:
-        """Return whether somebody asks for something that is not done, and does not wait for a program or an answer."""
+        """Return whether any request is unfinished and waits neither for a program nor for an answer."""
         return bool(len(self._inbox) or self._present or self._ready)
 
     @property
     def lets_time_pass(self) -> bool:
-        """Return whether somebody waits until a program stops."""
+        """Return whether any request waits until a program stops."""
         return bool(self._running)
 
     def peek(self) -> float:
-        """Return when the next thing is due [s]: now if there is a request, infinity if nothing happens by itself."""
+        """Return when the next event is due [s]: now if there is a request, infinity if nothing will happen without
+        one.
+        """
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
@@ -177,7 +184,9 @@ class Actor:
         return due if passes or due <= clock.reached else inf
 
     def step(self) -> None:
-        """Do the next thing; where none is due, wait for it, or for a request. One thread may step at a time."""
+        """Carry out the next event; if none is due, wait for the next event or request. Only one thread may step at a
+        time.
+        """
         if not self._stepping.acquire(blocking=False):
             raise RuntimeError("another thread drives this robot: wait for the ticket")
         try:
@@ -210,7 +219,7 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Drive until a request is over; a terminal shows its replies and asks its questions. Return the result. Raises
+        """Step until a request is over; a terminal shows the replies and asks the questions. Return the result. Raises
         the error of the request.
         """
         try:
@@ -228,7 +237,9 @@ class Actor:
 
     @staticmethod
     def put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
-        """Show or ask what was said. What goes wrong then is raised in the request, which may go on."""
+        """Show a reply or ask a question at the terminal. An error of the terminal is raised in the request, which may
+        go on.
+        """
         try:
             if isinstance(said, Question):
                 ticket.answer(said.id, terminal.ask(said))
@@ -240,7 +251,7 @@ class Actor:
             ticket.throw(error, said.id if isinstance(said, Question) else 0)
 
     def serve(self) -> None:
-        """Drive in a thread of its own, until `close`."""
+        """Run the actor in a thread of its own, until `close`."""
         self._server = Thread(target=self._serve, name="robot", daemon=True)
         self._server.start()
 
@@ -248,12 +259,12 @@ class Actor:
         while not self._closed:
             try:
                 self.step()
-            except Exception as error:  # in a task that nobody waits for, which has ended with it
+            except Exception as error:  # an error in a task that nobody waits for; the error has ended the task
                 self.internal_errors.append(error)
             self.worked = time.thread_time()
 
     def close(self) -> None:
-        """Stop driving: requests that have not ended are refused."""
+        """Stop the actor: requests that have not ended are refused."""
         self._inbox.put(self._end_all)
         if self._server is not None:
             self._server.join()
@@ -271,12 +282,12 @@ class Actor:
         return self._waiting.next(busy | self._behind)
 
     def _line_runs(self) -> bool:
-        """Return whether a line of the prompt is being carried out, for which others wait."""
+        """Return whether a line of the prompt that other requests wait for is being carried out."""
         line = self._driver.tasks.get(PROMPT_LINE)
         return line is not None and line.running
 
     def _wait(self) -> None:
-        """Wait until the next thing is due or a message comes."""
+        """Wait until the next event is due or a message arrives."""
         due = self.peek()
         if due == inf:
             self._inbox.wait(None)
@@ -284,7 +295,7 @@ class Actor:
             self._driver.engine.clock.wait(due)
 
     def _happen(self) -> None:
-        """Let time go on to what is due next, and the requests that have waited for it."""
+        """Advance time to the next due event, and resume the requests that have waited for it."""
         error: BaseException | None = None
         try:
             if self._driver.waits_for_users:
@@ -299,13 +310,15 @@ class Actor:
         self._go_on_all(error)
 
     def _go_on_all(self, error: BaseException | None = None) -> None:
-        """Let the requests go on that wait until a program has stopped."""
+        """Resume the requests that wait until a program has stopped."""
         for ticket in tuple(self._running):
             ticket.reaction = ticket.reaction if error is None else error
             self._go_on(ticket)
 
     def _work(self, ticket: Ticket[Any]) -> None:
-        """Let a request do its next part, at the cost of its user. A user who is alone with a robot pays nothing."""
+        """Carry out the next part of a request, and charge its CPU time to the user. A user who is alone with a robot
+        is not charged.
+        """
         if self._server is None:
             self._go_on(ticket)
             return
@@ -314,7 +327,7 @@ class Actor:
         self.spent(ticket.by, ticket, time.thread_time() - begun)
 
     def _go_on(self, ticket: Ticket[Any]) -> None:
-        """Let a request do its next part."""
+        """Carry out the next part of a request."""
         self._move(None, ticket)
         self._at_work, reaction, ticket.reaction = ticket, ticket.reaction, None
         dialogue = ticket.dialogue
@@ -322,7 +335,7 @@ class Actor:
             said = dialogue.throw(reaction) if isinstance(reaction, BaseException) else dialogue.send(reaction)
         except StopIteration as over:
             self._answers.append((ticket, partial(ticket.end, over.value)))
-        except BaseException as error:  # it is raised again where the user waits for the result
+        except BaseException as error:  # raised again where the user waits for the result
             self._answers.append((ticket, partial(ticket.end, None, error)))
         else:
             self._take_said(ticket, said)
@@ -330,7 +343,7 @@ class Actor:
             self._at_work = None
 
     def _move(self, place: list[Ticket[Any]] | Waiting | None, ticket: Ticket[Any]) -> None:
-        """Put a request into another queue; None: into none."""
+        """Move a request to another queue; None removes the request from its queue."""
         if ticket.place is not None:
             ticket.place.remove(ticket)
         ticket.place = place
@@ -339,7 +352,9 @@ class Actor:
 
     @property
     def at_work(self) -> Ticket[Any] | None:
-        """Return the request that the robot works on now: it does its part, or a line of the prompt does it."""
+        """Return the request that the robot works on now: the one that does its part, or the one whose line of the
+        prompt does.
+        """
         if self._at_work is not None:
             return self._at_work
         line = self._driver.tasks.get(PROMPT_LINE)
@@ -348,7 +363,9 @@ class Actor:
         return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
     def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
-        """Move a request to the queue in which it waits after a reply or question, and give that to its user."""
+        """Move a request to the queue in which it waits after a reply or question, and deliver that reply or question
+        to its user.
+        """
         if isinstance(said, Work):
             self._work_beside(ticket, said)
             return
@@ -361,7 +378,7 @@ class Actor:
             self._answers.append((ticket, partial(ticket.say, said)))
 
     def _work_beside(self, ticket: Ticket[Any], it: Work) -> None:
-        """Do work in another thread if many users are served; else do it here, as nobody waits."""
+        """Do work in another thread if many users are served; else do the work here, as nobody else waits."""
         if self._server is None:
             it.run()
             self._move(self._present, ticket)
@@ -373,10 +390,10 @@ class Actor:
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
     def _work_on(self) -> None:
-        """Do the work that there is, in a thread of its own."""
+        """Do the queued work, in a thread of its own."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
-            del one  # while this thread waits for more, it keeps nothing of what was done
+            del one  # while this thread waits for more work, it keeps no reference to finished work
 
     def _do_beside(self, ticket: Ticket[Any], it: Work) -> None:
         begun = time.thread_time()
@@ -385,8 +402,8 @@ class Actor:
         self._inbox.put(partial(self._end_work, ticket))
 
     def _give_answers(self) -> None:
-        """Put changes on the disk, then answer the users who commanded them, then tell all others. If several changes
-        go to the disk together, changes that are already asked for are made first.
+        """Write changes to the disk, then answer the users who commanded them, then notify all other users. If several
+        changes go to the disk together, changes that are already requested are made first.
         """
         journal = self._driver.engine.book.journal
         if journal is not None and journal.unsettled:
@@ -408,7 +425,7 @@ class Actor:
     # --- messages ---
 
     def _take(self) -> bool:
-        """Act on all messages that have come; whether any has."""
+        """Act on all messages in the inbox. Return whether there were any."""
         if not self._inbox and not self._closed:
             return False
         acts = self._inbox.take_all()
@@ -425,8 +442,8 @@ class Actor:
         self._move(self._present, ticket)
 
     def _react(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
-        """Take the answer to the question with that id; or (0) what went wrong with something that was said, which may
-        come late.
+        """Take the answer to the question with that id; or (id 0) the error in showing a reply, which may arrive
+        late.
         """
         asks = ticket.place is self._asking
         if ticket.place is None or (question and not (asks and question == ticket.asked)):
@@ -444,13 +461,13 @@ class Actor:
             self._end(ticket, RequestRefused("it was withdrawn"))
 
     def _end_all(self) -> None:
-        """End all requests, now and from now on."""
+        """End all requests, and refuse new ones."""
         self._closed = True
         for ticket in (*self._waiting.all(), *self._present, *self._running, *self._asking, *self._beside):
             self._end(ticket, RequestRefused("the robot is not driven any more"))
 
     def _end(self, ticket: Ticket[Any], why: VrsError) -> None:
-        """End a request early; its dialogue is closed, and cleans up."""
+        """End a request early; its dialogue is closed and can clean up."""
         self._move(None, ticket)
         try:
             ticket.dialogue.close()

@@ -1,9 +1,9 @@
-"""Suggest words that may come next on a line, by the tables of the language and the names that are defined. Pure: text
-in, words out.
+"""Suggest words that may come next on a line, from the tables of the language and the defined names. Pure: text in,
+words out.
 
 A suggestion replaces the `start` characters before the cursor. The tables say what each argument is (`Shape`); the
-memory of the session says which names there are (`names_of`). A signature tells which arguments a word takes, and which
-of them is being typed.
+memory of the session lists the defined names (`names_of`). A signature tells which arguments a word takes, and which of
+them is being typed.
 """
 
 from __future__ import annotations
@@ -32,11 +32,13 @@ from vrs_cli.values.numbers import Value, count, decimal
 from vrs_cli.values.questions import Suggestion
 
 MEASURED_ROBOT = (monitor.MEASURED, "where a body measured the robot")
-MAX_NAMES = 500  # names of a kind that are offered: a menu is for reading
+MAX_NAMES = 500  # maximum number of names of a kind that are offered: a menu is for reading
 
 
 class DefinedNames(Struct, frozen=True):
-    """The names that are defined, each with a short note. `variables`: those of a kind."""
+    """The names that are defined, each with a short note. `variables`: a function that lists the variables of a
+    kind.
+    """
 
     programs: Mapping[str, str] = field(default_factory=dict)
     variables: Callable[[Kind], Mapping[str, str] | None] = lambda _kind: None
@@ -51,9 +53,9 @@ class DefinedNames(Struct, frozen=True):
 
 
 def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (), begun: str = "") -> DefinedNames:
-    """Return the first programs, variables (elements of arrays too) and parts of the cell whose names begin so, and all
-    switches and parameters. A name that is not a word stands in quotes. Variables of a kind are collected when they are
-    asked for: most lines need one kind, or none.
+    """Return the first programs, variables (also elements of arrays) and parts of the cell whose names start with
+    `begun`, and all switches and parameters. A name that is not a word is put in quotes. Variables of a kind are
+    collected when they are asked for: most lines need one kind or none.
     """
     programs, begun = memory.programs, begun.lower()
     first = nsmallest(MAX_NAMES, (key for key in programs if key.startswith(begun)))
@@ -82,7 +84,8 @@ def _note(value: Value, units: JointUnits) -> str:
 
 # --- where the cursor is -------------------------------------------------------------------------------------------
 
-MAX_LINE_CHARS = 1000  # characters of a line that is completed: searches from its end cost their square
+# maximum length of a line that is completed [characters]: the time of searches from its end grows with its square
+MAX_LINE_CHARS = 1000
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
 _NAME = re.compile(r"[A-Za-z][\w.]*")
@@ -130,7 +133,7 @@ def top_level(text: str) -> str:
 
 # --- suggestions by the shape of an argument --------------------------------------------------------------------------
 
-Candidates = Iterable[tuple[str, str]]  # a word and what explains it
+Candidates = Iterable[tuple[str, str]]  # pairs of a word and its explanation
 
 PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
 
@@ -207,11 +210,11 @@ def explanation(word: Word) -> str:
 def suggestions(
     text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
 ) -> list[Suggestion]:
-    """Return the words that may stand at the end of `text`, best first. `in_program`: a step is typed, not a command.
-    `folder` has the files.
+    """Return the words that may stand at the end of `text`, best first. `in_program`: the line is a step of a program,
+    not a command. `folder`: the folder whose files are suggested.
 
-    Without `everything`, suggest real functions and constants only after their first letter: so many would hide the
-    other words at the place of a number.
+    Without `everything`, suggest real functions and constants only after their first letter: they are so many that they
+    would hide the other words where a number is expected.
     """
     if len(text) > MAX_LINE_CHARS:
         return []
@@ -220,7 +223,7 @@ def suggestions(
     if ";" in blanked or blanked.count('"') % 2 or _NUMBER_TYPED.search(blanked):
         return []
     prefix = typed_name(line)
-    lower = prefix.lstrip("#$.").islower()  # keywords are in lower case then, too
+    lower = prefix.lstrip("#$.").islower()  # then suggested keywords are in lower case, too
     found: dict[str, Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
         key = word.upper()
@@ -233,7 +236,7 @@ def suggestions(
 
 
 def typed_name(text: str) -> str:
-    """Return the part of a name that stands at the end of a line."""
+    """Return the part of a name at the end of a line."""
     found = _PREFIX.search(text) if len(text) <= MAX_LINE_CHARS else None
     return found.group() if found else ""
 
@@ -254,12 +257,12 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return _explain_candidates(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    group = _GROUP.match(rest) if word.group_size else None  # the closed parenthesis of READ and its like
+    group = _GROUP.match(rest) if word.group_size else None  # the closed parenthesis of words like READ
     return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.group_size if group else 0)
 
 
 def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidates:
-    """Yield the words that may stand behind EXPLAIN: topics, motions, locations."""
+    """Yield the words that may follow EXPLAIN: topics, motions, locations."""
     first = _FIRST.match(text)
     if first is None or first.end() == len(text):
         yield from ((topic, row.summary) for topic, row in monitor.EXPLAINED.items())
@@ -290,16 +293,16 @@ def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:
-    """Return the row of a word, which may be cut short; commands come before instructions."""
+    """Return the row of a word, which may be abbreviated; commands are searched before instructions."""
     tables = (INSTRUCTIONS, CONTROL) if in_program else (monitor.COMMANDS, INSTRUCTIONS, CONTROL)
     rows = rows_for(word, *tables)
     return rows[0] if len(rows) == 1 else None
 
 
 def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: int) -> Candidates:
-    """Return the words that may stand among the arguments of a word. `before`: the line up to the cursor, with blanks
-    for strings, from the word on, or from the closed parenthesis that holds its `first` arguments; it ends with the
-    name that is typed.
+    """Return the words that may come next among the arguments of a word. `before`: the line up to the cursor, with
+    blanks in place of strings, starting at the word, or at the closed parenthesis that holds its `first` arguments, and
+    ending with the name that is being typed.
     """
     nested = innermost(before)
     if nested is not None:
@@ -311,7 +314,7 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     settled, level = before[: len(before) - len(prefix)], top_level(before)
     there = settled.upper().split()
     after_connecting = bool(there) and there[-1] in _CONNECTING
-    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # a whole operand stands there
+    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # a whole operand is already there
     connecting = [row for row in _connecting(word, ended) if row[0] not in there]
     if ended:
         return connecting
@@ -332,7 +335,7 @@ def _of_shape(argument: Argument, names: DefinedNames) -> Candidates:
 
 
 def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
-    """Yield the words that may stand between or after arguments."""
+    """Yield the words that may come between or after arguments."""
     yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))
     yield from ((argument.lead, argument.name) for argument in word.arguments if argument.lead)
     if operand_ended or not word.required_count:
@@ -341,7 +344,7 @@ def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
 
 
 def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
-    """Return the argument at an index; a repeated one stands for all that follow."""
+    """Return the argument at an index; a repeated argument is used for all indexes after it."""
     if index < len(arguments):
         return arguments[index]
     return arguments[-1] if arguments and arguments[-1].repeated else None
@@ -389,12 +392,14 @@ def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _FIRST_WORD = re.compile(r"\s*(?:\d+\s+)?(?:(?:DO|EXPLAIN)\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
-_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY stands for a comma
+_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY is used in place of a comma
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
 class Signature(Struct, frozen=True):
-    """`form` with the places of its arguments (begin and end index), and the index of the `active` argument."""
+    """The form of a word, the positions of its arguments in that form (begin and end index), and the index of the
+    `active` argument.
+    """
 
     form: str
     summary: str
@@ -406,8 +411,8 @@ Programs = Callable[[str], Program | None]  # by key
 
 
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
-    """Return the signature of the innermost function or program call that is open at the end of the text; without one,
-    of the first word of the text.
+    """Return the signature of the innermost function or program call that is open at the end of the text; if none is
+    open, of the first word of the text.
     """
     text = blank_out(before)
     at = open_bracket(text, "(")
@@ -417,12 +422,12 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
     found = _FIRST_WORD.match(text)
     row = _row_of(found[1], not at_prompt) if found else None
     if found is None or row is None or not row.arguments or not (found[2] or row.name == found[1].upper()):
-        return None  # or the word is not complete
+        return None  # the word may also be incomplete
     return _signature(row.form, row.summary, (argument.name for argument in row.arguments), text[found.end() :])
 
 
 def blank_out(line: str) -> str:
-    """Return the line with blanks in place of texts and comments; columns stay."""
+    """Return the line with blanks in place of strings and comments; columns do not change."""
     return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
@@ -445,7 +450,7 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
 
 
 def _argument_places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
-    """Yield the place of each name in the form, behind the word itself and the names before."""
+    """Yield the position of each name in the form; the search starts after the word itself and the names before."""
     found = re.match(r"[#$]?[\w.]+", form)
     at = found.end() if found else 0
     for name in names:

@@ -1,4 +1,6 @@
-"""Lines into a session, from a terminal, a pipe or afar: programs are gathered, errors become replies."""
+"""Lines of a user, from a terminal, a pipe or a connection, are given to a session: programs are collected, and errors
+become replies.
+"""
 
 from __future__ import annotations
 
@@ -31,44 +33,43 @@ from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
 from vrs_cli.values.tagged import UserAct
 
 RUNNING = "*"  # the prompt while a program runs
-PASTED_TOGETHER = 16  # pasted lines that are carried out before other users have their turn
-A_PROGRAM = "a program"  # what a role may type, in messages
-MANY_NAMES = 1000  # that are looked through in some milliseconds
+PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users have their turn
+A_PROGRAM = "a program"  # what a role may type, in error messages
+MANY_NAMES = 1000  # number of names whose search takes some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
 
 
 class Conversation:
-    """Takes the lines of one user, and gathers the program that the user types. Each method returns a dialogue for the
-    actor; nothing that a user types raises an exception in it.
-
-    `user_state`: the state of the user, if other users have the robot too (`UserSession.put` does dialogues with it).
+    """Takes the lines of one user, and collects the program that the user types. Each method returns a dialogue for the
+    actor; nothing that a user types raises an exception in it. `user_state`: the state of the user, if the robot has
+    other users too (`UserSession.put` carries out dialogues with that state).
     """
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
         self.session, self.user_state = session, user_state or session.user_state
         self.entry: ProgramBuffer | None = None
         self._refused: str = ""  # the program whose heading was refused: its steps are dropped
-        self._dropped = 0  # steps of it among the lines that are carried out now
-        self._left_out = 0  # lines with a mistake that are not in the program that is typed
-        self._pasted = ""  # programs and sections that were pasted with what follows them
+        self._dropped = 0  # number of dropped steps of that program among the lines being carried out
+        self._left_out = 0  # number of lines with a mistake that were left out of the typed program
+        self._pasted = ""  # programs and sections that were pasted together with the lines after them
         self._held = HeldDown(self.session)
 
     # --- lines ---
 
     def perform(self, dialogue: Dialogue[None]) -> None:
-        """Drive a dialogue to its end at the terminal of the session. Errors are shown."""
+        """Carry out a dialogue at the terminal of the session. Errors are shown."""
         try:
             self.session.converse(dialogue)
         except BrokenPipeError:
-            raise  # the reader of our output has gone
+            raise  # the reader of the output has closed it
         except (Exception, KeyboardInterrupt) as error:
             self.session.terminal.show(self.error_reply(error, ""))
 
     def lines(self, text: str, more: bool = False) -> Dialogue[None]:
-        """Carry out one line, or several that were pasted together. Ctrl-C in one of them drops those after it. `more`:
-        other lines follow in the next call.
+        """Carry out one line, or several that were pasted together. Ctrl-C in one of these lines drops the lines after
+        it. `more`: other lines follow in the next call.
         """
         self.user_state.interrupted, self._dropped, refused = False, 0, self._refused
         lines = text.splitlines() or [""]
@@ -81,22 +82,22 @@ class Conversation:
             if self.user_state.interrupted:
                 break
             if not number % PASTED_TOGETHER:
-                yield from beside(lambda: None)  # where many are served, others have their turn
+                yield from beside(lambda: None)  # if many users are served, the others have their turn
         if self._pasted:
             yield from self._guard(self._store(), "")
-        if refused and self._dropped and not self.user_state.attended:  # a person has read that the heading was refused
+        if refused and self._dropped and not self.user_state.attended:  # a person has seen that the heading was refused
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self.error_reply(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
-            self.entry, self._refused = None, ""  # the user knows that it was refused
+            self.entry, self._refused = None, ""  # the user has been told that the program was refused
 
     def _answer(self) -> Dialogue[None]:
-        """Ask the questions of tasks, which go on then."""
+        """Ask the questions of tasks; the tasks then go on."""
         yield from self.session.driver.ask()
         self.session.settle()
 
     def _guard(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
-        """Tell errors as replies, so that the next line may come."""
+        """Report errors as replies, so that the next line can be carried out."""
         try:
             yield from dialogue
         except BrokenPipeError:
@@ -130,7 +131,7 @@ class Conversation:
             yield from self.session.answers(line)
 
     def mistake(self, text: str) -> Diagnostic | None:
-        """Return the first mistake in a line that is not sent yet. Several pasted lines are not checked."""
+        """Return the first mistake in a line that was not sent yet. Several pasted lines are not checked."""
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text or self._topic_of(text) is not None:
             return None
@@ -141,7 +142,7 @@ class Conversation:
         return None if opens_entry(text) and not ProgramBuffer(text).is_program else session.mistake(text)
 
     def _topic_of(self, line: str) -> str | None:
-        """Return the topic that `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
+        """Return the topic of a line `?`, `word?` or `?word`; "" for all topics; None for any other line."""
         found = _ASKED.fullmatch(line)
         if found is None:
             return None
@@ -151,8 +152,8 @@ class Conversation:
     # --- typing a program ---
 
     def _open(self, header: str) -> Dialogue[None]:
-        """Open a program with its `.PROGRAM` line. The lines after it are its steps; if it is refused, they are
-        dropped.
+        """Open a program with its `.PROGRAM` line. The lines after it are its steps; if the heading is refused, they
+        are dropped.
         """
         self.entry = ProgramBuffer(header)
         name = self.entry.name
@@ -163,8 +164,8 @@ class Conversation:
         self._refused = ""
 
     def _step(self, entry: ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
-        """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted behind this one, which
-        is stored with it: the places of a program may stand behind it.
+        """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted after this one and is
+        stored with it; it may hold the locations of the program.
         """
         self._dropped += bool(self._refused)
         if not closes_entry(line):
@@ -180,14 +181,14 @@ class Conversation:
                 self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
             except VrsError:
                 if self.user_state.attended:
-                    self.entry = entry  # the lease went to another user meanwhile, and may come back
+                    self.entry = entry  # control (the lease) has passed to another user meanwhile, but may come back
                 raise
             self._pasted += entry.source
         if not goes_on:
             yield from self._store()
 
     def _store(self) -> Dialogue[None]:
-        """Check the typed programs and put them in memory. A bare EXECUTE runs the first of them."""
+        """Check the typed programs and store them in memory. EXECUTE without a name runs the first of them."""
         text, self._pasted = self._pasted, ""
         loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
@@ -203,8 +204,8 @@ class Conversation:
             yield Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
-        """Drop the program that is typed, and say so: at Ctrl-C, or at the end of the input. A person is asked first if
-        text would be lost.
+        """Drop the program that is being typed, and tell the user: at Ctrl-C, or at the end of the input. A person is
+        asked first if text would be lost.
         """
         editor = self.user_state.editor
         if editor is not None:
@@ -222,21 +223,21 @@ class Conversation:
 
     @property
     def _has_text(self) -> bool:
-        """Return whether anything of it was typed."""
+        """Return whether any text of the program was typed."""
         editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
     # --- from afar ---
 
     def act(self, act: UserAct[Any]) -> Dialogue[Any]:
-        """Do what a user asks for without a line. Raises VrsError."""
+        """Carry out an act of the user that is not a line of text. Raises VrsError."""
         match act:
             case Attend():
                 yield from self._guard(self._answer(), "")
             case LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
             case StopProgram():
-                # its end is told when the arm stands
+                # the end is reported when the arm has stopped
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
                     yield Message("Nothing to stop: EXIT leaves")
@@ -255,8 +256,8 @@ class Conversation:
         return None
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
-        """Interrupt the request of this ticket, at Ctrl-C, from any thread: a program, or a line of the prompt, comes
-        to a stop; all else is broken off.
+        """Interrupt the request of this ticket, at Ctrl-C, from any thread: a program, or a line of the prompt, stops
+        before its next step; any other request is ended.
         """
         if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())
@@ -264,7 +265,7 @@ class Conversation:
     # --- while a line is typed ---
 
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
-        """Suggest words for the end of a line that is not complete; another thread looks through many names."""
+        """Suggest words for the end of an incomplete line; another thread searches if there are many names."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         world = session.driver.world
         parts = () if world is None else world.settings.parts
@@ -279,8 +280,8 @@ class Conversation:
         return (yield from beside_if(many, find))
 
     def status(self) -> PromptStatus:
-        """Return the state that the prompt and the toolbar show. Where other users have the robot too, ask
-        for it in the robot's thread.
+        """Return the state that the prompt and the toolbar show. If the robot has other users too, call only in the
+        robot's thread.
         """
         session, engine = self.session, self.session.engine
         clock, now = engine.clock, engine.clock.reached
@@ -307,8 +308,9 @@ class Conversation:
         )
 
     def _hidden_constants(self) -> tuple[str, ...]:
-        """Return the constants whose names are names of variables: of the program that is typed, or of all that have a
-        value. Without a person nobody sees colours, so none are searched: each line of a long program would be parsed.
+        """Return the constants that are hidden by variables of the same name: variables of the program being typed, or
+        all that have a value. If no person is attending, colours are not shown and nothing is searched, because each
+        line of a long program would be parsed.
         """
         entry = self.entry
         if not self.user_state.attended:
@@ -318,12 +320,12 @@ class Conversation:
 
     @property
     def in_program(self) -> bool:
-        """Return whether the next line is one of a program."""
+        """Return whether the next line belongs to a program."""
         return self.entry is not None or self.user_state.editor is not None
 
     @property
     def unfinished_text(self) -> str:
-        """The program that is being typed or edited, as a file would hold it."""
+        """The program that is being typed or edited, as the text of a file."""
         editor, entry = self.user_state.editor, self.entry
         if editor is not None:
             return editor.source
@@ -331,6 +333,6 @@ class Conversation:
 
     @property
     def prompt(self) -> str:
-        """The prompt of the next line if it is one of a program, else ""."""
+        """The prompt of the next line if that line belongs to a program, else ""."""
         asks = self.user_state.editor or self.entry
         return "" if asks is None else asks.prompt

@@ -11,7 +11,7 @@ from vrs_cli.values.replies import Message, Tone
 
 def internal_error(error: BaseException, *, afar: bool = False) -> Message:
     """Return the message for an unexpected exception, after which the shell goes on, and write its traceback to a file.
-    `afar`: for a user of a served robot, who is told only the name of the file.
+    `afar`: for a user of a served robot; the message gives only the name of the file.
     """
     report = "".join(traceback.format_exception(error))
     try:

@@ -1,5 +1,5 @@
-"""One buffer for programs that are typed (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text, and a cursor. It
-reads and checks its lines, and knows no terminal.
+"""One buffer for programs that are typed (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text, and a cursor.
+The buffer parses and checks its lines, and does not depend on a terminal.
 
 The sections of a file (`.LOCATIONS`, `.REALS`, `.STRINGS`) can be typed too, so that a whole file can be pasted.
 """
@@ -30,13 +30,13 @@ from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Mes
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
-INDENT = "    "  # of a block (val2 section 7)
-FIRST_STEP_LINE = 2  # of a program's text; the heading is line 1
+INDENT = "    "  # indentation of a block (val2 section 7)
+FIRST_STEP_LINE = 2  # line number of the first step in the text of a program; the heading is line 1
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 _LABEL = re.compile(r"^\s*\d+\s+")
 _COMMENT = re.compile(r";.*|\"[^\"]*\"")
-_FIRST = re.compile(r"[A-Z][\w.]*(?!\s*(?:\[|=(?!=)))(?![\w.])", re.IGNORECASE)  # end = 5 ends no block
+_FIRST = re.compile(r"[A-Z][\w.]*(?!\s*(?:\[|=(?!=)))(?![\w.])", re.IGNORECASE)  # `end = 5` does not end a block
 
 CLOSERS = frozenset({"END", "UNTIL"})
 MIDDLES = frozenset({"ELSE", "VALUE", "ANY"})
@@ -44,17 +44,16 @@ OPENERS = frozenset({"FOR", "WHILE", "CASE"})
 
 
 class ProgramReading(NamedTuple):
-    """A text as a program, None if its heading cannot be read, and all mistakes in it by line."""
+    """The result of parsing a text: the program (None if its heading cannot be parsed), and all mistakes by line."""
 
     program: ast.Program | None
     findings: tuple[Diagnostic, ...]
 
 
 class ProgramBuffer:
-    """A program or section while it is typed or edited.
-
-    `at`: the index of the line at the cursor, from 0; `len(lines)` behind the last one. `inserting`: lines go in before
-    that line until an empty line. `dialect`: of the lines.
+    """A program or section that is being typed or edited. `at`: the index of the line at the cursor, from 0;
+    `len(lines)` after the last line. `inserting`: lines are inserted before that line until an empty line is typed.
+    `dialect`: the dialect of the lines.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class ProgramBuffer:
     ) -> None:
         self.header, self.lines, self.dialect = header.strip(), list(lines), dialect
         self.at, self.inserting = len(self.lines), False
-        self._blocks = depth(self.lines)  # open behind the last line
+        self._blocks = depth(self.lines)  # number of blocks that are open after the last line
         if at is not None:
             self.move(at)
 
@@ -73,7 +72,9 @@ class ProgramBuffer:
 
     @classmethod
     def of_text(cls, text: str, dialect: Dialect) -> ProgramBuffer:
-        """Return a buffer of a text whose first line is the heading. Blank lines at its end are no steps."""
+        """Return a buffer of a text whose first line is the heading. Blank lines at the end of the text are not
+        steps.
+        """
         header, *lines = text.split("\n")
         while lines and not lines[-1].strip():
             lines.pop()
@@ -83,28 +84,30 @@ class ProgramBuffer:
 
     @property
     def name(self) -> str:
-        """The name in the heading, empty if there is none."""
+        """The name in the heading, empty if the heading has none."""
         found = _NAME.match(self.header)
         return found.group(1) if found else ""
 
     @property
     def is_program(self) -> bool:
-        """Return whether it is a program, and not a section."""
+        """Return whether the buffer holds a program, not a section."""
         return _directive(self.header) == PROGRAM
 
     @property
     def text(self) -> str:
-        """The heading and the lines."""
+        """The heading and the lines as one text."""
         return "\n".join((self.header, *self.lines))
 
     @property
     def source(self) -> str:
-        """The whole program as a file would hold it."""
+        """The whole program as the text of a file."""
         return f"{self.text}\n.END\n"
 
     @property
     def prompt(self) -> str:
-        """The number of the step at the cursor, as VAL's editor asks for it: `    1.? `, as wide as in a listing."""
+        """The prompt with the number of the step at the cursor, as in VAL's editor: ` 1.? `, as wide as in a
+        listing.
+        """
         return f"{self.at + 1:5d}.? "
 
     @property
@@ -118,12 +121,12 @@ class ProgramBuffer:
     # --- changes ---
 
     def move(self, at: int) -> None:
-        """Go to another line, or as near to it as there is one, and end inserting."""
+        """Move the cursor to a line, or to the nearest existing line, and stop inserting."""
         self.at, self.inserting = max(0, min(at, len(self.lines))), False
 
     def add(self, line: str) -> None:
-        """Put a line at the cursor, in place of the present one unless `inserting`, and go to the next. The END or ELSE
-        of a block stands under its beginning.
+        """Put a line at the cursor, replacing the present line unless `inserting`, and move to the next. The END or
+        ELSE of a block is indented as the line that begins the block.
         """
         text = line.strip()
         if self.is_program and text:
@@ -136,7 +139,7 @@ class ProgramBuffer:
         self._blocks = _blocks_after(self._blocks, text) if last else depth(self.lines)
 
     def delete(self, wanted: int) -> int:
-        """Delete so many lines from the cursor on. Return how many there were."""
+        """Delete `wanted` lines from the cursor on. Return how many lines were deleted."""
         gone = len(self.lines[self.at : self.at + wanted])
         del self.lines[self.at : self.at + wanted]
         self._blocks = depth(self.lines)
@@ -146,7 +149,7 @@ class ProgramBuffer:
     # --- reading and checking ---
 
     def read(self) -> ProgramReading:
-        """Read all lines."""
+        """Parse all lines."""
         header = read_header(self.header)
         steps = [read_step(line, number, self.dialect) for number, line in enumerate(self.lines, FIRST_STEP_LINE)]
         findings = tuple(found for _, found in steps if found is not None)
@@ -157,26 +160,27 @@ class ProgramBuffer:
         return ProgramReading(ast.resolve_program(program), findings)
 
     def read_among(self, memory: Memory) -> ProgramReading:
-        """Read all lines, and analyse the program among those in memory."""
+        """Parse all lines, and analyse the program together with those in memory."""
         program, findings = self.read()
         if program is None:
             return ProgramReading(None, findings)
         return ProgramReading(program, in_order((*findings, *analysis_of(memory, program).diagnostics)))
 
     def show(self, first: int, count: int, memory: Memory) -> tuple[ListedStep, ...]:
-        """Return so many steps from `first` (from 0) on, as they are listed."""
+        """Return `count` steps from index `first` (from 0) on, as listed."""
         program = self.read().program if first < len(self.lines) else None
         return () if program is None else list_steps(analysis_of(memory, program))[first : first + count]
 
     def check(self, line: str, known: Mapping[str, Kind]) -> tuple[ast.Step, tuple[Diagnostic, ...]]:
-        """Return a line as a step, and the warnings about it. `known`: the kinds of the variables that have a value.
-        Raises LineRefused for the first mistake, also of the heading.
+        """Return the step that a line contains, and the warnings about the line. `known`: the kinds of the variables
+        that have a value. Raises LineRefused for the first mistake, also for one in the heading.
         """
         step, heading = parse_step(line, 1, self.dialect), parse_prompt(self.header)
         if step.statement is None:
             return step, ()
         parameters = heading.parameters if isinstance(heading, ast.ProgramHeader) else ()
-        own = {parameter.key for parameter in parameters}  # the name of a parameter means something else outside
+        # outside the program, the name of a parameter has another meaning
+        own = {parameter.key for parameter in parameters}
         meant = ast.resolve_line(step.statement, variables_in((self.header, *self.lines)))
         found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
         wrong = first_error(found)
@@ -232,7 +236,7 @@ def _first_word(line: str) -> str:
 
 
 def read_header(line: str) -> ast.ProgramHeader | Diagnostic:
-    """Return the heading, or the mistake in it."""
+    """Return the parsed heading, or the mistake in it."""
     try:
         header = parse_prompt(line)
     except LineRefused as refused:
@@ -243,7 +247,7 @@ def read_header(line: str) -> ast.ProgramHeader | Diagnostic:
 
 
 def read_step(text: str, line: int, dialect: Dialect) -> tuple[ast.Step, Diagnostic | None]:
-    """Return a step, or a bad line with the mistake in it. Raises nothing."""
+    """Return a step, or a bad line with its mistake. Raises nothing."""
     try:
         return parse_step(text, line, dialect), None
     except LineRefused as refused:
@@ -255,8 +259,8 @@ def read_step(text: str, line: int, dialect: Dialect) -> tuple[ast.Step, Diagnos
 
 
 def canonical(text: str, dialect: Dialect) -> str:
-    """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be read
-    stay as they are.
+    """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be parsed
+    do not change.
     """
     program = ProgramBuffer.of_text(text, dialect).read().program
     if program is None:
@@ -268,13 +272,13 @@ def canonical(text: str, dialect: Dialect) -> str:
 
 
 def canonical_line(text: str, row: int, dialect: Dialect) -> str:
-    """Return one line of a text (from 0) in canonical form."""
+    """Return one line of a text, given by its index from 0, in canonical form."""
     lines, changed = text.split("\n"), canonical(text, dialect).split("\n")
     return changed[row] if row < len(changed) else lines[row]
 
 
 def program_text(program: ast.Program) -> str:
-    """Return a program as SEE shows it, with one empty step if it has none."""
+    """Return the text of a program as SEE shows it, with one empty step if the program has no steps."""
     return "\n".join((program_header(program), *step_texts(program), *("",) * (not program.steps)))
 
 
@@ -291,21 +295,22 @@ def list_steps(analysis: Analysis) -> tuple[ListedStep, ...]:
 
 
 def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
-    """Return a program with its steps where they stand in its canonical text, and that text."""
+    """Return a program whose steps have their positions in its canonical text, and that text."""
     texts, steps = step_texts(program), list[ast.Step]()
     for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
         if isinstance(step.statement, ast.BadLine):
             span = Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
             steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
         else:
-            steps.append(parse_step(text, line, Dialect.VPLUS))  # the printed parentheses leave no doubt in any dialect
+            # the printed parentheses are unambiguous in every dialect
+            steps.append(parse_step(text, line, Dialect.VPLUS))
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
     return ast.resolve_program(replace(program, steps=tuple(steps), span=Span(1, 1, len(header) + 1))), source
 
 
 def store(station: Station, program: ast.Program) -> Dialogue[tuple[Reply, ...]]:
-    """Put an edited program in memory. Return its first fault, and what it is now."""
+    """Put an edited program in memory. Return replies: its first fault, and its new state."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuild(program))
     first = first_error((yield from station.keep(whole, source)))
     report: tuple[Reply, ...] = ()
@@ -322,8 +327,8 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[Reply, ...]]
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
-    """Return a buffer of the program of that name in memory, or of a new one. Parameters that are named replace its
-    own. Raises UsageError if the program runs.
+    """Return a buffer of the program of that name in memory, or of a new program. Given parameters replace those of the
+    program. Raises UsageError if the program runs.
     """
     check_not_running(station, asked.name)
     stored = station.programs.get(key_of(asked.name))
@@ -335,26 +340,28 @@ def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogu
 
 
 def analysis_of(memory: Memory, program: ast.Program) -> Analysis:
-    """Analyse a program among those in memory, in place of one of its name."""
+    """Analyse a program among those in memory, where it replaces the program of the same name."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
     return analyze(program, memory.kinds, programs)
 
 
 def check_not_running(station: Station, name: str) -> None:
-    """Check that a program does not run now. Raises UsageError."""
+    """Check that a program is not running. Raises UsageError."""
     if station.running and station.task is not None and station.task.uses(name):
         raise UsageError(f"{name} is running", "ABORT stops it")
 
 
 def named_program(text: str) -> ast.Program:
-    """Return an empty program by its name and parameters, `pick(part, height)`. Raises LineRefused."""
+    """Return an empty program with the name and parameters in a text such as `pick(part, height)`. Raises
+    LineRefused.
+    """
     header = parse_prompt(f".PROGRAM {text}")
     assert isinstance(header, ast.ProgramHeader)
     return ast.Program(header.name, header.parameters, (), None, span=Span(1, 1, 1))
 
 
 def asked_program(expression: ast.Expression) -> ast.Program:
-    """Return an empty program of the name and parameters of an argument. Raises IllegalValue."""
+    """Return an empty program with the name and parameters in an argument. Raises IllegalValue."""
     given = expression.arguments if isinstance(expression, ast.ProgramCall) else ()
     parameters = tuple(one for one in given if isinstance(one, ast.Variable))
     if not isinstance(expression, ast.ProgramCall) or len(parameters) < len(given):

@@ -1,9 +1,9 @@
 """EDIT, the line editor of VAL-II (val2 section 3.6), and SEE without its screen. Both work on a `ProgramBuffer`, and
-know no terminal.
+do not depend on a terminal.
 
-A sub-command of EDIT is a function of the buffer, of what follows its letter, and of the whole line (`SUBCOMMANDS`).
-Every other line is an instruction, which takes the place of the step at the cursor. Nothing in memory changes before
-EDIT is left by `E` or `C`, or SEE stores: then the program is stored and its structure checked.
+A sub-command of EDIT is a function of the buffer, the text after its letter, and the whole line (`SUBCOMMANDS`). Every
+other line is an instruction that replaces the step at the cursor. Nothing in memory changes before EDIT is left by `E`
+or `C`, or SEE stores: then the program is stored and its structure checked.
 
 A letter before `=` or `[` is a variable: `d = 4` is an assignment, `D 4` deletes four steps.
 """
@@ -50,7 +50,7 @@ _STEP_NUMBER = re.compile(r"\d{1,9}$")
 
 
 class _Context(NamedTuple):
-    """The buffer of EDIT, the memory, what follows the letter of a sub-command, and the whole line."""
+    """The buffer of EDIT, the memory, the text after the letter of a sub-command, and the whole line."""
 
     buffer: ProgramBuffer
     memory: Memory
@@ -58,7 +58,7 @@ class _Context(NamedTuple):
     line: str
 
     def number(self, form: str) -> int:
-        """Read the number of steps, or of a step; 1 if none is given. Raises IllegalValue."""
+        """Parse a number of steps, or the number of a step; 1 if it is missing. Raises IllegalValue."""
         if not self.argument:
             return 1
         if _STEP_NUMBER.match(self.argument) is None or int(self.argument) == 0:
@@ -67,7 +67,7 @@ class _Context(NamedTuple):
 
 
 def _check_alone(argument: str, letter: str) -> None:
-    """Check that nothing follows a letter. Raises UsageError."""
+    """Check that no text follows a letter. Raises UsageError."""
     if argument:
         raise UsageError(f"{letter} {argument}", f"{letter} stands alone")
 
@@ -80,7 +80,9 @@ def _delete(it: _Context) -> Replies:
 
 
 def _find(it: _Context) -> None:
-    """Go to the next step that holds the text, in either case; behind the last step the search goes on at the first."""
+    """Go to the next step that contains the text, ignoring case; after the last step the search continues at the
+    first.
+    """
     if not it.argument:
         raise UsageError("F without a text", "F text")
     buffer, wanted = it.buffer, it.argument.strip()
@@ -104,18 +106,18 @@ def _print(it: _Context) -> Replies:
 
 
 def _overlay(it: _Context) -> None:
-    """Replace the characters of the present step by those typed below them; a blank keeps one."""
+    """Replace the characters of the present step by those typed below them; a blank keeps the character above it."""
     buffer, line = it.buffer, it.line
     if buffer.at == len(buffer.lines):
         raise IllegalValue("R", "there is no step here to change")
     program = buffer.read().program
     assert program is not None
     above, first = step_texts(program)[buffer.at], len(line) - len(line.lstrip())
-    below = f"{line[:first]} {line[first + 1 :]}"  # without the letter, every other character in its column
+    below = f"{line[:first]} {line[first + 1 :]}"  # the letter removed, every other character kept in its column
     width = max(len(above), len(below.rstrip()))
     pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     text = "".join(old if new.isspace() else new for old, new in pairs)
-    parse_step(text, 1, buffer.dialect)  # raises LineRefused
+    parse_step(text, 1, buffer.dialect)  # check the line: raises LineRefused
     at, buffer.inserting = buffer.at, False
     buffer.add(text)
     buffer.move(at)
@@ -127,7 +129,7 @@ def _teach(_it: _Context) -> None:
 
 
 class Subcommand(NamedTuple):
-    """The form of a sub-command, what it does, and its function, which returns replies or None."""
+    """The form of a sub-command, its description, and its function, which returns replies or None."""
 
     form: str
     summary: str
@@ -153,7 +155,7 @@ LEAVING: Mapping[str, str] = {"E": "store the program, check it, and leave", "C"
 
 
 def subcommand(line: str) -> tuple[str, str] | None:
-    """Return the letter of a sub-command, in upper case, and what follows it; None for an instruction."""
+    """Return the letter of a sub-command, in upper case, and the text after it; None for an instruction."""
     found = _SUBCOMMAND.match(line.rstrip())
     if found is None or found["word"].upper() not in {*SUBCOMMANDS, *LEAVING}:
         return None
@@ -162,7 +164,7 @@ def subcommand(line: str) -> tuple[str, str] | None:
 
 def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
     """Carry out a line of EDIT other than E and C, and return its replies. Raises LineRefused for an instruction that
-    cannot be read, VrsError for a wrong sub-command: then the buffer stays as it was.
+    cannot be parsed, VrsError for a wrong sub-command; the buffer is then unchanged.
     """
     if not line.strip():
         buffer.move(buffer.at if buffer.inserting else buffer.at + 1)
@@ -197,12 +199,12 @@ class Editor:
 
     @property
     def changed(self) -> bool:
-        """Return whether something would be lost without E."""
+        """Return whether leaving without E would lose changes."""
         return self.buffer.lines != self._opened
 
     def take(self, line: str) -> Dialogue[Replies]:
-        """Carry out a line, and return its replies. Raises LineRefused, VrsError: then the same step is asked for
-        again.
+        """Carry out a line, and return its replies. Raises LineRefused, VrsError; then the editor prompts for the same
+        step again.
         """
         letter, argument = subcommand(line) or ("", "")
         if letter == "E" or closes_entry(line):
@@ -222,18 +224,18 @@ class Editor:
         return (yield from self._among_memory(work))
 
     def screen(self) -> Dialogue[Replies]:
-        """Return the lines that are shown on entry: the heading and the present step."""
+        """Return the lines that are shown when EDIT opens: the heading and the present step."""
         buffer = self.buffer
         return self._among_memory(lambda memory: (ProgramPart(buffer.header, buffer.show(buffer.at, 1, memory)),))
 
     def _among_memory(self, work: Callable[[Memory], W]) -> Dialogue[W]:
-        """Work with the memory; for a long program another thread does it, with a copy of the memory."""
+        """Call a function of the memory; for a long program another thread does so, with a copy of the memory."""
         environment, long = self._station.environment, len(self.buffer.lines) > LONG_PROGRAM
         memory = environment.copy() if long else environment
         return (yield from beside_if(long, lambda: work(memory)))
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """Return the mistake in an instruction, before it is sent; sub-commands have none."""
+        """Return the mistake in an instruction that was not sent yet; None for a sub-command."""
         if not line.strip() or subcommand(line) is not None:
             return None
         return self.buffer.mistake(line, self._station.environment.kinds)
@@ -271,8 +273,8 @@ class ScreenDraft:
         self._stored = self.text
 
     def do(self, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
-        """Find the mistakes in the text, which is the draft from now on, or store it. Raises LineRefused, ProgramExists
-        for the name of another program.
+        """Find the mistakes in the text, which becomes the draft, or store the text. Raises LineRefused, and
+        ProgramExists if the text has the name of another program.
         """
         user_state, programs = self._station.user_state, self._station.programs
         user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
@@ -287,8 +289,8 @@ class ScreenDraft:
 
 
 def do_without_screen(station: Station, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
-    """Find the mistakes in the text of a program, or store it in place of the one of its name. Raises LineRefused if
-    its heading cannot be read, UsageError for a program that runs.
+    """Find the mistakes in the text of a program, or store the program, replacing the one of the same name. Raises
+    LineRefused if its heading cannot be parsed, UsageError if the program runs.
     """
     header = read_header(act.text.partition("\n")[0])
     before = station.programs.get(key_of(header.name)) if isinstance(header, ProgramHeader) else None
@@ -303,7 +305,7 @@ def do_without_screen(station: Station, act: ReadDraft | KeepDraft) -> Dialogue[
 
 
 def _read_text(station: Station, text: str, dialect: Dialect) -> Dialogue[ProgramReading]:
-    """Read a text among the programs in memory; another thread reads a long one, with a copy of the memory."""
+    """Parse a text among the programs in memory; for a long text another thread does so, with a copy of the memory."""
     environment, long = station.environment, len(text) > LONG_TEXT
     memory = environment.copy() if long else environment
     return (yield from beside_if(long, lambda: ProgramBuffer.of_text(text, dialect).read_among(memory)))

@@ -1,9 +1,9 @@
-"""JOG moves the arm by hand, a step at a time, one axis at a time. It knows no keys and no screen.
+"""JOG moves the arm by hand, a step at a time, one axis at a time. This module does not depend on keys or a screen.
 
-In real time a step begins at once, out of the present motion, and takes the place of what was scheduled. It returns
-while the arm moves. The last key counts: where the same key comes again before the arm has done its step, it is left
-out, so that the arm stops soon after the key is let go; any other key takes over at once. In virtual time a step is a
-motion after all others, and over when it returns.
+In real time a step begins at once, out of the present motion, and replaces the scheduled motions. The call returns
+while the arm moves. The last key counts: if the same key is pressed again before the arm has finished its step, the
+press is ignored, so that the arm stops soon after the key is released; any other key takes effect at once. In virtual
+time a step is a motion after all others, and the call returns when that motion is over.
 
 Steps of the tool are straight lines: a line that the arm cannot follow, near a singularity, is refused, and nothing
 moves.
@@ -30,12 +30,12 @@ from vrs_cli.values.replies import Message, Tone
 
 NEXT_STEP_LEAD_S = 0.3  # [s] before the arm rests, the next step of a sequence may come, so that the arm does not stop
 MAX_JOINT_JUMP = radians(45.0)  # [rad, m]: if a joint would move more for a step, a singularity is too near
-MAX_HALVED_STEPS = 7  # times: half a step after half a step is tried where something touches on its way
+MAX_HALVED_STEPS = 7  # maximum number of halvings of a step that would end in a contact
 SAME_JOINTS = 1e-9  # [rad] a smaller change of joints is no step
 INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
 JOG_JOINTS_HINT = "jog the joints away from there first"
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line at the end of the reach, until joints can follow
-HALVINGS = 12  # of the first part that is out of reach, to find how far it can go
+HALVINGS = 12  # number of halvings of the first increment out of reach, to find how far the arm can go in it
 MAX_STEP = 1000.0  # [mm, deg] a step
 MAX_TURN_DEG = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
@@ -91,7 +91,7 @@ def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
 
 
 def axis_of(engine: Engine, name: str) -> Axis:
-    """Return the axis of a name. Raises IllegalJoint, UsageError."""
+    """Return the axis with a name. Raises IllegalJoint, UsageError."""
     if name.upper() in AXES:
         return AXES[name.upper()]
     count = engine.model.joint_count
@@ -103,19 +103,19 @@ def axis_of(engine: Engine, name: str) -> Axis:
 
 
 class Jogger:
-    """Moves the arm of a station by steps. `speed` [% of full speed]."""
+    """Moves the arm of a station in steps. `speed` [% of full speed]."""
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
         self.engine = station.engine
         self.joints = self.engine.model.joint_count
         self.units = self.engine.model.units
-        self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the step under way
-        self._said = ""  # of the last key
-        self._goes_on = False  # that step began while the one before it, of the same key, was under way
+        self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the current step
+        self._said = ""  # the message for the last key
+        self._goes_on = False  # whether that step began during the step before it, of the same key
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """Do what a key says, and return what is seen then, with the reason if it cannot be done."""
+        """Carry out the action of a key. Return the state of the robot then, with the reason if the action failed."""
         try:
             match act:
                 case Press():
@@ -131,8 +131,9 @@ class Jogger:
         return Seen(engine.position(), engine.end, engine.clock.paused, self._said)
 
     def press(self, axis: Axis, amount: float) -> str:
-        """Do one step of many that keys give. It is left out while the arm still does such a step; another key takes
-        over, and where its step cannot be done, the arm brakes. Return what the user is told. Raises MotionError.
+        """Do one step of many that keys give. The press is ignored while the arm still does the same step; any other
+        key takes effect at once, and if its step cannot be done, the arm brakes. Return a message for the user. Raises
+        MotionError.
         """
         self.station.settle()
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
@@ -147,8 +148,8 @@ class Jogger:
         return self.step(axis, amount)
 
     def _take_over(self, axis: Axis, amount: float, takes_back: bool) -> str:
-        """Replace the present motion by a step: from where the arm comes to rest, or back to where the opposite step
-        began, so that keys to and fro cancel out.
+        """Replace the present motion by a step. It starts where the arm comes to rest or, if it takes back the opposite
+        step, goes back to where that step began, so that opposite keys cancel out.
         """
         engine = self.engine
         before = engine.timeline
@@ -160,13 +161,13 @@ class Jogger:
                 self.stop()
 
     def step(self, axis: Axis, amount: float) -> str:
-        """Move so far [mm, deg] from where the arm will be, as far as the arm reaches. Return a message for the user.
-        Raises MotionError: no power, or too near a singularity; CollisionAhead if the arm cannot begin.
+        """Move by `amount` [mm, deg] from where the arm will be, as far as the arm reaches. Return a message for the
+        user. Raises MotionError: no power, or too near a singularity; CollisionAhead if the arm cannot begin.
         """
         return self._step_to_contact(self.engine.destination(self.engine.end).joints, axis, amount)
 
     def _step_to_contact(self, begin: Joints, axis: Axis, amount: float) -> str:
-        """Do a step, or the longest of its halves, quarters, ... before which nothing touches."""
+        """Do a step, or the longest of its halves, quarters, ... that ends before any contact."""
         why = ""
         for _ in range(MAX_HALVED_STEPS):
             try:
@@ -186,8 +187,8 @@ class Jogger:
         return why
 
     def _go_straight(self, pose: Transform, axis: Axis, way: float, why: str) -> None:
-        """Go along a line from a pose; a little less far where `why` says that the arm reaches no farther: near the end
-        of its reach no joint can follow a line. Raises MotionError for a line that the arm cannot follow.
+        """Move along a straight line from a pose, or a little less far if `why` gives a reach limit: near the end of
+        its reach no joint can follow a straight line. Raises MotionError for a line that the arm cannot follow.
         """
         for left_out in SHORTENINGS if why else (0.0,):
             by = way - copysign(left_out, way)
@@ -217,7 +218,9 @@ class Jogger:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
-        """Return where a step ends, as which share of the whole step, and why it is not whole."""
+        """Return the joints at which a step ends, the fraction of the step that this is, and why the step is not
+        whole.
+        """
         if axis.frame is Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
@@ -237,7 +240,9 @@ class Jogger:
     def _last_in_reach(
         self, pose: Transform, axis: Axis, increment: float, reached: float, near: Joints
     ) -> tuple[Joints, float]:
-        """Find by halving how far the arm goes between an increment in reach and the next, which is not."""
+        """Find by bisection how far the arm can go between an increment in reach and the next one, which is out of
+        reach.
+        """
         short = reached + 1.0
         for _ in range(HALVINGS):
             part = 0.5 * (reached + short)
@@ -252,13 +257,13 @@ class Jogger:
         wanted = begin[index] + change
         value = min(max(wanted, model.lower[index]), model.upper[index])
         goal = (*begin[:index], value, *begin[index + 1 :])
-        if value == wanted or not change:  # a joint may stand beside the end of its range by rounding
+        if value == wanted or not change:  # rounding may put a joint just outside its range
             return goal, 1.0, ""
         part = (value - begin[index]) / change
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
     def _joints_near(self, pose: Transform, begin: Joints) -> Joints:
-        """Return the joints of a pose, near others. Raises MotionError for a pose out of reach, TooNear if a joint
+        """Return the joints for a pose, near given ones. Raises MotionError for a pose out of reach, TooNear if a joint
         would jump near a singularity.
         """
         goal = self.engine.joints_for(pose, begin)
@@ -276,18 +281,18 @@ class Jogger:
 
 
 class HeldDown:
-    """Moves the arm by a button that is held down, without a screen. Presses come while the button is held, each a
+    """Moves the arm by a button that is held down, without a screen. Presses arrive while the button is held, each a
     little farther, and a brake when it is released. Without more presses the last step ends. An arm that was stopped by
-    hand stays where it is until the button is released; motions that others began are not braked.
+    hand stays stopped until the button is released; motions that others began are not braked.
     """
 
     def __init__(self, station: Station) -> None:
         self._station, self._jogger = station, Jogger(station)
-        self._stops: int | None = None  # how often the robot was stopped before the button was pressed
-        self._version = -1  # of the timeline, as the last press has left it
+        self._stops: int | None = None  # number of stops of the robot before the button was pressed
+        self._version = -1  # version of the timeline after the last press
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """Do what a button says, and return what is seen then. Raises RobotNotAttached, UsageError."""
+        """Carry out the action of a button. Return the state of the robot then. Raises RobotNotAttached, UsageError."""
         station, engine = self._station, self._station.engine
         if isinstance(act, Press):
             station.tasks.check_robot_free()
