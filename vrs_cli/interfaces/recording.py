@@ -1,7 +1,7 @@
-"""Make a program of what an arm did for a while: it leads the tool along the same way.
+"""Make a program from the past motion of an arm: the program leads the tool along the same path.
 
-The way is divided into joint-interpolated motions between precision points: as few as the tolerance allows for the
-place and the orientation of the tool (Douglas and Peucker, "Algorithms for the reduction of the number of points
+The path is divided into joint-interpolated motions between precision points: as few as the tolerance allows for the
+position and the orientation of the tool (Douglas and Peucker, "Algorithms for the reduction of the number of points
 required to represent a digitized line", 1973). The program rounds its corners, within the tolerance too. The program is
 carried out in virtual time and compared first; where it misses the tolerance, it is made anew, finer.
 """
@@ -24,17 +24,17 @@ from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
 LOOK_STEP_S = 0.01  # [s] between two looks at the way
 STANDS = 1e-6  # [rad, m] a joint that has not moved
-DECIMALS = 4  # of joints in a program [deg, mm]
+DECIMALS = 4  # number of decimals of joints in a program [deg, mm]
 ATTEMPTS = 6
-FIRST_SHARE = 0.7  # of the tolerance, for the way without its corners
-FINER_SHARE = 0.6  # of the tolerance of the attempt before
-SAME_POSE_SHARE = 0.2  # of the tolerance: of two poses so near one is enough
-NEAR_POINTS = 60  # points of a way among which the next is
+FIRST_SHARE = 0.7  # fraction of the tolerance that is used for the path without rounded corners
+FINER_SHARE = 0.6  # factor on the tolerance from one attempt to the next
+SAME_POSE_SHARE = 0.2  # fraction of the tolerance: of two poses closer than this, one is enough
+NEAR_POINTS = 60  # number of points of a path among which the next point is searched
 MAX_RECORDING_S = 3600.0  # [s] of a way
 
 
 class Tolerance(NamedTuple):
-    """The greatest distance of a tool from a way [m], and its greatest turn there [rad]."""
+    """The greatest distance of a tool from a path [m], and its greatest rotation from the path's orientation [rad]."""
 
     away: float
     turned: float
@@ -43,12 +43,12 @@ class Tolerance(NamedTuple):
         return Tolerance(part * self.away, part * self.turned)
 
 
-RECORDED = Tolerance(0.002, radians(1.0))  # of a program that is recorded by hand
-Way = tuple[Joints, ...]  # where the joints were, one after the other
+RECORDED = Tolerance(0.002, radians(1.0))  # the tolerance of a program that is recorded by hand
+Way = tuple[Joints, ...]  # the joints along a path, in order of time
 
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
-    """Return the way from `begin` to `end` [s]; of neighbouring points within the tolerance only one."""
+    """Return the path from `begin` to `end` [s]; of neighbouring points within the tolerance only one is kept."""
     count, least = max(ceil((end - begin) / LOOK_STEP_S), 1), tolerance.times(SAME_POSE_SHARE)
     found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
     kept = [found[0]]
@@ -63,9 +63,9 @@ def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, toleranc
 def recorded_program(
     arm: RobotArm, timeline: Timeline, begin: float, end: float, name: str, tolerance: Tolerance
 ) -> str:
-    """Return the text of a program that leads the tool along the way of that time [s].
+    """Return the text of a program that leads the tool along the path of that interval [s].
 
-    Raises UsageError if the arm stood.
+    Raises UsageError if the arm did not move.
     """
     if end - begin > MAX_RECORDING_S:
         raise UsageError(f"{end - begin:.0f} s of motion", f"record {MAX_RECORDING_S:.0f} s at most")
@@ -88,14 +88,16 @@ def recorded_program(
 
 
 def corners(arm: RobotArm, T_flange_tool: transform.Transform, way: Way, tolerance: Tolerance) -> list[int]:
-    """Return the indexes of points of a way, between which it is joint-interpolated within the tolerance."""
+    """Return the indexes of points of a path; joint-interpolated motions between these points follow the path within
+    the tolerance.
+    """
     seen = [transform.compose(arm.forward(q), T_flange_tool) for q in way]
     chosen, open_ = [0], [(0, len(seen) - 1)]
     while open_:
         a, b = open_.pop()
         worst, miss = _worst(arm, T_flange_tool, way, seen, (a, b), tolerance)
         if miss > 1.0:
-            open_ += [(worst, b), (a, worst)]  # the first part comes off first
+            open_ += [(worst, b), (a, worst)]  # the first part is taken from the list first
         else:
             chosen.append(b)
     return chosen
@@ -109,8 +111,8 @@ def _worst(
     ends: tuple[int, int],
     tolerance: Tolerance,
 ) -> tuple[int, float]:
-    """Return the point between two that is farthest from the motion between them, and its distance in parts of the
-    tolerance.
+    """Return the point, between two points of a path, that is farthest from the motion between the two, and its
+    distance as a fraction of the tolerance.
     """
     a, b = ends
     begin, way = joints[a], [y - x for x, y in zip(joints[a], joints[b], strict=True)]
@@ -136,7 +138,7 @@ def _miss(a: transform.Transform, b: transform.Transform, tolerance: Tolerance) 
 
 
 def _as_written(arm: RobotArm, q: Joints) -> Joints:
-    """Round joints to the decimals of a program, inside the ranges."""
+    """Round joints to the decimals of a program, within their ranges."""
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.to_display(q)))
     return put_inside(rounded, model.lower, model.upper)
@@ -160,7 +162,7 @@ def _follows_way(
     rounding: float,
     tolerance: Tolerance,
 ) -> bool:
-    """Carry out the program; whether it leads the tool along all of the way, and nowhere else."""
+    """Carry out the program. Return whether it leads the tool along the whole path and not off the path."""
     engine = Engine(arm.model, start=joints[0])
     engine.perform(SetParameter("ROUNDING", 1000.0 * rounding), program=True)
     for q in joints[1:]:
@@ -173,7 +175,7 @@ def _follows_way(
 
 
 def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Transform], tolerance: Tolerance) -> bool:
-    """Return whether each of some poses is near the way through the others, which are in the same order."""
+    """Return whether each of some poses is near the path through the others, which are in the same order."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:
         nearest = min(range(near, min(near + NEAR_POINTS, len(others))), key=lambda k: _unlike(pose, others[k], weight))
@@ -185,8 +187,8 @@ def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Tran
 
 
 def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> float:
-    """Return the squared distance plus a weighted distance of the axes. For small values it orders as `_miss` does, and
-    is quicker.
+    """Return the squared distance plus a weighted distance of the axes. For small values this orders pairs of poses as
+    `_miss` does, and is faster.
     """
     squares = [(x - y) * (x - y) for x, y in zip(a, b, strict=True)]
     away = squares[3] + squares[7] + squares[11]
@@ -194,7 +196,7 @@ def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> fl
 
 
 def _beside(pose: transform.Transform, a: transform.Transform, b: transform.Transform, tolerance: Tolerance) -> float:
-    """Return how far a pose is from the straight way between two, in parts of the tolerance."""
+    """Return how far a pose is from the straight path between two others, as a fraction of the tolerance."""
     way = transform.vector_difference(transform.position(b), transform.position(a))
     square = transform.dot(way, way)
     part = (

@@ -1,11 +1,12 @@
 """The users of a robot: the role that a line needs, lines that may be carried out beside a program, the lease (which
-user drives), and the times of a user's clock in those of the robot. Pure: every step takes the time of the day.
+user drives), and the conversion from a user's clock to the robot's. Pure: every function takes the time of day as an
+argument.
 
 One holder of the lease drives at a time, and keeps the lease alive by a heartbeat. Other users ask for it. The holder
-gives it away, or loses it if no heartbeat came for a while, and never before.
+gives the lease away, or loses it after a time without a heartbeat, and never before.
 
 The robot has one clock. A command takes effect from the clock's time at its arrival on, t_c = t_iss + D_f: nothing
-before t_c changes. The time of issue is the sender's claim, as far as that can be true. A user's clock may be ahead of
+before t_c changes. The time of issue is the sender's claim, limited to possible values. A user's clock may be ahead of
 the robot's by an offset D. With D = -D_f a command for the user's present is never late: that clock is as far behind as
 commands take to arrive. (A viewer has D = D_b, or looks further ahead: `Subscribe.ahead`.)
 """
@@ -25,11 +26,11 @@ from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.tagged import Spoken
 
 CHANGE = "a change of a variable"
-STOPPING = ("ABORT",)  # commands that overtake all others
+STOPPING = ("ABORT",)  # words of the commands that overtake all others
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
-    """Check that a role includes the one that is wanted. Raises RoleWanted."""
+    """Check that a user's role includes the role `wanted`. Raises RoleWanted."""
     if wanted not in role:
         raise RoleWanted(f"{said} is for {wanted.title_with_article}", f"you are {role.title_with_article}")
 
@@ -47,8 +48,8 @@ def must_drive(said: str, wanted: Role, role: Role) -> bool:
 
 
 def check_beside(statement: Statement, *, elsewhere: bool) -> None:
-    """Check that a line need not wait until the program stops. `elsewhere`: the program runs on another branch than
-    that of the user. Raises UsageError.
+    """Check that a line need not wait until the program stops. `elsewhere`: the program runs on a branch other than the
+    user's. Raises UsageError.
     """
     said, role = need_of(statement)
     check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role, elsewhere=elsewhere)
@@ -68,7 +69,7 @@ def role_of(word: str) -> Role:
 
 
 def need_of(statement: Statement) -> tuple[str, Role]:
-    """Return the name of a line in messages, and the role that it needs."""
+    """Return the name of a line for messages, and the role that the line needs."""
     statement = _inner(statement)
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
@@ -80,7 +81,7 @@ def need_of(statement: Statement) -> tuple[str, Role]:
 
 
 def _inner(statement: Statement) -> Statement:
-    """Return the statement that DO carries out."""
+    """Return the statement that a DO carries out."""
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement
 
 
@@ -101,7 +102,7 @@ class Requested(Spoken, frozen=True):
 
 
 class Lost(Spoken, frozen=True):
-    """The user `by` has taken the lease `of` a user whose heartbeat did not come; that user is told."""
+    """The user `by` has taken the lease `of` a user whose heartbeat did not arrive in time; that user is told."""
 
     of: str
     by: str
@@ -111,7 +112,7 @@ Notice = Granted | Requested | Lost
 
 
 def notice_text(notice: Notice | None, user: str) -> str:
-    """Return the text of a notice for a user; empty if that only says who drives."""
+    """Return the text of a notice for a user; empty if the notice only reports who drives."""
     match notice:
         case Requested(of, by) if of == user:
             return f"{by} would like to drive"
@@ -123,9 +124,9 @@ def notice_text(notice: Notice | None, user: str) -> str:
 
 
 class RobotLease(Struct, frozen=True):
-    """`holder` drives until the time `until` [s], nobody if that is empty; `asking`: who has asked since, in order.
-
-    A holder whose time has passed keeps the lease until another takes it.
+    """Tells who drives: `holder`, until the time `until` [s]; nobody if `holder` is empty. `asking`: the users who have
+    asked for the lease since then, in order. A holder whose time has passed keeps the lease until another user takes
+    it.
     """
 
     holder: str = ""
@@ -137,7 +138,7 @@ class RobotLease(Struct, frozen=True):
         return bool(who) and who == self.holder
 
     def is_free(self, now: float) -> bool:
-        """Return whether another user may take it."""
+        """Return whether another user may take the lease."""
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:
@@ -148,7 +149,7 @@ class RobotLease(Struct, frozen=True):
             )
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Take the lease if nobody drives, or the time of its holder has passed. Raises LeaseHeld."""
+        """Take the lease if nobody drives, or if the holder's time has passed. Raises LeaseHeld."""
         if self.drives(who):
             return self.beat(who, now), ()
         if not self.is_free(now):
@@ -159,7 +160,7 @@ class RobotLease(Struct, frozen=True):
         return self._give(who, now), (*lost, Granted(who))
 
     def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Ask for the lease: take it at once if possible, else tell the holder once."""
+        """Ask for the lease: take it at once if possible, else notify the holder once."""
         if self.is_free(now) or self.drives(who):
             return self.acquire(who, now)
         if who in self.asking:
@@ -174,12 +175,14 @@ class RobotLease(Struct, frozen=True):
         return self._give(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
-        """Prolong the lease: its holder is still there. Raises LeaseHeld if `who` does not drive, or has lost it."""
+        """Prolong the lease of a holder who is still there. Raises LeaseHeld if `who` does not drive, or has lost the
+        lease.
+        """
         self.check(who)
         return replace(self, until=max(now + self.length, self.until))
 
     def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Note that a user has gone: a holder gives the lease to the user who asked first."""
+        """Note that a user has gone: the lease of a holder goes to the user who asked first."""
         asking = tuple(one for one in self.asking if one != who)
         left = replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
@@ -195,8 +198,8 @@ USUAL_ALLOWED = 10.0  # [s] that a command may have been on its way
 
 
 class HolderTimes(Struct, frozen=True):
-    """Corrections of the times that a user gives [s]. `offset`: D, how far the user's clock is ahead. `allowed`: a
-    command counts as at most so long on its way, whatever its sender claims.
+    """Corrects times that a user gives [s]. `offset`: D, how far the user's clock is ahead. `allowed`: the longest time
+    that a command counts as being on its way, whatever its sender claims.
     """
 
     offset: float = 0.0

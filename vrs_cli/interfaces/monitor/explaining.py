@@ -1,6 +1,5 @@
-"""EXPLAIN motions before they are done, locations, and the last change of the timeline. It changes nothing.
-
-An engine that stands aside (`Engine.aside`) plans the motion: the same request goes through the same code, and only the
+"""EXPLAIN describes motions before they are made, locations, and the last change of the timeline. It changes nothing. A
+separate engine (`Engine.aside`) plans the motion: the request goes through the same code as a real one, and only the
 book of that engine keeps the result.
 """
 
@@ -86,7 +85,8 @@ def _motion(station: Station, statement: Statement) -> Dialogue[results.MotionRe
 def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator[Request]:
     """Yield the requests of a motion instruction. Raises VrsError for arguments without a value."""
     memory = station.environment
-    kept = memory.random.getstate(), memory.last_error  # the motion itself is to find the same random numbers
+    # restored afterwards: the motion itself must get the same random numbers
+    kept = memory.random.getstate(), memory.last_error
     try:
         task = statement_task(memory, aside, statement)
         event = task.resume()
@@ -105,7 +105,7 @@ def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator
 
 
 def _pose(station: Station, expression: Expression, topic: str) -> Transform:
-    """Return the value of an expression. Raises TypeMismatch if it is not a transformation."""
+    """Return the value of an expression, a transformation. Raises TypeMismatch for any other value."""
     found = evaluator(station, expression)()
     if isinstance(found, Transform):
         return found
@@ -138,7 +138,7 @@ def _chain(station: Station, expression: Expression) -> results.ChainReport:
 
 
 def _factors(expression: Expression) -> Iterator[Expression]:
-    """Yield the factors of a compound, from the left."""
+    """Yield the factors of a compound transformation, from the left."""
     if isinstance(expression, Binary) and expression.operator == ":":
         yield from _factors(expression.left)
         yield from _factors(expression.right)
@@ -157,7 +157,7 @@ def _multiply(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[
 
 
 def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
-    """Return the links of the arm at these joints, with BASE before and TOOL behind them."""
+    """Return the transformations of the links of the arm at these joints, with BASE before and TOOL after them."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
     base = [("base of the arm", "frame 0", model.base)] if model.base != IDENTITY else []

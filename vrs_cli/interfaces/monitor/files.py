@@ -52,11 +52,10 @@ def _load(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def load(station: Station, named: Path) -> Dialogue[None]:
-    """Load a file. Programs in memory are replaced if the user agrees, else they stay; variables are overwritten. If no
-    program was run yet, EXECUTE alone runs the first program of the file.
-
-    A sample program of vrs is found by its name from every folder. Files that a comment in the file names (`; with:
-    lib.v2`) are loaded before the file. Raises NonexistentFile, FileOutside, FileError, FileDamaged.
+    """Load a file. Programs in memory are replaced if the user agrees, else kept; variables are overwritten. If no
+    program was run yet, EXECUTE without a name runs the first program of the file. A sample program of vrs is found by
+    its name from every folder. Files that a comment in the file names (`; with: lib.v2`) are loaded before the file.
+    Raises NonexistentFile, FileOutside, FileError, FileDamaged.
     """
     path, folder = find_program_file(named, station.folder), station.folder
     if path.suffix.lower() == EXTENSION:
@@ -71,7 +70,7 @@ def load(station: Station, named: Path) -> Dialogue[None]:
 
 
 def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
-    """Load the text of one program file, and tell what was loaded."""
+    """Load the text of one program file, and report what was loaded."""
     ready = yield from station.read_file(text, path.stem)
     values = yield from beside(ready.variables.values)
     kept = yield from _values_to_keep(station, values)
@@ -113,8 +112,8 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
 
 
 def _values_to_keep(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item, Value]]:
-    """Return the values of locations that no file holds and the user wants to keep. If no user
-    can be asked, the file overwrites them, as it does all variables.
+    """Return the values of locations that are in no file and that the user wants to keep. If no user can be asked, the
+    file overwrites these locations, like all other variables.
     """
     environment = station.environment
     if not station.user_state.attended:
@@ -128,7 +127,7 @@ def _values_to_keep(station: Station, values: Mapping[Item, Value]) -> Dialogue[
 
 
 def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
-    """Make a branch of a trajectory file: it can be continued, compared, and merged into main."""
+    """Make a branch from a trajectory file: the branch can be continued, compared, and merged into main."""
     branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
     name = name if name[0].isalpha() else f"t{name}"
@@ -163,7 +162,7 @@ def _read_recording(station: Station, path: Path) -> Dialogue[Recording]:
 @handles("STORER", extension=".rv", parts={MemoryPart.REALS})
 @handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
 def _store(station: Station, it: Instruction, extension: str, parts: Collection[MemoryPart]) -> Dialogue[None]:
-    """Store parts of the memory in a file: of some programs, or of all."""
+    """Store parts of the memory in a file: the parts that belong to some programs, or all."""
     path = _with_extension(path_of(station, it), extension)
     programs = [word(argument) for argument in it.arguments[1:]]
     memory, layout = station.environment.copy(), station.layout
@@ -185,7 +184,7 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
 
 
 def _with_extension(path: Path, extension: str) -> Path:
-    """Return the path with an extension, or unchanged if it has one."""
+    """Return the path with an extension; a path that has one is unchanged."""
     return path if path.suffix else path.with_name(path.name + extension)
 
 
@@ -223,8 +222,8 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
-    """Return where each motion of a recording ends. The recording has no other reference, and its memory is freed in
-    small parts: freeing a million values at once would hold every thread.
+    """Return where each motion of a recording ends. The caller must hold no other reference to the recording: its
+    memory is freed in small parts, because freeing a million values at once would block every thread.
     """
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
@@ -250,7 +249,7 @@ def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("FDIRECTORY", "LISTF")
 def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
-    """List the files of a folder, or those that a pattern names."""
+    """List the files of a folder, or the files that match a pattern."""
     given, folder = operand(it, 0), station.folder
     path = folder.root if given is None else folder.path(word(given), pattern=True)
     yield FileTable(str(path), entries(path, folder))
@@ -258,8 +257,8 @@ def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("CD")
 def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
-    """Go to a folder, or back to the first one. Raises FileError if it is no folder, FileOutside if it lies outside a
-    closed folder.
+    """Change to a folder, or back to the first one. Raises FileError if the path is not a folder, FileOutside if the
+    path is outside a closed folder.
     """
     given, home = operand(it, 0), station.home
     if given is None:
@@ -268,7 +267,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
         name, present = word(given), station.folder.root
         if not home.closed:
             path = station.folder.path(name)
-        elif name.strip() == "..":  # not above the closed folder
+        elif name.strip() == "..":  # does not lead above the closed folder
             path = present if present == home.root else present.parent
         else:
             path = home.root if name.strip() == "/" else station.folder.inside(name)
@@ -280,7 +279,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("PWD")
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
-    """Tell the present folder; in a closed folder that is not disclosed, the path inside it."""
+    """Show the present folder; in a closed folder whose path is not disclosed, show the path inside that folder."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
@@ -288,7 +287,9 @@ def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
 
 @handles("LOG")
 def _log(station: Station, it: Instruction) -> Dialogue[None]:
-    """Begin or end writing the session to a file. Raises UsageError if this robot cannot, FileError."""
+    """Begin or end writing the session to a file. Raises FileError, and UsageError if this robot cannot write
+    sessions.
+    """
     given, log = operand(it, 0), station.log
     path = None if given is None else station.folder.path(word(given))
     if log is None:
@@ -316,7 +317,7 @@ def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
 def _copy_or_rename(
     station: Station, it: Instruction, act: Callable[[Path, Path, Folder], None], done: str
 ) -> Dialogue[None]:
-    """Copy or rename the file of `new = old`. Raises FileError and its kinds."""
+    """Copy or rename the file of `new = old`. Raises FileError and its subclasses."""
     old = existing(station.folder.path(word(it.value)))
     new = target(old, path_of(station, it))
     yield from may_write(station, new)

@@ -1,4 +1,4 @@
-"""HELP: the tables of the language as pages. Nothing is written here that a table does not say."""
+"""HELP: shows the tables of the language as pages. All content comes from these tables."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ TUTORIAL = (
     ("vrs learn", "thirteen lessons that see what you do; type it outside this prompt"),
 )
 
-# topics beside the groups of the overview: what each is called, its title and rows
+# topics that are not groups of the overview: the name, title and rows of each
 EDITING = "EDITING"
 
 
@@ -87,7 +87,7 @@ def _topics() -> Mapping[str, HelpTopic]:
     }
 
 
-_SHORT = {  # one word for each group
+_SHORT = {  # a one-word name for each group
     "MONITOR COMMANDS": "COMMANDS",
     "INPUT, OUTPUT AND PROGRAM FLOW": "FLOW",
     "CONTROL STRUCTURES": "BLOCKS",
@@ -113,14 +113,14 @@ def help_on(word: str) -> Iterator[Reply]:
 
 
 def overview() -> HelpOverview:
-    """Return every word that can be used, in groups."""
+    """Return all available words, in groups."""
     groups = {title: tuple(row.name for row in rows) for title, rows in _groups().items()}
     groups["Topics"] = tuple(_topics())
     return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
 
 
 def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
-    """Return the rows of every word that can be used."""
+    """Return the rows of all available words, by group."""
     of_route = {title: [row for row in INSTRUCTIONS.values() if row.route is route] for route, title in ROUTES.items()}
     of_kind = {title: [row for row in FUNCTIONS.values() if row.result in kinds] for title, kinds in RESULTS.items()}
     rows: dict[str, Iterable[WordRow]] = {
@@ -142,7 +142,7 @@ def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
 
 
 def page(typed: str) -> HelpPage:
-    """Return every meaning of a word, which may be cut short. Raises UsageError with similar words."""
+    """Return every meaning of a word, which may be abbreviated. Raises UsageError with similar words."""
     name = _full_name(typed.upper())
     entries = tuple(entry for source in _SOURCES for entry in source(name))
     if not entries or name in LINKS:
@@ -156,8 +156,8 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """Return the full form of a word: itself, or the word for its abbreviation, its other spelling, or its name in
-    another language. Raises UsageError for an abbreviation of several words.
+    """Return the full form of a word: the word itself, or the word for its abbreviation, its other spelling, or its
+    name in another language. Raises UsageError for an abbreviation of several words.
     """
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
@@ -182,7 +182,7 @@ _TABLES: Mapping[str, Mapping[str, Word]] = {
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
-    """Yield the first words whose form has this word (STEP, AT, THEN) in it."""
+    """Yield the entries of the first words whose form contains this word (STEP, AT, THEN)."""
     users = (
         (sort, row)
         for sort, table in _TABLES.items()
@@ -194,7 +194,9 @@ def _users(name: str) -> Iterator[HelpEntry]:
 
 
 def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
-    """Return the meaning in a row. A word that is not available has no example, and says what to write instead."""
+    """Return the help entry of a row. A word that is not available has no example, but a note on what to write
+    instead.
+    """
     if row.state is State.SUPPORTED:
         return HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
     return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))
@@ -213,7 +215,7 @@ def _function(name: str) -> Iterator[HelpEntry]:
 
 
 def _setting(name: str) -> Iterator[HelpEntry]:
-    """Yield the entry of a switch, and of a parameter."""
+    """Yield the entry of the switch, and of the parameter, of that name."""
     if (switch := SWITCHES.get(name)) is not None:
         default = "ON" if switch.default else "OFF"
         yield HelpEntry("switch", name, f"{switch.summary}; {default} at the start", f"ENABLE {name}")

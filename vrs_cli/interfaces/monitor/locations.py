@@ -1,5 +1,5 @@
-"""Commands on locations: WHERE the robot, a part or the measured robot is, PARTS, WHY a place is in reach or not, and
-HERE, POINT and TEACH, which define locations.
+"""Commands on locations: WHERE the robot, a part or the measured robot is, PARTS, WHY a location is in reach or not,
+and HERE, POINT and TEACH, which define locations.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 @handles("WHERE")
 def _where(station: Station, it: Instruction) -> Dialogue[None]:
-    """Tell where the robot, the measured robot or a part is: now, at a time, or over a stretch of time."""
+    """Show where the robot, the measured robot or a part is: now, at a time, or over a period of time."""
     named, stamped, over = operand(it, 0), it.modifiers.has_time, has_times(it)
     if is_measured(named):
         yield from where_measured(station, it)
@@ -85,7 +85,7 @@ def _check_either(it: Instruction, what: str = "") -> None:
 
 @handles("SHOW")
 def _show(station: Station, it: Instruction) -> Dialogue[None]:
-    """Show the arm on the screen of the user while it moves, else as one picture."""
+    """Show the arm on the screen of the user while the arm moves; without a screen, show one picture."""
     engine, stamped, t = station.engine, it.modifiers.has_time, moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
@@ -111,7 +111,7 @@ def _teach(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _next_name(station: Station, name: Variable) -> Variable:
-    """Return the name that follows in a series. Raises InvalidName if it is too long."""
+    """Return the next name in a series. Raises InvalidName if that name is too long."""
     if name.indexes:
         *others, last = name.indexes
         following = real(station, last) + 1.0
@@ -125,7 +125,7 @@ def _next_name(station: Station, name: Variable) -> Variable:
 
 @handles("HERE", "POINT")
 def _define(station: Station, it: Instruction) -> Dialogue[None]:
-    """Define and show a location. A person is asked for changes until an empty line."""
+    """Define and show a location. A person is asked for changes until an empty line is typed."""
     if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
     expression = operand(it, 0)
@@ -158,7 +158,9 @@ def _define(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def change_numbers(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
-    """Change a location by the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
+    """Change a location by the typed numbers; a number that is left out between commas is not changed. Raises
+    IllegalValue.
+    """
     numbers = list(numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
@@ -185,7 +187,7 @@ def _set_frame(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("WHY")
 def _why(station: Station, it: Instruction) -> Dialogue[None]:
-    """Explain whether a location can be reached. Raises TypeMismatch for another value."""
+    """Explain whether a location can be reached. Raises TypeMismatch if the value is not a location."""
     expression = operand(it, 0)
     assert expression is not None
     value, text = evaluator(station, expression)(), expression_text(expression)
@@ -196,7 +198,7 @@ def _why(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def explain_reach(station: Station, target: PoseTarget | JointTarget, name: str) -> Dialogue[replies.ReachReport]:
-    """Explain whether a place of that name can be reached from here."""
+    """Explain whether a target, shown with the name `name`, can be reached from the present position."""
     reach = yield from beside(lambda: station.engine.explain(target))
     contacts = (station.contacts.ahead(Move(target, straight)) for straight in (False, True))
     return replies.ReachReport(name, reach, station.units, *contacts)
@@ -206,7 +208,7 @@ def explain_reach(station: Station, target: PoseTarget | JointTarget, name: str)
 
 
 def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
-    """Tell where a body measured the robot: in the last report, at a time, or over a stretch of time. Raises
+    """Show where a body measured the robot: in the last report, at a time, or over a period of time. Raises
     UsageError.
     """
     measured = station.engine.measured.view
@@ -241,7 +243,7 @@ BRINGS_PARTS = "a cell with [[part]] brings some: vrs --cell FILE"
 
 
 def part_table(station: Station, t: float | None) -> replies.PartTable:
-    """Tell where all parts are at a time [s], or now."""
+    """Return where all parts are at time t [s], or now."""
     stamped, t = t is not None, station.engine.now if t is None else t
     course = station.driver.course
     rows = () if course is None else tuple(_part_row(course, name, t) for name in course.parts())
@@ -262,7 +264,7 @@ def _list_parts(station: Station, it: Instruction) -> Iterable[replies.Reply]:
 
 
 def where_part(station: Station, it: Instruction, asked: BareWord | StringConstant) -> Iterable[replies.Reply]:
-    """Tell where a part is: now, at a time, or over a stretch of time. Raises UndefinedName, UsageError."""
+    """Return where a part is: now, at a time, or over a period of time. Raises UndefinedName, UsageError."""
     course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
     if said.lower() not in names and said.lower()[:NAME_LENGTH] in station.environment.kinds:

@@ -1,5 +1,5 @@
 """Pictures of the arm for SHOW, as points and lines in the world, and pictures of explanations (WHY, EXPLAIN). This
-module knows no terminal.
+module does not depend on a terminal.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ Lines = tuple[tuple[transform.Vector, ...], ...]
 
 
 class Sight:
-    """Pictures of one arm, one after the other, in a cell or alone; it remembers what does not change between them."""
+    """Makes pictures of one arm, in a cell or alone; data that does not change from picture to picture is kept."""
 
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
         self.arm, self._path, self._world = arm, ToolPath(arm, LINE_ERROR_M), world
 
     def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
-        """Picture the robot at time t [s], with its past and its planned way, and the bodies of its cell."""
+        """Return the picture of the robot at time t [s], with its past and planned path, and the bodies of its cell."""
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
@@ -65,8 +65,8 @@ class Sight:
         return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
     def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
-        """Return the lines before a time [s] and those after it. The present line is split: it comes last of the first,
-        and first of the others.
+        """Return the path before a time [s] and the path after it, as lines. The present segment is split: its first
+        part is the last of the past lines, its second part the first of the future lines.
         """
         past, planned = list[tuple[transform.Vector, ...]](), list[tuple[transform.Vector, ...]]()
         for line in self._path.lines(timeline, t - BEFORE, t + AFTER):
@@ -82,7 +82,7 @@ class Sight:
 
 
 def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
-    """Return the outermost places of the tool tip in the world [m]."""
+    """Return the outermost positions of the tool tip in the world [m]."""
     T_world_robot = transform.inverse(frames.base)
     return tuple(transform.moved_point(T_world_robot, p) for p in outermost(arm.model, transform.position(frames.tool)))
 
@@ -105,13 +105,13 @@ def skeleton(
 
 
 def _foot(T: transform.Transform, p: transform.Vector) -> transform.Vector:
-    """Return the foot of a point on the z axis of a frame."""
+    """Return the point on the z axis of a frame that is nearest to a point."""
     origin, z = transform.position(T), (T.ax, T.ay, T.az)
     return transform.along(origin, z, transform.dot(transform.vector_difference(p, origin), z))
 
 
 def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector]) -> Iterator[transform.Vector]:
-    """Yield points in another frame; of consecutive points at one place only the first."""
+    """Yield points in another frame, omitting a point that equals the one before."""
     before: transform.Vector | None = None
     for p in points:
         if before is None or dist(p, before) > SAME_PLACE_M:
@@ -121,7 +121,7 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
 
 # --- the cell ----------------------------------------------------------------------------------------------------
 
-CIRCLE_POINTS = 8  # points of a circle
+CIRCLE_POINTS = 8  # number of points that represent a circle
 
 
 def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
@@ -138,7 +138,9 @@ def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBod
 
 
 def corners(shape: Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
-    """Return points in the world whose hull is a body, or near it [m]; `T`: where the body is."""
+    """Return points in the world whose convex hull is the shape, or an approximation of it [m]; `T`: the pose of the
+    shape.
+    """
     points: list[transform.Vector]
     match shape:
         case BoxShape((x, y, z)):
@@ -174,7 +176,7 @@ Drawable = ReachReport | MotionReport | ChainReport
 
 
 def sketch(report: Drawable) -> Sketch | None:
-    """Return the picture of an explanation; None if it has none."""
+    """Return the picture of a report; None if the report has no picture."""
     if isinstance(report, ReachReport):
         return _sketch_of_reach(report)
     if isinstance(report, MotionReport):
@@ -192,7 +194,7 @@ def sketch(report: Drawable) -> Sketch | None:
 
 
 def _sketch_of_reach(report: ReachReport) -> Sketch:
-    """Draw the straight line as far as the arm can follow it, and what stops it there."""
+    """Draw the straight line as far as the arm can follow it, and the limit that stops the arm there."""
     reach = report.reach
     stop = stopping_place(reach)
     balls = [SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
@@ -204,7 +206,7 @@ def _sketch_of_reach(report: ReachReport) -> Sketch:
 
 
 def stopping_place(reach: Reach) -> transform.Vector:
-    """Return the place at which the tool tip stops on the straight line [m]."""
+    """Return the position at which the tool tip stops on the straight line [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
         return reach.end if line.duration is not None else reach.begin
@@ -213,7 +215,7 @@ def stopping_place(reach: Reach) -> transform.Vector:
 
 
 def reach_text(report: ReachReport) -> str:
-    """Return the name of the place, and a sentence about the line to it."""
+    """Return the name of the location, and a sentence on whether the arm can follow the straight line to it."""
     line = report.reach.line
     if line.duration is None:
         return f"{report.name}: {line.trouble}"
@@ -225,7 +227,7 @@ def reach_text(report: ReachReport) -> str:
 
 
 def place_of(text: str) -> str | None:
-    """Return the goal of a typed motion as an expression; None if the text is not a motion to a place."""
+    """Return the target of a typed motion as an expression; None if the text is not a motion to a location."""
     try:
         statement = parse_prompt(text)
     except VrsError:
@@ -238,5 +240,5 @@ def place_of(text: str) -> str | None:
         return None
     if not (it.word.startswith("APPRO") and others):
         return expression_text(place)
-    back = "0" if others[0] is None else expression_text(others[0])  # along the tool's axis
+    back = "0" if others[0] is None else expression_text(others[0])  # distance along the axis of the tool
     return f"{expression_text(place)}:TRANS(0, 0, -({back}))"

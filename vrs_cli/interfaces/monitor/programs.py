@@ -42,12 +42,12 @@ from vrs_cli.values import replies
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.questions import Editing
 
-MANY = 100  # programs or variables
+MANY = 100  # number of programs or variables from which a search is long
 
 
 @handles("LISTP")
 def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
-    """List programs in canonical form, all if none is named."""
+    """List programs in canonical form; all programs if none is named."""
     environment = station.environment
     stored = [environment.meant(name) for name in words(it)] or list(environment.programs.values())
     if not stored:
@@ -60,7 +60,7 @@ def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("DIRECTORY")
 def _list_names(station: Station, it: Instruction) -> Dialogue[None]:
-    """List the names of programs, all or those of a pattern."""
+    """List the names of programs: all, or those that match a pattern."""
     pattern, programs = word_or(it, 0, "*").lower(), dict(station.programs)
 
     def rows() -> tuple[replies.ProgramName, ...]:
@@ -99,7 +99,7 @@ def _rename(station: Station, it: Instruction) -> None:
 
 @handles("DELETE")
 def _delete(station: Station, it: Instruction) -> Dialogue[None]:
-    """Delete programs, the programs that only these call, and the variables that only these use."""
+    """Delete programs, the programs that only they call, and the variables that only these programs use."""
     environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
     memory = environment.copy()
@@ -128,7 +128,9 @@ def _delete_named(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _delete_programs(station: Station, programs: Sequence[StoredProgram], question: str) -> Dialogue[bool]:
-    """Delete programs if the user agrees; the question begins with their names. Raises ProgramInterlocked."""
+    """Delete programs if the user agrees; the question begins with the names of the programs. Raises
+    ProgramInterlocked.
+    """
     for program in programs:
         station.check_free(program.name)
     if not (yield from may_delete(station, f"{', '.join(program.name for program in programs)} {question}")):
@@ -180,7 +182,7 @@ def _see(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _program_to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
-    """Return the program that is named, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
+    """Return the named program, or the last one, and the step number. Raises NoProgramSpecified, IllegalValue."""
     given = operand(it, 0)
     last = station.user_state.last_edited or station.last_program
     if given is None and last is None:
@@ -203,7 +205,7 @@ REALS, STRINGS = (Kind.REAL,), (Kind.STRING,)
 
 
 def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> replies.Reply:
-    """Return the reply for variables of these kinds. `truth`: a real stands for true or false."""
+    """Return the reply that lists variables of these kinds. `truth`: a real number stands for true or false."""
     if kinds == REALS:
         return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
     if kinds == STRINGS:
@@ -231,7 +233,7 @@ def _list_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...], 
 
 
 def show_value(station: Station, expression: Expression) -> Dialogue[None]:
-    """Answer an expression alone at the prompt as LISTR, LISTL or LISTS does."""
+    """Answer an expression that is typed alone at the prompt, as LISTR, LISTL or LISTS does."""
     if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
         left, right = expression_text(expression.left), expression_text(expression.right)
         yield replies.Message(f"== compares; {left} = {right} assigns")
@@ -241,7 +243,7 @@ def show_value(station: Station, expression: Expression) -> Dialogue[None]:
 
 
 def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
-    """Return an expression with its value; for a name alone, the simple variable and all elements of the array."""
+    """Return an expression and its value; for a name alone, the simple variable and all elements of the array."""
     rows: Rows = ()
     if isinstance(expression, Variable) and not expression.indexes:
         if (reference := own_variables(station).get(expression.key)) is not None:
@@ -255,7 +257,7 @@ def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
-    """Yield the values of a variable of the stopped program itself. Raises UndefinedValue."""
+    """Yield the values of a local variable of the stopped program. Raises UndefinedValue."""
     program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
         yield f"{name} ({program})", reference.value()

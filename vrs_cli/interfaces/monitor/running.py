@@ -1,4 +1,4 @@
-"""Commands that start and stop programs, let them go on, and do them step by step."""
+"""Commands that start, stop and continue programs, and carry them out step by step."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def _execute(station: Station, it: Instruction) -> Dialogue[None]:
 def asked_program(
     station: Station, it: Instruction
 ) -> Dialogue[tuple[str | None, tuple[Reference | None, ...], int, int]]:
-    """Compile the program of EXECUTE and the like. Return its name, arguments, cycles and first step. Raises
-    UndefinedName.
+    """Compile the program that EXECUTE or a similar command names. Return its name, arguments, cycles and first step.
+    Raises UndefinedName.
     """
     given = operand(it, 0)
     name = None if given is None else station.environment.meant(word(given)).name
@@ -56,7 +56,7 @@ def _start(station: Station, it: Instruction, number: int) -> Dialogue[None]:
 
 
 def _task_number(station: Station, it: Instruction) -> int:
-    """Return the number of the task that a command names; 0 for the robot program."""
+    """Return the number of the task that a command names; 0 (the robot program) if it names none."""
     return checked_task(real_or(station, it, 0, 0.0))
 
 
@@ -65,10 +65,11 @@ def _task_number(station: Station, it: Instruction) -> int:
 @handles("PCPROCEED", number=PROCESS_CONTROL)
 @handles("PCRETRY", number=PROCESS_CONTROL, retry=True)
 def _go_on(station: Station, it: Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
-    """Let a stopped task go on; `retry`: with the step that failed."""
+    """Continue a stopped task; `retry`: with the step that failed."""
     number = _task_number(station, it) if number is None else number
     track = station.tasks.get(number)
-    if track is not None and (retry or track.task.fault is not None):  # it goes on at another step than the next
+    # the task continues at another step than the next one
+    if track is not None and (retry or track.task.fault is not None):
         yield from station.compile_program(track.task.program, everywhere=True)
     if not number:
         yield from run(station, station.resume(retry=retry))
@@ -90,7 +91,9 @@ def _kill(station: Station, it: Instruction) -> None:
 
 
 def run(station: Station, track: Track) -> Dialogue[None]:
-    """Wait for a program, and tell how it ended. A user who types on meanwhile is told at the end."""
+    """Wait for a program, and report how it ended. If the user goes on typing meanwhile, the report comes at the
+    end.
+    """
     if station.user_state.lives and not station.user_state.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
@@ -113,7 +116,7 @@ def ending(station: Station, result: RunResult) -> Reply:
 @handles("ABORT")
 @handles("PCABORT", number=PROCESS_CONTROL)
 def _abort(station: Station, it: Instruction, number: int | None = None) -> Iterable[Reply]:
-    """Stop a task; the robot program, with the motion, if none is named."""
+    """Stop a task; if none is named, the robot program and the motion."""
     number = _task_number(station, it) if number is None else number
     if not number:
         return _stop(station, station.abort)
@@ -123,15 +126,15 @@ def _abort(station: Station, it: Instruction, number: int | None = None) -> Iter
 
 
 def emergency_stop(station: Station) -> Dialogue[None]:
-    """Stop the motion and all tasks now, and tell what was stopped."""
+    """Stop the motion and all tasks now, and report what was stopped."""
     others = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
     said = [*_stop(station, station.stop), *map(_abort_reply, others)]
     yield from (one for one in said if not (others and isinstance(one, Message)))
 
 
 def _stop(station: Station, stop: Callable[[], None]) -> list[Reply]:
-    """Stop, and tell what was stopped. A user who waits for the end of the program is told of the end, and needs no
-    reply.
+    """Call `stop`, and report what was stopped. A user who waits for the end of the program gets the report of that
+    end, and needs no reply.
     """
     scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
     track = station.tasks.get(ROBOT_PROGRAM)
@@ -159,7 +162,7 @@ def _prime(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("SSTEP", "XSTEP", "NEXT")
 def _step(station: Station, it: Instruction) -> Dialogue[None]:
-    """Do one step of a program that is named, or of the stopped one; XSTEP steps into called programs."""
+    """Carry out one step of the named program, or of the stopped one; XSTEP steps into called programs."""
     if operand(it, 0) is not None:
         station.begin(*(yield from asked_program(station, it)), primed=True)
     yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
@@ -179,7 +182,7 @@ def _set_breakpoint(station: Station, it: Instruction) -> Dialogue[None]:
             found = station.environment.executable(stored).compilation.stand(step - 1)
             if found is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
-            breakpoints.add((key, found + 1))  # the first step from there on that does something
+            breakpoints.add((key, found + 1))  # the first executable step from there on
         else:
             breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
@@ -190,7 +193,7 @@ def _set_breakpoint(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("WATCH")
 def _watch(station: Station, it: Instruction) -> Dialogue[None]:
-    """Watch an expression, at whose changes programs stop; bare: watch nothing."""
+    """Watch an expression: programs stop when its value changes. Without an expression, stop watching."""
     watches, expression = station.tasks.watches, operand(it, 0)
     if expression is None:
         watches.clear()

@@ -1,5 +1,5 @@
-"""Commands that tell STATUS, signals, the time, the memory and help, and that set SPEED, signals, switches,
-parameters, CLOCK (pause a clock of real time, let it go on, change its rate), and what the robot's BODY is to do.
+"""Commands that show STATUS, signals, the time, the memory and help, and commands that set SPEED, signals, switches,
+parameters, the CLOCK (pause and resume a real-time clock, change its rate) and the BODY of the robot.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from vrs_cli.version import __version__
 @handles("STATUS")
 @handles("PCSTATUS", number=PROCESS_CONTROL)
 def _tell_status(station: Station, it: Instruction, number: int | None = None) -> Iterable[replies.Reply]:
-    """Tell the state of the robot and of a task; at a time: of the robot alone."""
+    """Report the state of the robot and of a task; at a given time, only that of the robot."""
     if not it.modifiers.has_time:
         yield _present_status(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
         return
@@ -87,7 +87,7 @@ def _present_status(station: Station, number: int) -> replies.StatusReport:
 
 
 def _words_for_next_motion(engine: Engine) -> tuple[str, ...]:
-    """Return configuration words that the arm does not have yet, and settings for one motion, as they are typed."""
+    """Return, as typed, the configuration words that the arm does not satisfy yet, and the settings for one motion."""
     settings, have = engine.settings, engine.arm.configuration(engine.destination(engine.end).joints)
     said = list(settings.configuration.words_beside((have,)))
     if (speed := settings.speed.once) is not None:
@@ -108,7 +108,7 @@ BANKS = (("Inputs", INPUTS), ("Outputs", OUTPUTS), ("Internal signals", INTERNAL
 
 @handles("IO")
 def _tell_signals(station: Station, it: Instruction) -> Iterable[replies.Reply]:
-    """Tell signals; at a time without the internal signals, which are variables."""
+    """Report signals; at a given time without the internal signals, which are variables."""
     given, timed = operand(it, 0), it.modifiers.has_time
     number = None if given is None else whole(real(station, given))
     if number is not None and number not in range(len(BANKS)):
@@ -152,7 +152,7 @@ def _tell_memory(station: Station, _it: Instruction) -> Iterable[replies.Reply]:
 
 
 def free_memory() -> float | None:
-    """Return how much of the computer's memory is free [%]; None if the system does not tell it."""
+    """Return the free fraction of the computer's memory [%]; None if the system does not report it."""
     try:
         return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError, ZeroDivisionError):
@@ -161,7 +161,7 @@ def free_memory() -> float | None:
 
 @handles("HISTORY")
 def _tell_history(station: Station, it: Instruction) -> Iterable[replies.Reply]:
-    """Tell the lines that the user has typed, without the present one."""
+    """Return the lines that the user has typed, without the present one."""
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield replies.FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
@@ -176,7 +176,7 @@ def _set_monitor_speed(station: Station, it: Instruction) -> None:
 
 @handles("SIGNAL")
 def _set_signals(station: Station, it: Instruction) -> None:
-    """Set signals as the instruction does, and inputs too, as a user at the cabinet can."""
+    """Set signals as the instruction SIGNAL does, and also inputs, like a user at the controller cabinet."""
     signals, text = station.environment.signals, statement_text(it)
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     at, within = (None if time is None else real(station, time) for time in (it.modifiers.at, it.modifiers.within))
@@ -195,7 +195,7 @@ RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 @handles("CLOCK", "TIME")
 def _clock(station: Station, it: Instruction) -> Iterable[replies.Reply]:
-    """Tell the clock; CLOCK with an argument pauses it, lets it go on, or changes its rate first. Raises UsageError,
+    """Report the clock; an argument pauses or resumes it, or changes its rate, first. Raises UsageError,
     IllegalValue.
     """
     clock = station.engine.clock
@@ -213,13 +213,13 @@ def _clock(station: Station, it: Instruction) -> Iterable[replies.Reply]:
             clock.change(paused=action == "PAUSE")
         else:
             raise UsageError(f"CLOCK {action}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
-        station.settle()  # time has passed since the line was given, and the clock may be paused now
+        station.settle()  # time has passed since the line was typed, and the clock may be paused now
     yield replies.ClockReport(clock.now, clock.rate if isinstance(clock, WallClock) else None, clock.paused)
 
 
 @handles("BODY")
 def _body(station: Station, it: Instruction) -> Dialogue[None]:
-    """Tell the body, release it, or choose what is done on an alarm. Raises UsageError, RoleWanted, LeaseHeld,
+    """Report the body, release it, or choose the reaction to an alarm. Raises UsageError, RoleWanted, LeaseHeld,
     RequestRefused.
     """
     body, divergence = station.body, station.divergence
@@ -243,7 +243,7 @@ def _body(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("RESYNC")
 def _resync(station: Station, it: Instruction) -> Dialogue[None]:
-    """Bring body and timeline together. Raises UsageError, RequestRefused, MotionError."""
+    """Bring the body and the timeline back together. Raises UsageError, RequestRefused, MotionError."""
     how = word_or(it, 0).upper()
     if how not in ("", STOP):
         raise UsageError(f"RESYNC {how}", f"RESYNC, RESYNC {STOP}")
@@ -257,7 +257,7 @@ handles("RESET", "SELECT")(Station.do)  # the same as in a program
 
 @handles("ENABLE", "DISABLE", idle_rows=IDLE_SWITCHES)
 def _set(station: Station, it: Instruction, idle_rows: Mapping[str, Idle]) -> Dialogue[None]:
-    """Set switches or a parameter as in a program, and tell which have no effect."""
+    """Set switches or a parameter as in a program, and report those that have no effect."""
     yield from station.do(it)
     for argument in it.arguments:
         row = None if argument is None else idle_of(idle_rows, word(argument))
@@ -274,7 +274,7 @@ def _summary(row: Switch | ParameterRow | Idle) -> str:
 def _set_or_list(
     station: Station, it: Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, Idle]
 ) -> Dialogue[None]:
-    """Set a switch or a parameter, or list those that are named, or all. Raises UsageError."""
+    """Set a switch or a parameter, or list the named ones, or all. Raises UsageError."""
     if it.value is not None:
         yield from _set(station, it, idle_rows)
         return

@@ -1,5 +1,5 @@
-"""Commands on the timeline: UNDO and REDO, branches, listings, and PLOT, which draws curves over time. This module
-knows no terminal.
+"""Commands on the timeline: UNDO and REDO, branches, listings, and PLOT, which draws curves over time. This module does
+not depend on a terminal.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from vrs_cli.values.replies import Curve, Plot
 def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
-    """Take commands back, or do them again, and tell which."""
+    """Undo commands, or redo them, and report which."""
     engine, steps = station.engine, whole(real_or(station, it, 0, 1.0))
     if steps < 1:
         raise IllegalValue(f"{it.word} {steps}", "at least one command")
@@ -58,7 +58,7 @@ def _undo_or_redo(
 
 @handles("BRANCH")
 def _branch(station: Station, it: Instruction) -> Dialogue[None]:
-    """List the branches, go to one, or make a new one."""
+    """List the branches, switch to one, or make a new one."""
     branches, given = station.branches, operand(it, 0)
     if given is None:
         yield branch_table(station)
@@ -146,7 +146,7 @@ def _list_timeline(station: Station, _it: Instruction) -> Dialogue[None]:
 
 
 def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
-    """List the present timeline, the commands in force on it, and the readings of programs that no longer hold."""
+    """Return the present timeline, its commands in force, and the readings of programs that are no longer true."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
     wrong = tuple(untrue(engine.book, station.environment.signals))
@@ -168,7 +168,7 @@ def _segment_row(segment: Segment) -> replies.SegmentRow:
 
 @handles("PLOT")
 def _plot(station: Station, it: Instruction) -> Dialogue[None]:
-    """Show curves, or draw them into a file. Raises UsageError if this robot draws no files, FileError."""
+    """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot draws no files."""
     engine, (names, file) = station.engine, split_file(words(it))
     selection = select_curves(engine.arm, names)
     if engine.end <= engine.timeline.start:
@@ -187,28 +187,28 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.Message(f"{path} written")
 
 
-SAMPLES = 481  # more than the dots of the widest drawing need
-PICTURES = (".svg", ".png", ".pdf")  # how the name of a file ends that a plot is drawn into
+SAMPLES = 481  # number of samples of a curve: more than the widest drawing has dots
+PICTURES = (".svg", ".png", ".pdf")  # suffixes of the files that a plot can be drawn into
 SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1; into a file: PLOT 1, arm.svg"
 IN_PYTHON = f'plot(1, 2), plot("velocity", 1), plot("X", "Z"); quantities: {", ".join(QUANTITIES).lower()}'
 _JOINT = re.compile(r"[0-9]{1,3}")
 
 
 class Selection(Struct, frozen=True):
-    """The names of quantities on one scale, and joints from 1 (none for quantities of the tool)."""
+    """The names of quantities with a common scale, and joint numbers from 1 (none for quantities of the tool)."""
 
     names: tuple[str, ...]
     joints: tuple[int, ...]
 
 
 def split_file(names: Sequence[str]) -> tuple[Sequence[str], str]:
-    """Separate the names of curves from that of a file behind them; "" without a file."""
+    """Separate the names of curves from the name of a file after them; "" if there is no file."""
     has_file = bool(names) and names[-1].lower().endswith(PICTURES)
     return (names[:-1], names[-1]) if has_file else (names, "")
 
 
 def select_curves(arm: RobotArm, names: Sequence[str]) -> Selection:
-    """Read the names of `PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
+    """Parse the arguments of `PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
     joints = list(dict.fromkeys(int(name) for name in names if _JOINT.fullmatch(name)))
     found = [_full_name(name.upper()) for name in names if not _JOINT.fullmatch(name)] or ["POSITION"]
     first, count = QUANTITIES[found[0]], arm.model.joint_count
@@ -247,7 +247,7 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
 
 
 def _full_name(name: str) -> str:
-    """Return the name of a quantity, which may be cut short. Raises UsageError."""
+    """Return the full name of a quantity, which may be abbreviated. Raises UsageError."""
     found = [name] if name in QUANTITIES else [full for full in QUANTITIES if full.startswith(name)]
     if len(found) != 1:
         raise UsageError(f"{name} is no curve", SYNTAX, in_python=IN_PYTHON)

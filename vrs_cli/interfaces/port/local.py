@@ -1,4 +1,4 @@
-"""The port to a robot of this process. Whoever waits for a message lets the robot's time and tasks go on meanwhile."""
+"""The port to a robot in this process. While a thread waits for a message, it advances the robot's time and tasks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ LOOK_AGAIN_S = 0.005  # [s] between two looks whether another thread, which driv
 
 
 class KnownError(Refusal, frozen=True, kw_only=True):
-    """An error of this process, which is at hand with all that it knows."""
+    """An error of this process, kept as the exception itself."""
 
     cause: BaseException
 
@@ -52,11 +52,13 @@ class _LocalUser(UserSession):
     """The user of a robot of this process, whose status can be read at any time."""
 
     tells_status, begins = False, -inf
-    conditions: Conditions | None = None  # of all its requests
+    conditions: Conditions | None = None  # for all requests of the user
 
     @property
     def rate(self) -> float | None:
-        """Return how many seconds of the robot pass in one; None if its time does not pass by itself."""
+        """Return how many seconds of robot time pass in one real second; None if robot time does not advance in real
+        time.
+        """
         clock = self.session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
 
@@ -74,7 +76,7 @@ class _LocalUser(UserSession):
 
 
 class LocalPort:
-    """A robot of this process in the hands of its user. `typed` hears each line before it is carried out."""
+    """The port of the user of a robot in this process. `typed` is called with each line before it is carried out."""
 
     name, one_user, open, cuts, stalls = "", True, True, 0, 0
 
@@ -88,14 +90,14 @@ class LocalPort:
         session.body.told.append(self._warn)
 
     def under(self, conditions: Conditions) -> LocalPort:
-        """Return the same port, whose requests are carried out under these conditions."""
+        """Return a port to the same robot, whose requests are carried out under these conditions."""
         other = copy(self)
         other.user = copy(self.user)
         other.user.conditions = conditions
         return other
 
     def check_open(self) -> None:
-        """Do nothing: a robot of this process is always there."""
+        """Do nothing: a robot in this process is always connected."""
 
     # --- messages ---
 
@@ -119,7 +121,7 @@ class LocalPort:
         self.console.outlets.append(outlet)
 
     def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
-        """Take a message. With `seconds` do only what is due now, however long they are."""
+        """Take a message. With `seconds`, carry out only what is due now, even if that takes longer than `seconds`."""
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:
@@ -127,12 +129,12 @@ class LocalPort:
                 continue  # another thread drives the robot
             try:
                 if inbox:
-                    break  # which has filled the inbox meanwhile
+                    break  # that thread has filled the inbox meanwhile
                 goes_on = self._actor.lets_time_pass
                 self._actor.step()
                 if goes_on:
                     self.console.progress(Running(self.session.engine.now))
-            except Exception as error:  # of a task that nobody waits for, which has ended with it
+            except Exception as error:  # an error in a task that nobody waits for; the error has ended the task
                 self.console.show(internal_error(error))
             finally:
                 self._driving.release()
@@ -149,7 +151,7 @@ class LocalPort:
             self.step()
 
     def step(self) -> None:
-        """Do the next thing that is due; where none is, wait for it, or until `wake` is called."""
+        """Carry out the next due event; if none is due, wait for one, or until `wake` is called."""
         with self._driving:
             try:
                 self._actor.step()
@@ -157,11 +159,11 @@ class LocalPort:
                 self.console.show(internal_error(error))
 
     def wake(self) -> None:
-        """End a wait of `step`; from any thread."""
+        """End a wait of `step`. May be called from any thread."""
         self._actor.wake()
 
     def give_up(self, error: BaseException) -> str:
-        """Drop the requests that have not ended: their outlets hear why."""
+        """Drop the requests that have not ended; their outlets receive the reason."""
         self.user.drop(error)
         return ""
 
@@ -179,7 +181,7 @@ class LocalPort:
             return self.session.engine.events.subscribe()
 
     def report(self, reports: Sequence[Report]) -> None:
-        """Put reports of a body into the record of the robot, and do what is set for an alarm. Raises IllegalValue."""
+        """Add reports of a body to the record of the robot, and react to an alarm as set. Raises IllegalValue."""
         with self._driving:
             self.session.body.take(reports)
         self._do_what_is_due()
@@ -205,7 +207,7 @@ class LocalPort:
 
     @property
     def due(self) -> float:
-        """Something happens in so many seconds that `take` lets happen; infinity in virtual time."""
+        """Return in how many seconds `take` has an event to carry out; infinity in virtual time."""
         clock = self.session.engine.clock
         return clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else inf
 

@@ -1,7 +1,6 @@
-"""The port to a robot: one user sends requests, and hears replies, questions, and how each request ended.
-
-There are two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles
-stand on either. `Previewed` is the timeline as a user knows it, with commands that are still on their way.
+"""The port to a robot: one user sends requests, and receives replies, questions, and the end of each request. There are
+two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles use
+either. `Previewed` is the timeline as a user knows it, with commands that are still on their way.
 """
 
 from __future__ import annotations
@@ -37,13 +36,13 @@ from vrs_cli.values.hand import Look, Press, Seen, StopJog
 from vrs_cli.values.numbers import seconds
 from vrs_cli.wire.messages import At
 
-MakeRequest = Callable[[int], messages.Request]  # a request with that id
+MakeRequest = Callable[[int], messages.Request]  # makes a request with that id
 Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Console:
-    """The terminal of a session whose user speaks in messages. `attended`: a person is there. `progress` is called
-    while a program runs or a file is read.
+    """The terminal of a session whose user communicates by messages. `attended`: a person is there. `progress` is
+    called while a program runs or a file is read.
     """
 
     def __init__(self, attended: bool = False) -> None:
@@ -58,7 +57,7 @@ class Console:
         self._tell(messages.Typed(text, newline))
 
     def ask(self, _question: Question) -> Answered:
-        """Ask nobody: a user is asked by the request that this user sent."""
+        """Return no answer: questions reach the user through the request that the user sent."""
         return None
 
     def _tell(self, message: messages.ServerMessage) -> None:
@@ -67,13 +66,15 @@ class Console:
 
 
 class FollowedRobot(Watched, Protocol):
-    """A robot whose timeline is known from `begins` on [s], and is kept up to date; so are the reports of its body,
+    """A robot whose timeline is known from `begins` on [s] and kept up to date, as are the reports of its body,
     `measured`.
     """
 
     @property
     def rate(self) -> float | None:
-        """Return how many seconds of the robot pass in one; None if its time does not pass by itself."""
+        """Return how many seconds of robot time pass in one real second; None if robot time does not advance in real
+        time.
+        """
 
     @property
     def begins(self) -> float: ...
@@ -82,7 +83,7 @@ class FollowedRobot(Watched, Protocol):
 
 
 class Port(Protocol):
-    """A robot in the hands of one user. Any thread may send; `take` is for the thread that waits."""
+    """The connection of one user to a robot. Any thread may send; `take` is for the thread that waits."""
 
     @property
     def name(self) -> str:
@@ -90,7 +91,7 @@ class Port(Protocol):
 
     @property
     def one_user(self) -> bool:
-        """Return whether nobody else uses the robot."""
+        """Return whether the robot has no other users."""
 
     @property
     def open(self) -> bool:
@@ -98,11 +99,11 @@ class Port(Protocol):
 
     @property
     def world(self) -> World | None:
-        """Return the cell around the robot, if it is known here."""
+        """Return the cell around the robot, if it is known on this side."""
 
     @property
     def cuts(self) -> int:
-        """Return how often the connection was cut."""
+        """Return how often the connection was lost."""
 
     @property
     def stalls(self) -> int:
@@ -117,52 +118,58 @@ class Port(Protocol):
         """
 
     def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
-        """Wait for the next message of an inbox, and return it; None after so many seconds [s]. In this process the
-        robot's time and tasks go on meanwhile.
+        """Wait for the next message of an inbox, and return it; None after `seconds` [s]. In this process the robot's
+        time and tasks go on meanwhile.
         """
 
     def tell(self, message: messages.ClientMessage) -> None:
         """Send a message that has no answer. Safe in a signal handler."""
 
     def post(self, make: MakeRequest, outlet: Outlet) -> None:
-        """Send a request without waiting, not even for the sending. Without a connection `Refused` goes to the outlet.
+        """Send a request without waiting, not even until it is sent. Without a connection `Refused` goes to the outlet.
         Safe in a signal handler.
         """
 
     def interrupt(self) -> bool:
-        """Stop what is waited for (Ctrl-C); whether it comes to an end by itself. Safe in a signal handler."""
+        """Stop the request that is waited for (Ctrl-C). Return whether the request will end without further action.
+        Safe in a signal handler.
+        """
 
     def give_up(self, error: BaseException) -> str:
-        """Wait no longer for what was sent, because of an error here; what the user is to be told of it."""
+        """Stop waiting for sent requests, because of an error on this side. Return a message about them for the
+        user.
+        """
 
     def listen(self, outlet: Outlet) -> None:
-        """Let an outlet hear all that belongs to no request."""
+        """Send all messages that belong to no request to an outlet."""
 
     def follow(self) -> FollowedRobot:
         """Return the robot's timeline and clock, kept up to date from now on. Raises RequestRefused."""
 
     def subscribe(self) -> Subscription[TimelineChange]:
-        """Subscribe to the timeline, which is followed, and to every change of it from now on."""
+        """Subscribe to the timeline and to every later change of it. The timeline is followed."""
 
     def preview_now(self) -> Previewed:
-        """Return what the robot will do, with the requests that are on their way to it. The timeline is followed."""
+        """Return what the robot will do, including the requests that are on their way to it. The timeline is
+        followed.
+        """
 
     def status(self) -> PromptStatus:
-        """Return the state that a prompt shows now, as far as it is known here."""
+        """Return the state that a prompt shows now, as far as it is known on this side."""
 
     def program(self, key: str) -> Program | None:
         """Return a program in memory, if the robot is in this process."""
 
     @property
     def on_screen(self) -> object:
-        """The object that the open question shows on the screen, if the robot is in this process."""
+        """Return the object that the open question shows on the screen, if the robot is in this process."""
 
     @property
     def due(self) -> float:
-        """Something happens in so many seconds that `take` lets happen; infinity if what happens comes by itself."""
+        """Return in how many seconds `take` has an event to carry out; infinity if all events happen without `take`."""
 
     def close(self) -> None:
-        """Leave the robot: nothing more is asked of it."""
+        """Leave the robot: no more requests are sent."""
 
 
 def ends(message: messages.ServerMessage, id: int) -> bool:
@@ -171,14 +178,14 @@ def ends(message: messages.ServerMessage, id: int) -> bool:
 
 
 def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
-    """Return the end of a request. Raises what the robot refused."""
+    """Return the last message of a request. Raises the error if the robot refused the request."""
     if isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
         raise end.refusal.error()
     return end
 
 
 def answer_to(asked: messages.Asked, ask: Callable[[Question], Answered]) -> messages.Answer:
-    """Ask the user a question; return the answer, or that the user leaves it."""
+    """Ask the user a question; return the answer, or the message that the user does not answer."""
     try:
         return messages.Answer(asked.number, ask(asked.question))
     except EndOfInput:
@@ -191,9 +198,10 @@ FRESH = 3.0  # [s] that a flag is told of after the times that it is about
 
 
 class Expected(Struct, frozen=True):
-    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]. It changes
-    the timeline from `begin` on [s] (None: it does not), or `refused` is the error that the robot will answer.
-    `planned`: the change is shown already; else it may change everything from its arrival on. `text`: as it was typed.
+    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]. The command
+    changes the timeline from `begin` on [s] (None: no change), or the robot will answer with the error `refused`.
+    `planned`: the change is shown already; else it may change everything from its arrival on. `text`: the command as
+    typed.
     """
 
     id: int
@@ -205,13 +213,13 @@ class Expected(Struct, frozen=True):
 
 
 class Previewed(Struct, frozen=True):
-    """A timeline with the effects of all commands that are on their way. `now`: the robot's clock; `heard`: the robot's
-    clock t_c that was heard, D_b ago: up to it the timeline is certain; `arrives`: when a command of now arrives at the
-    robot; `shown`: the time that a viewer is shown, `predicts` if that is not the present [s].
+    """A timeline with the effects of all commands that are on their way. `now`: the robot's clock; `heard`: the latest
+    received time t_c of the robot's clock, D_b old: the timeline is certain up to t_c; `arrives`: when a command sent
+    now arrives at the robot; `shown`: the time that a viewer sees [s]; `predicts`: whether that is not the present.
 
     From `unconfirmed` on [s] (infinity: nothing) the robot has not confirmed the timeline, because commands are on
     their way (`expected`, in the order of sending), or the connection is `away`. `round_trip`: D_f + D_b [s].
-    `flagged`: stretches of time, in order, of which something wrong was shown before a command was known.
+    `flagged`: intervals of time, in order, for which a wrong state was shown before a command was known.
     """
 
     timeline: Timeline
@@ -233,7 +241,7 @@ class Previewed(Struct, frozen=True):
 
     @property
     def reported_time(self) -> float:
-        """The time at which the robot stands in the picture [s]; in a prediction the time that was heard."""
+        """The time of the robot's position in the picture [s]; in a prediction the latest received time."""
         return self.heard if self.predicts else self.now
 
     def lines(self, t: float) -> Iterator[str]:
@@ -249,7 +257,7 @@ class Previewed(Struct, frozen=True):
 
     @property
     def doubt(self) -> str:
-        """The part that is not confirmed, and the reason; empty if all is confirmed."""
+        """The part of the timeline that is not confirmed, and the reason; empty if all of it is confirmed."""
         return "" if self.unconfirmed == inf else f"unconfirmed from {seconds(self.unconfirmed)} on: {self._under_way}"
 
     @property
@@ -261,8 +269,8 @@ Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMe
 
 
 class FarHand:
-    """Sends the steps of keys that are held down as fast as the arm answers, and no faster: after a key is released, no
-    earlier step follows. `begin`: the method of a port; `seen`: the arm before the first step.
+    """Sends the steps of keys that are held down, at most as fast as the arm answers: after a key is released, no
+    earlier step follows. `begin`: the method of a port; `seen`: the state of the arm before the first step.
     """
 
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:
@@ -271,14 +279,14 @@ class FarHand:
         self._on_way: list[Press | StopJog | Look] = []
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """Send what a key says; return what was seen last."""
+        """Send the action of a key; return the state of the robot that was seen last."""
         if act not in self._on_way:
             self._send(act)
         return self._seen
 
     def _send(self, act: Press | StopJog | Look) -> None:
         def hear(end: messages.ServerMessage) -> None:
-            with suppress(ValueError):  # a brake, or what was forgotten
+            with suppress(ValueError):  # a brake, or a request that is no longer known
                 self._on_way.remove(act)
             if isinstance(end, messages.Done) and isinstance(end.found, Seen):
                 self._seen = end.found

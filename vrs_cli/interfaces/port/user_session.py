@@ -1,6 +1,6 @@
-"""One user of a robot: messages come in and become requests to its actor, and what the robot says goes out as messages.
-
-Nothing here waits, and nothing here knows whether the user is in this process or at the other end of a connection.
+"""One user of a robot: messages of the user become requests to the robot's actor, and replies of the robot become
+messages to the user. Nothing here waits, or depends on whether the user is in this process or at the other end of a
+connection.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ T = TypeVar("T")
 
 
 class Pending(Struct, eq=False):
-    """A request that has not ended, and the outlet of its messages. `answer` makes its last message out of its result;
-    without it that is `Done`. `wrong`: the first error reply of the request.
+    """A request that has not ended, and the outlet of its messages. `answer` makes the last message from the result;
+    without `answer` the last message is `Done`. `wrong`: the first error reply of the request.
     """
 
     id: int
@@ -50,7 +50,7 @@ class Pending(Struct, eq=False):
 
 
 class _Found(NamedTuple):
-    """The result of a command, and the state around the prompt then."""
+    """The result of a command, and the state that the prompt shows after it."""
 
     status: PromptStatus
     found: Any
@@ -59,8 +59,8 @@ class _Found(NamedTuple):
 class UserSession:
     """One user of a robot: a user state, a conversation, requests that have not ended, and open questions.
 
-    A subclass may limit requests (`ask`), and choose how they come to the robot (`submit`). `tells_status`: the end of
-    a command has the state around the prompt.
+    A subclass may limit requests (`ask`), and choose how they reach the robot (`submit`). `tells_status`: the message
+    at the end of a command contains the state that the prompt shows.
     """
 
     tells_status = True
@@ -90,7 +90,7 @@ class UserSession:
     # --- messages from the user ---
 
     def take(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Do what a message says. Replies go to the outlet, and also the refusal of a message that cannot be carried
+        """Carry out a message. Replies go to the outlet, as does the refusal of a message that cannot be carried
         out.
         """
         try:
@@ -99,7 +99,7 @@ class UserSession:
             self.refuse(message, error, outlet)
 
     def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Do what a message says. Raises all errors in the message."""
+        """Carry out a message. Raises the errors in the message."""
         conversation = self.conversation
         match message:
             case messages.Line():
@@ -133,7 +133,7 @@ class UserSession:
                 raise KeyError(type(message))
 
     def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
-        """Tell that a message is not carried out."""
+        """Report that a message is not carried out."""
         told, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
         if isinstance(message, messages.Command):
             outlet(messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version))
@@ -159,7 +159,7 @@ class UserSession:
         return _Found(self.status(), found)
 
     def status(self) -> PromptStatus:
-        """Return the state around the user's prompt. In the robot's thread, while the user is served."""
+        """Return the state that the user's prompt shows. Call in the robot's thread, while the user is served."""
         return self.conversation.status()
 
     def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
@@ -168,14 +168,14 @@ class UserSession:
             self.pending[ticket] = pending
 
     def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
-        """Give a dialogue to the robot, to be done with the state of this user."""
+        """Queue a dialogue at the robot, to be carried out with the state of this user."""
         session = self.session
         if self.user_state is not session.own_user_state:
             dialogue = session.at(self.user_state, dialogue)
         return session.actor.submit(dialogue, urgent=urgent, by=self.user_state, outlet=outlet)
 
     def stops(self, line: str) -> bool:
-        """Return whether a line overtakes all that waits."""
+        """Return whether a line overtakes all waiting requests."""
         if line.lstrip()[:2].upper() != STOPPING[0][:2] or self.user_state.editor is not None:
             return False
         try:
@@ -188,7 +188,7 @@ class UserSession:
         return True
 
     def _with_issue_time(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
-        """Return a dialogue that knows when its request was issued: the sender's claim, as far as that can be true."""
+        """Return a dialogue with the time of issue of its request: the sender's claim, limited to possible values."""
         if issued is None:
             return dialogue
         return self.user_state.with_issue_time(self.user_state.times.issue_time(issued, self.now), dialogue)
@@ -204,7 +204,7 @@ class UserSession:
                 self.conversation.interrupt(ticket)
 
     def _answer(self, message: messages.Answer) -> None:
-        """Give an answer to the request that asked. Ignore it if the question no longer waits."""
+        """Give an answer to the request that asked. Ignore the answer if the question is no longer open."""
         if message.question not in self.questions:
             return
         question, ticket = self.questions.pop(message.question)
@@ -218,7 +218,7 @@ class UserSession:
     # --- what the robot says of a request ---
 
     def hear(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
-        """Tell what was said of a request; None: it has ended."""
+        """Send a reply or question of a request to the user; None: the request has ended."""
         if said is None:
             self.end(pending, ticket)
         elif isinstance(said, Question):
@@ -231,7 +231,7 @@ class UserSession:
             pending.outlet(messages.Told(said, pending.id or None))
 
     def end(self, pending: Pending, ticket: Ticket[Any]) -> None:
-        """Tell how a request has ended."""
+        """Report how a request has ended."""
         self._withdraw(ticket, pending.outlet)
         self.pending.pop(ticket, None)
         error = ticket.error(0.0)
@@ -256,7 +256,7 @@ class UserSession:
             pending.outlet(messages.Refused(self.refusal(error), pending.id))
 
     def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
-        """Withdraw the question of a request that goes on, or has ended."""
+        """Withdraw the open question of a request that goes on, or has ended."""
         for number, (_, asked) in tuple(self.questions.items()) if self.questions else ():
             if asked is ticket:
                 del self.questions[number]
@@ -264,11 +264,11 @@ class UserSession:
 
     @property
     def asked_by_programs(self) -> tuple[tuple[Question, Ticket[Any]], ...]:
-        """The questions of programs that are not answered."""
+        """The questions of programs that have no answer yet."""
         return tuple(one for one in self.questions.values() if isinstance(one[0], LineWanted))
 
     def drop(self, error: BaseException) -> None:
-        """Drop the requests that have not ended; what went wrong is told of each."""
+        """Drop the requests that have not ended; the error is reported for each."""
         for ticket, pending in tuple(self.pending.items()):
             ticket.withdraw()
             outlet, pending.outlet = pending.outlet, lambda _message: None
@@ -276,7 +276,7 @@ class UserSession:
             outlet(messages.Done(pending.id, ok=False))
 
     def refusal(self, error: BaseException) -> messages.Refusal:
-        """Return an error as a value. An internal error tells as little as in the shell."""
+        """Return an error as a message. For an internal error the message has as little detail as in the shell."""
         if isinstance(error, VrsError):
             return messages.Refusal.of(error)
         if isinstance(error, LineStopped):
@@ -287,7 +287,7 @@ class UserSession:
         return messages.Refusal.of(RequestRefused(said.text))
 
     def leave(self) -> None:
-        """Drop the unfinished requests of the user, who has left."""
+        """Drop the unfinished requests of a user who has left."""
         for ticket in tuple(self.pending):
             ticket.withdraw()
         self.session.actor.call(lambda: self.session.leave(self.user_state))

@@ -1,8 +1,9 @@
-"""Playing a trajectory, and viewers that look at a robot at rates of their own. Pure: the wall clock is an argument.
+"""Playback of a trajectory, and viewers that each sample a robot at a rate of their own. Pure: the wall clock is an
+argument.
 
-A `Playback` says which time of a trajectory is shown at which time of the day. Each `Viewer` has one. Whoever drives an
-`Audience` asks when the next look is due (`peek`), and takes it then (`step`). All looks of one rate are at the same
-instants: viewers that show the same time share one evaluation of g.
+A `Playback` maps a time of day to the time of the trajectory that is shown. Each `Viewer` has a playback. The owner of
+an `Audience` asks when the next sample is due (`peek`), and takes that sample then (`step`). All samples of one rate
+are taken at the same instants: viewers that show the same time share one evaluation of g.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import IllegalValue
 from vrs_cli.values.results import Position
 
-RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # the steps of faster and slower
+RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # rates of playback that faster and slower step through
 LIVE = 0.1  # [s] behind the robot, at most, is the present
 
 
 class Playback(Struct, frozen=True):
-    """Plays a trajectory from `start` to `end` [s], `rate` seconds of it in one second.
+    """Plays a trajectory from `start` to `end` [s], `rate` seconds of the trajectory in one second.
 
-    At the wall time `since` [s] it showed `shown` [s]. `follows`: it goes no further than `now`, where the robot is,
-    and goes on when `now` does, at its own rate, however far `now` jumps. Methods return a new playback, or a reading
+    At the wall time `since` [s] it showed `shown` [s]. `follows`: playback stops at `now`, the robot's time, and
+    continues at its own rate when `now` advances, however far `now` jumps. Methods return a new playback, or a reading
     of this one.
     """
 
@@ -42,12 +43,12 @@ class Playback(Struct, frozen=True):
 
     @staticmethod
     def of(start: float, end: float, rate: float, wall: float) -> Playback:
-        """Playing from the start, now."""
+        """Make a playback that begins at `start` now."""
         return Playback(start, end, rate, shown=start, since=wall)
 
     @staticmethod
     def following(start: float, end: float, now: float, wall: float) -> Playback:
-        """Make a playback that begins where the robot is, and follows it."""
+        """Make a playback that begins at the robot's time, and follows the robot."""
         return Playback.of(start, end, 1.0, wall).look(wall, start, end, now).follow(wall)
 
     # --- reading ---
@@ -60,7 +61,7 @@ class Playback(Struct, frozen=True):
         return self._within(self.shown + passed)
 
     def is_over(self, wall: float) -> bool:
-        """Return whether there is nothing left to play."""
+        """Return whether the playback has reached the end."""
         return not self.loops and self.at(wall) >= self._last
 
     def doing(self, wall: float) -> str:
@@ -71,7 +72,7 @@ class Playback(Struct, frozen=True):
         return "ended" if self.is_over(wall) else "playing" if self.playing else "paused"
 
     def behind(self, wall: float) -> float:
-        """Return how far what is shown lies behind where the robot is [s]."""
+        """Return how far the shown time is behind the robot's time [s]."""
         return max(min(self.now, self.end) - self.at(wall), 0.0)
 
     @property
@@ -95,13 +96,13 @@ class Playback(Struct, frozen=True):
         return replace(self._anchor(self.at(wall), wall), playing=False)
 
     def toggle(self, wall: float) -> Playback:
-        """Play or pause; at the end of what goes no further, play again from the start."""
+        """Play or pause; a playback at its end starts again."""
         if self.is_over(wall) and not self.follows:
             return self.rewind(wall).play(wall)
         return self.pause(wall) if self.playing else self.play(wall)
 
     def seek(self, t: float, wall: float) -> Playback:
-        """Go to t, as far as there is a trajectory; what is played from there no longer follows the robot."""
+        """Go to time t, limited to the trajectory; playback from there no longer follows the robot."""
         free = replace(self, follows=False)
         return free._anchor(free._within(t), wall)
 
@@ -110,15 +111,15 @@ class Playback(Struct, frozen=True):
         return self.seek(self.start, wall)
 
     def skip(self, seconds: float, wall: float) -> Playback:
-        """Forward, or back for a negative number."""
+        """Go forward by `seconds`, or back if that is negative."""
         return self.seek(self.at(wall) + seconds, wall)
 
     def follow(self, wall: float) -> Playback:
-        """Go to where the robot is, and on with it."""
+        """Go to the robot's time, and follow the robot."""
         return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True, loops=False)
 
     def loop(self, wall: float) -> Playback:
-        """Go on from the start at the end, over and over; or no longer."""
+        """Turn looping on or off: at the end, playback continues from the start."""
         return replace(self._anchor(self.at(wall), wall), loops=not self.loops, follows=False)
 
     def faster(self, wall: float) -> Playback:
@@ -130,32 +131,32 @@ class Playback(Struct, frozen=True):
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
-        """Show so many seconds of the trajectory in one second, from here on."""
+        """Play at `rate` seconds of the trajectory in one second, from the present time on."""
         return replace(self._anchor(self.at(wall), wall), rate=rate)
 
     def _anchor(self, t: float, wall: float) -> Playback:
         return replace(self, shown=t, since=max(wall, self.since))
 
 
-USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # looks a second
+USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # rates of samples [1/s]
 
 
 class Viewer:
-    """Looks `rate` times a second at what its `playback` shows, which follows the robot until another is put in its
-    place: at what is now, or at what will be `ahead` [s] later.
+    """Samples the robot `rate` times a second at the time that its `playback` shows. The playback follows the robot,
+    `ahead` [s] later than its time, until another playback replaces it.
     """
 
     def __init__(self, rate: float, ahead: float, playback: Playback) -> None:
         self.rate, self.ahead, self.playback = rate, ahead, playback
-        self._last = floor(playback.since * rate)  # the number of the last look
+        self._last = floor(playback.since * rate)  # number of the last sample
 
     @property
     def due(self) -> float:
-        """Return when its next look is due, on the wall [s]."""
+        """Return when the next sample is due, by the wall clock [s]."""
         return (self._last + 1) / self.rate
 
     def look(self, watched: Watched, wall: float) -> None:
-        """Take the look that is due now; looks that were missed are left out."""
+        """Take the sample that is due now; missed samples are skipped."""
         self._last = max(floor(wall * self.rate), self._last + 1)
         timeline = watched.timeline
         now = watched.now + self.ahead
@@ -163,7 +164,7 @@ class Viewer:
 
 
 class ViewerLook(NamedTuple):
-    """The view of a viewer: the robot, at a time of timeline `version`."""
+    """A sample for a viewer: the robot, at a time of timeline `version`."""
 
     viewer: Viewer
     version: int
@@ -171,16 +172,16 @@ class ViewerLook(NamedTuple):
 
 
 class Audience:
-    """The viewers of one robot; `wall` tells the time of the day [s]."""
+    """The viewers of one robot; `wall` returns the time of day [s]."""
 
     def __init__(self, watched: Watched, wall: Callable[[], float]) -> None:
         self._watched, self._wall = watched, wall
         self._viewers: list[Viewer] = []
 
     def join(self, rate: float = USUAL_RATE, ahead: float = 0.0) -> Viewer:
-        """Add a viewer, which follows the robot. Raises IllegalValue for a wrong rate [1/s]."""
+        """Add a viewer that follows the robot. Raises IllegalValue for a wrong rate [1/s]."""
         checked_rate(rate, "looks a second", HIGHEST_RATE)
-        wall = floor(self._wall() * rate) / rate  # on the grid of the viewers of this rate
+        wall = floor(self._wall() * rate) / rate  # on the common time grid of the viewers of this rate
         timeline = self._watched.timeline
         playback = Playback.following(timeline.start, timeline.end, self._watched.now + ahead, wall)
         self._viewers.append(Viewer(rate, ahead, playback))
@@ -190,11 +191,11 @@ class Audience:
         self._viewers.remove(viewer)
 
     def peek(self) -> float:
-        """Return when the next look is due, on the wall [s]; infinity if nobody looks."""
+        """Return when the next sample is due, by the wall clock [s]; infinity if there are no viewers."""
         return min((viewer.due for viewer in self._viewers), default=inf)
 
     def step(self) -> list[ViewerLook]:
-        """Take all looks that are due."""
+        """Take all due samples."""
         arm, timeline, wall = self._watched.arm, self._watched.timeline, self._wall()
         shared, looks = dict[float, Position](), list[ViewerLook]()
         for viewer in self._viewers:
@@ -208,7 +209,7 @@ class Audience:
 
 
 def checked_rate(rate: float, what: str, highest: float) -> float:
-    """Return the rate. Raises IllegalValue if it is not positive, or too high."""
+    """Return the rate. Raises IllegalValue if the rate is not positive, or too high."""
     if not (isfinite(rate) and 0.0 < rate <= highest):
         bound = "" if highest == inf else f", at most {highest:g}"
         raise IllegalValue(f"{rate:g} {what}", f"more than 0{bound}", value=rate, lower=0.0, upper=highest)

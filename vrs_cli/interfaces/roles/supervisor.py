@@ -1,5 +1,5 @@
-"""Views of a port for programs: an observer asks where a robot is at any time, and never waits for those who move it; a
-supervisor is an observer who commands motions, programs, settings and branches, and ABORT.
+"""Views of a port for programs: an observer asks where a robot is at any time, and never waits for the users who move
+it; a supervisor is an observer who commands motions, programs, settings and branches, and ABORT.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ T = TypeVar("T")
 
 
 class RecordedRobot(NamedTuple):
-    """A saved trajectory, to be watched like a robot: all of it has happened."""
+    """A saved trajectory that can be watched like a robot; all of its time is past."""
 
     arm: RobotArm
     timeline: Timeline
@@ -57,7 +57,7 @@ class RecordedRobot(NamedTuple):
 
 
 class Observer:
-    """Asks g of the timeline as it is now. Metres, radians, seconds."""
+    """Evaluates the present timeline of a robot: its position at any time (g). Metres, radians, seconds."""
 
     def __init__(self, watched: Watched) -> None:
         self.watched = watched
@@ -76,7 +76,7 @@ class Observer:
 
     @property
     def frames(self) -> Frames:
-        """BASE and TOOL in force now."""
+        """The BASE and TOOL in force now."""
         return self.timeline.locate(self.now)[0].motion.frames
 
     def at(self, t: float | None = None) -> Position:
@@ -89,8 +89,8 @@ class Observer:
 
 
 class _Conversation:
-    """Gives messages that belong to no request to the inbox of the conversation that goes on, if there is one. It does
-    not refer to the Supervisor: a port that only listens is let go.
+    """Passes messages that belong to no request to the inbox of the present conversation, if there is one. It holds no
+    reference to the Supervisor, so that the port, which only listens, does not keep the Supervisor alive.
     """
 
     def __init__(self) -> None:
@@ -104,8 +104,8 @@ class _Conversation:
 
 class Supervisor(Observer):
     """Commands a robot through a port. Metres, radians, seconds. Any thread may call any method: one request is carried
-    out at a time, in the order of sending. What the robot refuses is raised as VrsError, and RequestRefused if there is
-    no connection: nothing waits for one.
+    out at a time, in the order of sending. A refusal of the robot is raised as VrsError, and a missing connection as
+    RequestRefused: no method waits for a connection.
     """
 
     def __init__(self, port: Port) -> None:
@@ -124,8 +124,8 @@ class Supervisor(Observer):
     # --- requests ---
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
-        """Have the robot do something; return what comes of it. `answer`: to its questions. `issued`: t_iss [s], if not
-        now.
+        """Have the robot carry out an act; return the result. `answer`: answers its questions. `issued`: t_iss [s], if
+        not now.
         """
         if answer is None:
             return self.start(act, issued)()
@@ -133,9 +133,7 @@ class Supervisor(Observer):
             return cast(T, self._converse(lambda id: messages.At(id, act, issued)).found)
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
-        """Send an act without waiting. The function that is returned waits for its end, and returns what comes of
-        it.
-        """
+        """Send an act without waiting. The returned function waits for the end of the act, and returns the result."""
         inbox: Inbox[messages.ServerMessage] = Inbox()
         id = self.port.begin(lambda id: messages.At(id, act, issued), inbox.put)
 
@@ -146,15 +144,15 @@ class Supervisor(Observer):
         return wait
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
-        """Give a line of the prompt; return the replies, with what programs type. `answer`: to questions. Raises
-        LineRefused.
+        """Carry out a line of the prompt; return the replies, including text that programs type. `answer`: answers
+        questions. Raises LineRefused.
         """
         with self._conversing(answer) as notes:
             self._converse(lambda id: messages.At(id, acts.Say(line)))
             return notes.take_all()
 
     def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
-        """Give lines as they are typed at a prompt, programs among them; mistakes are among the replies."""
+        """Carry out lines as typed at a prompt, also programs; mistakes are among the replies."""
         with self._conversing(answer) as notes:
             done = self._converse(lambda id: messages.Line(id, text))
             if done.status is None or done.status.in_program:
@@ -166,16 +164,16 @@ class Supervisor(Observer):
         self._ask(messages.Abort)
 
     def drive(self, act: messages.LeaseAct, to: str = "") -> None:
-        """Ask for the lease, which says who moves the robot; take, give or release it. Raises LeaseHeld."""
+        """Ask for the lease, which determines who moves the robot; take, give or release it. Raises LeaseHeld."""
         self._ask(lambda id: messages.Drive(id, act, to))
 
     def close(self) -> None:
-        """Let the robot go: nothing more is asked of it."""
+        """Leave the robot: no more requests are sent."""
         self.port.close()
 
     @contextmanager
     def _conversing(self, answer: Answers) -> Iterator[Notes]:
-        """Keep the replies, and answer the questions. Raises RequestRefused if the connection is cut, also while an
+        """Collect the replies, and answer the questions. Raises RequestRefused if the connection is lost, or while an
         earlier conversation of this process goes on.
         """
         conversation, cuts = self._conversation, self.port.cuts
@@ -191,7 +189,7 @@ class Supervisor(Observer):
                 conversation.inbox = None
 
     def _converse(self, make: MakeRequest) -> messages.Done:
-        """Send a command of the conversation that goes on, and wait for its end."""
+        """Send a command of the present conversation, and wait for its end."""
         inbox = self._conversation.inbox
         assert inbox is not None, "a conversation goes on"
         return cast(messages.Done, self._end(inbox, self.port.begin(make, inbox.put)))
@@ -203,8 +201,8 @@ class Supervisor(Observer):
             return self._end(inbox, self.port.begin(make, inbox.put))
 
     def _end(self, inbox: Inbox[messages.ServerMessage], id: int) -> messages.ServerMessage:
-        """Wait for the end of a request, and handle what comes before. Raises what is refused. Ctrl-C stops the
-        request; a second Ctrl-C, or one that cannot be sent, ends the waiting.
+        """Wait for the end of a request, and handle the messages before it. Raises the error if the request is refused.
+        Ctrl-C stops the request; a second Ctrl-C, or one that cannot be sent, ends the waiting.
         """
         interrupted = False
         while True:
@@ -245,14 +243,14 @@ class Supervisor(Observer):
         text: str = "",
     ) -> None:
         """Go to a target: joint-interpolated, or `straight`. `issued` and `executed` are t_iss and t_exec [s], `speed`
-        is v, the fraction in (0, 1] of nominal speed. Without `executed` it begins after the last motion.
+        is v, the fraction in (0, 1] of nominal speed. Without `executed` the motion begins after the last one.
 
         Raises MotionError, IllegalValue, FileError.
         """
         self.send(acts.Go(acts.Goal.of(target), straight, executed, speed, text), issued)
 
     def send(self, act: Act[None], issued: float | None = None) -> None:
-        """Have the robot do something, and wait for its answer, but for `without_waiting`."""
+        """Have the robot carry out an act, and wait for its answer, except within `without_waiting`."""
         wait = self.start(act, issued)
         if self._sent is None:
             wait()
@@ -261,7 +259,9 @@ class Supervisor(Observer):
 
     @contextmanager
     def without_waiting(self) -> Iterator[None]:
-        """Send motions one after the other, without waiting; wait for all at the end. Raises what was refused first."""
+        """Send motions one after the other, without waiting; wait for all of them at the end. Raises the first
+        refusal.
+        """
         before, sent = self._sent, list[Callable[[], object]]()
         self._sent = sent
         try:
@@ -291,7 +291,7 @@ class Supervisor(Observer):
         return found
 
     def _past(self, times: Sequence[float]) -> tuple[Position, ...]:
-        """Return where the robot was at times [s] that are not known here any more."""
+        """Return where the robot was at times [s] that are no longer known on this side."""
         found: list[Position] = []
         for first in range(0, len(times), messages.MAX_TIMES):
             some = tuple(times[first : first + messages.MAX_TIMES])
@@ -303,24 +303,23 @@ class Supervisor(Observer):
     # --- motions ---
 
     def wait(self) -> None:
-        """Wait until the robot stands: in real time as long as that takes. Others may send requests meanwhile.
-
-        Raises ClockPaused if the clock stands.
+        """Wait until the robot has stopped: in real time as long as that takes. Others may send requests meanwhile.
+        Raises ClockPaused if the clock is paused.
         """
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
             time.sleep(min(left / rate, SLICE_S))
         self.act(acts.Rest())
 
     def preview_now(self) -> Previewed:
-        """Return what the robot will do, with the commands that are on their way to it."""
+        """Return what the robot will do, including the commands that are on their way to it."""
         return self.port.preview_now()
 
     # --- programs and variables ---
 
     def define(self, text: str, where: str = "line ") -> tuple[str, ...]:
-        """Put the programs and variables of a text in memory; return the names of its programs.
-
-        Raises ProgramNotExecutable for a text with mistakes. It names the line of the first, with `where` before it.
+        """Put the programs and variables of a text in memory; return the names of its programs. Raises
+        ProgramNotExecutable for a text with mistakes; the error names the line of the first mistake, with `where`
+        before the number.
         """
         return self.act(acts.Define(text, where)).names
 
@@ -333,9 +332,8 @@ class Supervisor(Observer):
         return self.define(read_program_file(found), f"{found}:")
 
     def execute(self, program: str, cycles: int, answer: Answers) -> RunResult:
-        """Execute a program in memory; `answer`: to its PROMPTs. What goes wrong in it is in the result.
-
-        Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch.
+        """Execute a program in memory; `answer`: answers its PROMPTs. An error in the program is in the result. Raises
+        UndefinedName, ProgramNotExecutable, ArgumentMismatch.
         """
         return self.act(acts.Execute(program, cycles), answer)
 
@@ -348,7 +346,7 @@ class Supervisor(Observer):
             stream.write(recorded.data)
 
     def subscribe(self) -> Subscription[TimelineChange]:
-        """Subscribe to the timeline and every change of it from now on; the subscription ends with the supervisor."""
+        """Subscribe to the timeline and to every later change of it; the subscription ends with the supervisor."""
         subscription = self.port.subscribe()
         finalize(self, subscription.end)
         return subscription

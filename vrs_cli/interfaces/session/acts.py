@@ -1,7 +1,8 @@
-"""Carry out acts: requests to a robot by value, to the bit, where a line of the prompt has words and digits.
+"""Carry out acts: requests whose values are exact to the bit, unlike the digits in a line of the prompt.
 
-An act is data, and goes over a connection; `act_on` carries it out in a session. The role that it needs is that of the
-word that does the same. A survey tells a front end, several times a second, what a robot has beside its timeline.
+An act is data that can be sent over a connection; `act_on` carries out the act in a session. An act needs the same role
+as the word that does the same. A survey informs a front end, several times a second, of the robot's state beside the
+timeline.
 """
 
 from __future__ import annotations
@@ -50,13 +51,13 @@ from vrs_cli.wire.steered import LinePieces
 
 T = TypeVar("T", covariant=True)
 
-# of a survey: lists have their first rows and the number of the other rows
+# limits of a survey: lists contain their first rows and the number of the other rows
 MAX_PLACES = 100  # of a kind
 MAX_PROGRAMS = 200
 MAX_TASKS = 8
 
-MAX_STEPS_AT_ONCE = 100  # of a program that is printed at once
-MAX_SEGMENTS = 2000  # of a branch, the last ones
+MAX_STEPS_AT_ONCE = 100  # maximum number of steps of a program that are printed at once
+MAX_SEGMENTS = 2000  # maximum number of segments of a branch; the last ones are kept
 
 
 def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
@@ -67,7 +68,7 @@ def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
     session.check_may(row.said, row.role)
-    session.settle()  # everything due by now is done first
+    session.settle()  # first, do everything that is due by now
     if session.running or session.elsewhere:
         check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
@@ -89,7 +90,7 @@ def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[FollowReport]:
 
 
 def _steer(session: Session, act: acts.Steer) -> None:
-    from vrs_cli.interfaces.session.drag_control import DragControl  # which is slow to import
+    from vrs_cli.interfaces.session.drag_control import DragControl  # imported here because the import is slow
 
     acts._finite(act.joints + (act.velocity or ()) + (act.lasting,))
     _fraction(act.speed)
@@ -97,13 +98,13 @@ def _steer(session: Session, act: acts.Steer) -> None:
 
 
 def _drag(session: Session, act: acts.DragTool) -> Dialogue[Shortfall]:
-    from vrs_cli.interfaces.session.drag_control import DragControl  # which is slow to import
+    from vrs_cli.interfaces.session.drag_control import DragControl  # imported here because the import is slow
 
     return DragControl(session).drag(act.pose)
 
 
 def _fraction(speed: float | None) -> float | None:
-    """Return a fraction of nominal speed. Raises IllegalValue unless it is in (0, 1]."""
+    """Return a fraction of nominal speed. Raises IllegalValue if the fraction is not in (0, 1]."""
     if speed is not None and not 0.0 < speed <= 1.0:
         raise IllegalValue(f"{speed:g} of nominal speed", "more than 0, at most 1", value=speed)
     return speed
@@ -116,7 +117,7 @@ def _rest(session: Session, _act: acts.Rest) -> None:
 
 
 def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
-    """UNDO, REDO."""
+    """Carry out UNDO or REDO, part by part."""
     yield from in_parts(work)
 
 
@@ -145,7 +146,7 @@ def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch
 
 
 def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCurves]:
-    """Return the outline of the reach. Raises IllegalValue for an arm whose first joint slides."""
+    """Return the outline of the reach. Raises IllegalValue for an arm whose first joint is prismatic."""
     arm, engine = session.engine.arm, session.engine
     if arm.model.units.slides(1):
         raise IllegalValue("the boundary of an arm whose first joint slides", "an arm that turns about its first axis")
@@ -226,13 +227,13 @@ def _list_commands(session: Session, _act: acts.ListCommands) -> Dialogue[acts.C
 
 
 def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
-    """Survey the robot. A list that the front end has already is left out: each list has a mark, which the front end
-    gives back.
+    """Survey the robot. A list that the front end already has is left out: each list has a mark, which the front end
+    sends back.
     """
     branches, places = session.branches, _places(session)
     rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
-    # the name is in it because two lists without rows look the same
+    # the mark contains the name because two lists without rows look the same
     marks = (
         mark_of(("places", places)),
         mark_of(("programs", programs)),
@@ -286,7 +287,9 @@ _marks: WeakKeyDictionary[StoredProgram, str] = WeakKeyDictionary()
 
 
 def _mark(stored: StoredProgram | None) -> str:
-    """Return the mark of a program. A stored program does not change, and the next version has another mark."""
+    """Return the mark of a stored program. It identifies this version: a stored program does not change, and the next
+    version has another mark.
+    """
     return "" if stored is None else _marks.setdefault(stored, token_hex(4))
 
 
@@ -301,7 +304,9 @@ def _task(track: Track) -> acts.TaskRow:
 
 
 class _Row(NamedTuple):
-    """The name of an act in messages, the role that it needs, and the function that returns a result or a dialogue."""
+    """The name of an act in messages, the role that the act needs, and the function that returns its result or a
+    dialogue.
+    """
 
     said: str
     role: Role

@@ -1,9 +1,10 @@
-"""Streams of targets for a robot: joints to steer to, or a tool to drag. One user at a time sends them.
+"""Streams of targets for a robot: joints to steer to, or poses to which the tool is dragged. One user at a time sends
+targets.
 
-The newest target counts. Targets of joints follow each other at times that their sender says. A dragged tool is
-followed at the robot's own pace, so wishes may come late, in bursts, or not at all for a moment. After RELEASE_AFTER_S
-seconds without a wish the tool is released, and the arm comes to rest; likewise when another user moves the robot, or a
-program takes it.
+The newest target counts. Joint targets have times given by their sender. The arm follows a dragged tool at its own
+pace, so requested poses (wishes) may come late, in bursts, or not at all for a moment. After RELEASE_AFTER_S seconds
+without a wish the tool is released, and the arm stops; likewise when another user moves the robot, or a program takes
+control of it.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ STOPPED = "something else has moved or stopped the robot"
 
 
 class DragControl(NamedTuple):
-    """Feeds the robot of a session with targets. All but `pulled` is for the robot's own thread."""
+    """Passes targets to the robot of a session. Call everything except `pulled` in the robot's own thread."""
 
     session: Session
 
@@ -41,14 +42,14 @@ class DragControl(NamedTuple):
 
     @property
     def drag_state(self) -> DragState:
-        """Return who drags the tool, and how it follows."""
+        """Return who drags the tool, and how the arm follows."""
         return self.session.stream.pulled
 
     # --- joints ---
 
     def steer(self, act: Steer) -> None:
-        """Take a target of the present user. Raises RequestRefused, once, if the robot was stopped since the target
-        before; RobotNotAttached, JointOutOfRange, PowerOff.
+        """Take a target of the present user. Raises RequestRefused, once, if the robot was stopped since the last
+        target; RobotNotAttached, JointOutOfRange, PowerOff.
         """
         session, stream, engine = self.session, self.stream, self.session.engine
         speed = 1.0 if act.speed is None else act.speed
@@ -73,8 +74,8 @@ class DragControl(NamedTuple):
     # --- a tool ---
 
     def drag(self, wish: Transform | None) -> Dialogue[Shortfall]:
-        """Take a wish as `pull` does, and return how far the tool is from it. After other motions of the user the drag
-        begins again. Raises RequestRefused, once, if the robot was stopped since the wish before.
+        """Take a requested pose (wish) as `pull` does, and return how far the tool is from it. After other motions of
+        the user the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last wish.
         """
         session, stream = self.session, self.stream
         same_stream = stream.user_state is session.user_state and stream.stops == session.stops
@@ -87,8 +88,9 @@ class DragControl(NamedTuple):
         return stream.pulled.held
 
     def pull(self, wish: Transform | None, issued: float | None = None) -> Dialogue[None]:
-        """Take a wish of the present user for the tool (T_world_tool); None releases the tool. `issued`: when the wish
-        was given [s], by the user's clock. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff.
+        """Take a requested pose of the tool (T_world_tool) from the present user; None releases the tool. `issued`:
+        when the user gave this wish [s], by the user's clock. Raises RoleWanted, LeaseHeld, RobotNotAttached,
+        UsageError, PowerOff.
         """
         stream = self.stream
         try:
@@ -132,8 +134,8 @@ class DragControl(NamedTuple):
             session.actor.repeat(self._beat)
 
     def _beat(self) -> float | None:
-        """Take the robot's next step towards the wish. Return when the next one is due [s]; None: the tool
-        is released.
+        """Carry out the robot's next step towards the requested pose. Return when the next step is due [s]; None: the
+        tool is released.
         """
         engine, stream = self.session.engine, self.stream
         clock = engine.clock
@@ -149,7 +151,7 @@ class DragControl(NamedTuple):
             self._follow()
         except VrsError as error:
             self._break_off(str(error))
-        except Exception:  # the tool no longer follows, so the user must not go on holding it
+        except Exception:  # the tool no longer follows, so the drag of the user must end
             self._break_off("the robot cannot follow: an internal error")
             raise
         return None if stream.dragging is None else max(due + DRAG_TICK, engine.now)
@@ -170,12 +172,12 @@ class DragControl(NamedTuple):
             session.settle(engine.now + DRAG_TICK)
 
     def _break_off(self, why: str) -> None:
-        """Release the tool; the user has to let it go and to take it again."""
+        """Release the tool; the user must end the drag and begin a new one."""
         self.stream.spent = self.stream.user_state
         self._let_go(why)
 
     def _let_go(self, why: str = "") -> None:
-        """Release the tool: the arm comes to rest as planned for the case of no further wish."""
+        """Release the tool: the arm comes to rest as planned for the case that no further pose is requested."""
         stream, engine = self.stream, self.session.engine
         stream.dragging, stream.user_state, stream.pulled = None, None, DragState(why=why)
         if not engine.realtime:

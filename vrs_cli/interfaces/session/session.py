@@ -1,11 +1,12 @@
 """A session: a station that is driven line by line. It prints nothing itself.
 
-A monitor command is carried out by its handler (`handles` of `station/operands.py`), from a checked instruction to
-replies. A handler that asks questions between its replies is a generator: each reply is shown before the next question.
+A monitor command is carried out by its handler (`handles` of `station/operands.py`), which turns a checked instruction
+into replies. A handler that asks questions between its replies is a generator: each reply is shown before the next
+question.
 
-A command file (COMMANDS) is carried out line by line up to the first that fails. Its commands stand between
-`.PROGRAM name` and `.END`, or alone in the file; `MC` before a command is accepted (a command program of V+ has it),
-and so are blank lines and comments. Lines after EDIT go to the editor up to `E`.
+A command file (COMMANDS) is carried out line by line up to the first that fails. Its commands stand between `.PROGRAM
+name` and `.END`, or alone in the file; `MC` before a command is accepted (command programs of V+ contain it), as are
+blank lines and comments. Lines after EDIT go to the editor up to `E`.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
 
 class _Reading(NamedTuple):
-    """A line of the prompt, its statement, and what the analyzer finds in it."""
+    """A line of the prompt, its statement, and the diagnostics of the analyzer."""
 
     line: str
     statement: ast.Statement | ast.ProgramHeader | None
@@ -63,27 +64,26 @@ class _Reading(NamedTuple):
 class Session(Station):
     """A station with a prompt: lines in, replies out."""
 
-    _read: _Reading | None = None  # a line that was found without mistake, before it is sent
+    _read: _Reading | None = None  # a line that was checked and found correct before it was sent
     # the books of main and of the present branch with their timelines when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    told_untrue: tuple[Untrue, ...] = ()  # the readings that users know to be outdated
+    told_untrue: tuple[Untrue, ...] = ()  # the outdated readings that users have been told of
 
     @property
     def prompt(self) -> str:
-        """VAL's dot, after the name of the branch unless that is main."""
+        """The prompt: VAL's dot, after the name of the branch unless that is main."""
         return "." if self.branches.present == MAIN else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
-        """Parse, check and do one line of the prompt, or of the editor. Answers go to the terminal.
-
-        Raises LineRefused for a line that cannot be read or checked, and VrsError for what cannot be done.
+        """Parse, check and carry out one line of the prompt, or of the editor. Replies go to the terminal. Raises
+        LineRefused for a line that cannot be parsed or fails its check, and VrsError if it cannot be carried out.
         """
         self.converse(self.answers(line))
 
     def answers(self, line: str) -> Dialogue[None]:
-        """Yield what `perform` shows and asks. Raises LineRefused, VrsError; RoleWanted and LeaseHeld for what the user
-        may not do.
+        """Yield the replies and questions of `perform`. Raises LineRefused, VrsError; RoleWanted and LeaseHeld if the
+        user lacks the right.
         """
         self.serve()
         self.settle()
@@ -99,7 +99,7 @@ class Session(Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Ask the questions of tasks, which go on then. A user who types while programs run is asked elsewhere."""
+        """Ask the questions of tasks; the tasks then go on. A user who types while programs run is asked elsewhere."""
         while not self.user_state.lives and self.driver.open_questions():
             yield from self.driver.ask()
             self.settle()
@@ -136,11 +136,11 @@ class Session(Station):
         return {name: (book, book.timeline) for name, book in books.items()}
 
     def _tell_displaced(self) -> Iterator[Reply]:
-        """Tell which motions have moved since the line began, or since a line of a command file told it."""
+        """Report the motions that have moved since the line began, or since the last such report of a command file."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:
-            self.told_untrue = ()  # another branch has its own
+            self.told_untrue = ()  # another branch has readings of its own
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:
@@ -155,14 +155,14 @@ class Session(Station):
             self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
-        """Return the keys of the variables that have a value, with those of the stopped program itself."""
+        """Return the keys of the variables that have a value, including variables of the stopped program itself."""
         known = self.environment.kinds
         defined = {key: one for key, one in own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """Return the first mistake in a line that is not sent yet. A line without a mistake is remembered, and not read
-        again.
+        """Return the first mistake in a line that was not sent yet. A line without a mistake is remembered, and not
+        parsed again.
         """
         try:
             read = self._reading(line)
@@ -172,7 +172,7 @@ class Session(Station):
         return first_error(read.findings)
 
     def _reading(self, line: str) -> _Reading:
-        """Parse and check a line. Raises LineRefused for a line that cannot be read."""
+        """Parse and check a line. Raises LineRefused for a line that cannot be parsed."""
         statement = parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())
@@ -183,7 +183,7 @@ class Session(Station):
         return _Reading(line, statement, found)
 
     def carry_out(self, statement: ast.Statement) -> Dialogue[None]:
-        """Do a monitor command by its handler, everything else as DO."""
+        """Carry out a monitor command by its handler, and every other statement as DO does."""
         if isinstance(statement, ast.Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
             return
@@ -211,7 +211,7 @@ class CommandLine(NamedTuple):
 
 
 def command_lines(text: str) -> tuple[CommandLine, ...]:
-    """Return the commands of a file, without `MC`. Raises CannotInterpret for a file that holds something else."""
+    """Return the commands of a file, without `MC`. Raises CannotInterpret for a file that contains anything else."""
     lines = [line for line in lines_of(text) if line.text.strip()]
     found: list[CommandLine] = []
     opened = closed = False
@@ -232,9 +232,8 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
 
 @handles("COMMANDS")
 def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
-    """Carry out the commands of a file (COMMANDS). The first that fails ends it, and is named with its line.
-
-    Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
+    """Carry out the commands of a file (COMMANDS). The first command that fails ends this, and the error gives its
+    line. Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
     """
     path = find_program_file(path_of(session, it))
     lines = command_lines(read_program_file(path, session.folder))
@@ -264,7 +263,7 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _pass_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
-    """Yield what a dialogue said, and return what it says next; None at its end."""
+    """Yield the value that a dialogue yielded, and return the next one; None at the end of the dialogue."""
     try:
         try:
             answer = yield said
