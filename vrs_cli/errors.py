@@ -13,10 +13,10 @@
     ├── RequestRefused        a robot does not begin with what it is asked for
     └── UsageError            a command or an option does not exist, or is used in a way it cannot be
 
-The code that raises an error gives what happened (`detail`), what would be right (`hint`), and the numbers of both. The
-class has VAL-II's text and code. In a hint the words to type stand in braces: "{ABORT} stops it" is shown as "ABORT
-stops it" in the shell, and as "abort() stops it" in Python (`METHODS`; a word without a method as `do("CLOCK GO")`).
-Errors do not change: `reworded` makes a new one.
+The code that raises an error gives the facts (`detail`), a correction (`hint`), and the numbers in both. The class has
+VAL-II's text and code. A hint has the words to type in braces: "{ABORT} stops it" is shown as "ABORT stops it" in the
+shell, and as "abort() stops it" in Python (`METHODS`; a word without a method as `do("CLOCK GO")`). Errors are
+immutable: `reworded` makes a new error.
 """
 
 from __future__ import annotations
@@ -47,18 +47,18 @@ _TYPED = re.compile(r"\{([A-Z][^{}]*)\}")
 
 
 class VrsError(Exception):
-    """A mistake that a user can understand and correct. `str()` gives the whole message.
+    """An error that a user can understand and correct. `str()` returns the whole message.
 
     `value` is the wanted value, `lower` and `upper` are its bounds: in m and rad for the robot, otherwise as the user
     writes them. `joint` counts from 1 (0: no single joint). `place`: the tool tip in the robot's frame [m].
-    `in_python`: the hint for callers of methods; empty if it is the same.
+    `in_python`: the hint for callers of methods; empty if it equals `hint`.
     """
 
     code: ClassVar[int] = -1
     text: ClassVar[str] = "Error"
 
     def __init_subclass__(cls, *, code: int | None = None, text: str | None = None) -> None:
-        """Set the code and the text of a subclass; without them it has those of its base."""
+        """Set the code and the text of a subclass; by default they are those of its base class."""
         if code is not None:
             cls.code = code
         if text is not None:
@@ -100,7 +100,7 @@ class VrsError(Exception):
         )
 
     def for_python(self) -> VrsError:
-        """Return this error with the hint for callers of methods, which names no words of the shell."""
+        """Return this error with the hint for callers of methods, which names methods instead of shell commands."""
         return self.reworded(hint=self.in_python) if self.in_python else self
 
     def __str__(self) -> str:
@@ -164,7 +164,7 @@ class IllegalValue(ProgramError, code=-402, text="Illegal value"):
 
 
 class IllegalAssignment(ProgramError, code=-403, text="Illegal assignment"):
-    """A value is assigned to something that cannot have one."""
+    """A value is assigned to an expression that is no variable."""
 
 
 class IllegalArrayIndex(ProgramError, code=-404, text="Illegal array index"):
@@ -180,7 +180,7 @@ class UndefinedName(ProgramError, code=-406, text="Undefined program or variable
 
 
 class ArgumentMismatch(ProgramError, code=-408, text="Program argument mismatch"):
-    """A program is called with other arguments than it takes."""
+    """A program is called with arguments that do not match its parameters."""
 
 
 class ArithmeticOverflow(ProgramError, code=-409, text="Arithmetic overflow"):
@@ -188,7 +188,7 @@ class ArithmeticOverflow(ProgramError, code=-409, text="Arithmetic overflow"):
 
 
 class NegativeSquareRoot(ProgramError, code=-410, text="Negative square root"):
-    """The square root of a negative number is wanted."""
+    """The square root of a negative number is required."""
 
 
 class StringOverflow(ProgramError, code=-416, text="String variable overflow"):
@@ -204,15 +204,15 @@ class StackOverflow(ProgramError, code=-413, text="Not enough program stack spac
 
 
 class TypeMismatch(ProgramError, code=-465, text="Variable type mismatch"):
-    """A value of another type is wanted."""
+    """A value has another type than is required."""
 
 
 class UnknownKeyword(ProgramError, code=-424, text="Unknown keyword"):
-    """A word that stands inside a statement is not known."""
+    """A word inside a statement is unknown."""
 
 
 class CannotInterpret(ProgramError, code=-450, text="Can't interpret line"):
-    """A line is no statement."""
+    """A line cannot be read as a statement."""
 
 
 class UnknownInstruction(ProgramError, code=-452, text="Unknown instruction"):
@@ -248,7 +248,7 @@ class DuplicateLabel(ProgramError, code=-464, text="Duplicate statement label"):
 
 
 class MisplacedDeclaration(ProgramError, code=-471, text="Misplaced declaration statement"):
-    """AUTO, LOCAL or GLOBAL stands after another statement."""
+    """A declaration (AUTO, LOCAL, GLOBAL) follows another statement."""
 
 
 class ControlStructure(ProgramError, code=-473, text="Control structure error"):
@@ -276,7 +276,7 @@ class AngleUnit(ProgramError, code=63, text="Angle in degrees"):
 
 
 class LengthUnit(ProgramError, code=65, text="Length in millimetres"):
-    """A warning: a place whose coordinates look like metres."""
+    """A warning: a location whose coordinates look like metres."""
 
 
 class TimeUnit(ProgramError, code=67, text="Time in seconds"):
@@ -288,11 +288,11 @@ class SpeedInPercent(ProgramError, code=69, text="Speed in percent"):
 
 
 class UnreadStatus(ProgramError, code=68, text="Status of a file not read"):
-    """A warning: a program opens a file to read and does not check that it is there."""
+    """A warning: a program opens a file for reading and does not check whether the file exists."""
 
 
 class FixedCondition(ProgramError, code=66, text="Condition that never changes"):
-    """A warning: a condition has the number of a signal instead of its state, or compares TRUE with 1."""
+    """A warning: a condition uses the number of a signal instead of its state, or compares TRUE with 1."""
 
 
 class AboveFullSpeed(ProgramError, code=64, text="More than full speed"):
@@ -304,7 +304,7 @@ class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
 
 
 class PauseOfArm(ProgramError, code=60, text="Pause of the arm"):
-    """A warning: a DELAY, which holds the arm, where the program itself seems meant to pause."""
+    """A warning: a DELAY, which only holds the arm, where probably the program should pause."""
 
 
 class WithoutEffect(ProgramError, code=61, text="No effect here"):
@@ -336,11 +336,11 @@ class TaskNotActive(ProgramError, code=-311, text="Program task not active"):
 
 
 class LimitReached(ProgramError, code=-414, text="Program limit reached"):
-    """A program was stopped by a limit of its run: time, steps, memory, what it types or writes."""
+    """A program was stopped by a limit of its run: time, steps, memory, or output."""
 
 
 class EndlessWait(LimitReached, code=-419, text="Endless wait"):
-    """A program waits for a change that cannot come, in virtual time. (The code is ours.)"""
+    """A program waits in virtual time for a change that cannot happen. (The code is ours.)"""
 
 
 class ClockPaused(ProgramError, code=-415, text="Clock is paused"):
@@ -356,11 +356,11 @@ class MotionError(VrsError):
 
 
 class RobotNotAttached(MotionError, code=-602, text="Robot not attached to this program"):
-    """Another task has the robot, or the program did not ATTACH it."""
+    """Another task has attached the robot, or the program has not attached it."""
 
 
 class AlterNotOn(MotionError, code=-634, text="ALTER mode is not on"):
-    """ALTER is used in a task that has not begun it. (The code is V+'s, from memory.)"""
+    """ALTER is used in a task without ALTON. (The code is V+'s, from memory.)"""
 
 
 class PowerOff(MotionError, code=-604, text="Robot power off"):
@@ -382,7 +382,9 @@ class CollisionAhead(MotionError, code=-696, text="Collision"):
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):
-    """A motion that followed a stream of targets cannot be planned again. (The code is ours.)"""
+    """A motion that followed a stream of targets cannot be planned again after the stream has ended. (The code is
+    ours.)
+    """
 
 
 class IllegalJoint(MotionError, code=-609, text="Illegal joint number"):
@@ -448,7 +450,7 @@ class FileOpened(FileError, code=-506, text="File already opened"):
 
 
 class FileNotOpened(FileError, code=-513, text="File not opened"):
-    """A unit has no open file."""
+    """A logical unit has no open file."""
 
 
 class UnitNotAttached(FileError, code=-516, text="Logical unit not attached"):
@@ -488,7 +490,7 @@ class FileOutside(FileError, code=-517, text="File outside the folder of the run
 
 
 class RequestRefused(VrsError, code=-390, text="Request refused"):
-    """A robot does not begin a request. (The code is ours.)"""
+    """The robot refuses to begin a request. (The code is ours.)"""
 
 
 class UsageError(VrsError, code=-300, text="Illegal monitor command"):
@@ -506,7 +508,7 @@ class NotPossible(UsageError, code=-395, text="Not possible"):
 
 
 class LeaseHeld(UsageError, code=-694, text="Lease is not yours"):
-    """Another user drives the robot, or no user does. (The code is ours.)"""
+    """Another user, or nobody, has the lease to drive the robot. (The code is ours.)"""
 
 
 class RoleWanted(UsageError, code=-695, text="Not in your role"):

@@ -1,4 +1,6 @@
-"""Values that a robot in Python answers with. They print as text; a notebook shows tables, pictures and scenes."""
+"""Define the values that methods of a Python robot return. They print as text; a notebook shows tables, pictures and
+scenes.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +71,7 @@ class Explanation(Replies):
     """
 
     __slots__ = ()
-    _repr_html_ = None  # type: ignore[assignment]  # so that a notebook takes the Markdown, which has formulas
+    _repr_html_ = None  # type: ignore[assignment]  # so that a notebook shows the Markdown, which has formulas
 
     def _repr_markdown_(self) -> str:
         return markdown(chain.from_iterable(blocks(reply, PIPE) for reply in self))
@@ -114,7 +116,7 @@ class Run(RunResult, frozen=True):
 
     @property
     def seconds(self) -> float:
-        """Return how long the program took, by the robot's clock [s]."""
+        """Return the duration of the program on the robot's clock [s]."""
         return self.ended - self.started
 
     def __repr__(self) -> str:
@@ -123,7 +125,7 @@ class Run(RunResult, frozen=True):
 
 
 class ProgramFailed(VrsError):
-    """A program has stopped with an error. `result` is its Run up to there."""
+    """A program has stopped with an error. `result` is the Run up to the error."""
 
     def __init__(self, result: Run) -> None:
         fault = result.fault
@@ -194,7 +196,7 @@ def figures(numbers: Iterable[float]) -> tuple[str, ...]:
 
 class Change(Struct, frozen=True):
     """A change of the timeline: the new `timeline`, its `version`, and the `delta` that made it. `delta` is None if
-    another timeline has taken the place of the old one.
+    another timeline has replaced the old one.
     """
 
     version: int
@@ -207,7 +209,8 @@ class Change(Struct, frozen=True):
 
 
 def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change], object]) -> Callable[[], None]:
-    """Call `callback` for every change, in a new thread. Return a function that ends this after the changes so far.
+    """Call `callback` for every change, in a new thread. Return a function that ends the calls after the changes so
+    far.
 
     If the callback raises an error, the thread reports it and ends.
     """
@@ -216,7 +219,7 @@ def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change]
         timeline: Timeline | None = None
         while (event := subscription.take()) is not None:  # after the end of the subscription: what is still in it
             if isinstance(event, MissedEvents):
-                continue  # the whole timeline comes next
+                continue  # the next event has the whole timeline
             if isinstance(event, TimelineDelta):
                 assert timeline is not None
                 timeline = timeline.apply(event)

@@ -1,7 +1,7 @@
 """Connect robots in Python: `connect` to a server, `%%vrs` in a notebook, `LeRobotArm` for policies of LeRobot.
 
 After `%load_ext vrs_cli` the text of a cell that begins with `%%vrs` goes to the prompt of the robot `robot`, which is
-made if there is none. `%%vrs r` is for the Robot `r`, `%vrs LINE` for one line. The replies stand below the cell.
+made if there is none. `%%vrs r` is for the Robot `r`, `%vrs LINE` for one line. The replies appear below the cell.
 
 Nothing of LeRobot is imported. Names and units are LeRobot's (https://huggingface.co/docs/lerobot). The value of a
 motor goes from -100 to 100 over its range, or is in degrees from the middle of the range (`use_degrees` of an SO-100).
@@ -49,12 +49,11 @@ def connect(
 
     `token`: identifies you to the server; if it is left out, the environment variable VRS_TOKEN is used. `name`: your
     name as other users see it, if the server has no tokens. `ca`: a file with the certificate of the server, or of the
-    authority that signed it. `behind`: a motion with `at=t` begins this many seconds after t, so that a command which
-    takes no longer on its way is never too late. `window`: how many seconds of the robot's past are kept here
-    (`math.inf`: all of it); the server is asked for older times.
-
-    After a break the connection is made again, and the logger "vrs_cli" tells of it; requests in between are refused.
-    Raises NotPossible if `url` is no address, RequestRefused if no robot answers, and the errors of the server.
+    authority that signed it. `behind`: a motion with `at=t` begins this many seconds after t, so that a command that
+    takes at most this long to arrive is never too late. `window`: how many seconds of the robot's past are kept here
+    (`math.inf`: all); older times are requested from the server. A lost connection is made again, and the logger
+    "vrs_cli" reports this; requests in between are refused. Raises NotPossible if `url` is no address, RequestRefused
+    if no robot answers, and the errors of the server.
     """
     with hints_for_python():
         hello = hello_of(os.environ.get("VRS_TOKEN", "") if token is None else token, name=name, behind=behind)

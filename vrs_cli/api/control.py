@@ -1,4 +1,6 @@
-"""Control a robot from Python: conditions of its programs (limits, folder, cell, inputs), and streams of targets."""
+"""Control a robot from Python: the conditions of program runs (limits, folder, cell, inputs), and streams
+of targets.
+"""
 
 from __future__ import annotations
 
@@ -102,20 +104,24 @@ def _advice(option: str) -> str:
 
 
 class ProgramFolders(Struct):
-    """The folder of the file that each program is from. `fixed`: all programs have the folder of the robot instead."""
+    """For each program the folder of the file that it was loaded from. `fixed`: all programs use the folder of the
+    robot instead.
+    """
 
     fixed: bool
     _folders: dict[str, Folder] = field(default_factory=dict)
 
     def put(self, programs: Iterable[str], folder: Path | None) -> None:
-        """Note the folder of the file that these programs are from; None: they are from no file. Raises FileError."""
+        """Note the folder of the file that these programs were loaded from; None: no file. Raises FileError."""
         for name in programs:
             self._folders.pop(name.lower(), None)
             if folder is not None:
                 self._folders[name.lower()] = _folder(folder)
 
     def conditions(self, program: str, given: Conditions | None) -> Conditions | None:
-        """Return the conditions for the run of a program: those of the call, and the folder of its file."""
+        """Return the conditions for the run of a program: the conditions of the call, and the folder of the program's
+        file.
+        """
         own = self._folders.get(program.lower())
         if self.fixed or own is None or (given is not None and given.folder is not None):
             return given
@@ -123,16 +129,16 @@ class ProgramFolders(Struct):
 
 
 RATES = 1.0 / STEERING.longest, 1000.0  # lowest and highest number of targets a second
-MAX_RATE_AT_REST = 1e-6  # a joint that moves by less in a step [rad, m], and is slower [1/s], is at rest
-MAX_ARRIVAL_S = 10.0  # of the robot's clock, for a dragged tool to come to its last target
+MAX_RATE_AT_REST = 1e-6  # a joint that moves less per step [rad, m], and is slower [rad/s, m/s], is at rest
+MAX_ARRIVAL_S = 10.0  # maximum time for a dragged tool to reach its last target [s of the robot's clock]
 
 
 class Dragged(Struct, frozen=True):
     """The distance of a dragged tool from its target, and the limits that hold the tool back.
 
     `distance`: [mm], or [m] in SI; `angle`: [degrees], or [rad]; `limits`: a sentence for each limit that holds the
-    tool: the end of a joint's range, the reach, a singularity, the speed of a joint, a contact. Without limits the tool
-    is at its target, or on its way there.
+    tool: the end of a joint's range, the reach, a singularity, the speed of a joint, a contact. If `limits` is empty,
+    the tool is at its target, or moving to it.
     """
 
     distance: float
@@ -165,7 +171,7 @@ class Dragged(Struct, frozen=True):
 class Streams:
     """Sends one robot a stream of targets: joints to steer to, or locations to drag the tool to.
 
-    In virtual time each target lets the clock go on; in real time each waits for its time. Times are those of the
+    In virtual time each target advances the clock; in real time each target waits for its time. Times are those of the
     robot's clock [s].
     """
 
@@ -173,10 +179,10 @@ class Streams:
         self._last: tuple[float, Joints] | None = None  # time and joints of the last target
         self._moves = False  # more than one target of joints was sent
         self._wish: Transform | None = None  # the target of the dragged tool
-        self._wish_time = -inf  # when that was sent
+        self._wish_time = -inf  # the time at which that target was sent [s]
 
     def steer(self, robot: Supervisor, joints: Joints, rate: float, speed: float | None) -> None:
-        """Send joints [rad, m], at the earliest 1 / `rate` [s] after the target before. `speed`: 0 to 1."""
+        """Send joints [rad, m], at the earliest 1 / `rate` [s] after the previous target. `speed`: 0 to 1."""
         step = 1.0 / rate
         if self._last is not None:
             self._pace(robot, self._last[0] + step)
@@ -191,7 +197,7 @@ class Streams:
         self._last = now, joints
 
     def drag(self, robot: Supervisor, T_world_tool: Transform) -> Shortfall:
-        """Send a target for the tool, at the earliest a DRAG_TICK after the one before."""
+        """Send a target for the tool, at the earliest a DRAG_TICK after the previous one."""
         self._pace(robot, self._wish_time + DRAG_TICK)
         self._last, self._wish = None, None
         self._wish_time = robot.now
@@ -235,10 +241,10 @@ CHUNK_S = 0.25  # [s] of a stream that go to a served robot in one chunk
 
 
 class FollowedChunks(Struct):
-    """How well a served robot follows: the number of targets sent, of those that came too late, that were held at the
-    end of a joint's range, and that were lost without a connection; the number of chunks, and of `samples` of chunks
-    that were followed; for joints that turn and for those that slide the sum of the errors at these samples, and the
-    largest error [rad, m].
+    """Statistics on how a served robot follows: the number of targets that were sent, that arrived too late, that were
+    held at the end of a joint's range, and that were lost without a connection; the number of chunks that were
+    followed, and of their `samples`; and for turning and for sliding joints the sum of the errors at these samples, and
+    the largest error [rad, m].
     """
 
     targets: int = 0
@@ -251,7 +257,9 @@ class FollowedChunks(Struct):
     sliding: tuple[float, float] = (0.0, 0.0)
 
     def count(self, report: FollowReport, targets: int, sent_before: int, units: JointUnits) -> None:
-        """Count a chunk of new `targets`, after those sent before: its errors are those of its farthest joints."""
+        """Add a chunk of `targets` new targets to the statistics; the errors of the chunk are the largest errors among
+        its joints.
+        """
         self.late += max(report.late - sent_before, 0)
         self.held += report.held
         self.samples += targets
@@ -262,7 +270,7 @@ class FollowedChunks(Struct):
 def _add_errors(
     before: tuple[float, float], report: FollowReport, targets: int, units: JointUnits, *, slides: bool
 ) -> tuple[float, float]:
-    """Add the errors of the joints of one kind in a chunk to the sum and the largest of those before."""
+    """Add the errors of the joints of one kind in a chunk to the sum and the maximum of the earlier errors."""
     pairs = [
         (mean, worst)
         for joint, (mean, worst) in enumerate(zip(report.mean, report.worst, strict=True), 1)
@@ -274,8 +282,8 @@ def _add_errors(
 
 class ChunkSteering:
     """Sends targets to a served robot, in chunks of time-stamped joints. A target is due `lead` [s] after its time, so
-    that it arrives in time over delays. A thread waits for the answers; `refused` is the first error that ends the
-    stream.
+    that it arrives in time in spite of delays. A thread waits for the answers; `refused` is the first error that ends
+    the stream.
     """
 
     def __init__(self, robot: Supervisor, lead: float, *, speed: float = 1.0) -> None:
@@ -284,14 +292,14 @@ class ChunkSteering:
         self._shift: float | None = None  # from times of the stream to the robot's clock [s]
         self._times: list[float] = []
         self._joints: list[Joints] = []
-        self._new = 0  # targets that were not sent yet
+        self._new = 0  # the number of targets that were not sent yet
         self.refused: VrsError | None = None
         self._sent: SimpleQueue[tuple[int, int, Callable[[], FollowReport]] | None] = SimpleQueue()
         self._hearing = Thread(target=self._hear, name="vrs lab steer", daemon=True)
         self._hearing.start()
 
     def to(self, target: Joints | Transform, t: float) -> None:
-        """Be at a target at time t [s] of the stream. Raises LocationOutOfRange and others for a pose that no
+        """Add a target for time t [s] of the stream. Raises LocationOutOfRange and others for a pose that no
         configuration reaches.
         """
         robot = self.robot
@@ -302,9 +310,7 @@ class ChunkSteering:
         due = t + self._shift
         if self._times and due <= self._times[-1]:
             due = self._times[-1] + STEERING.shortest
-        if (
-            self._times and due - self._times[-1] > STEERING.longest
-        ):  # it is not known how the robot is to move meanwhile
+        if self._times and due - self._times[-1] > STEERING.longest:  # the motion between these targets is unknown
             self.send()
             self._times, self._joints = [], []
         self._times.append(due)
@@ -320,8 +326,8 @@ class ChunkSteering:
         return select(self.robot.arm, Settings(), compose(frames.base, T_world_tool), frames, near)
 
     def send(self) -> None:
-        """Send the targets so far. The last one is the first of the next chunk too: the robot passes it without coming
-        to rest.
+        """Send the targets so far. The last target is also the first of the next chunk, so the robot passes it without
+        stopping.
         """
         if not self._new:
             return
@@ -335,7 +341,9 @@ class ChunkSteering:
             self.followed.lost += count
 
     def finish(self) -> None:
-        """Send the rest, and wait for all answers. The robot rests at the last target. Raises the first error."""
+        """Send the remaining targets, and wait for all answers. The robot stops at the last target. Raises the first
+        error.
+        """
         self.send()
         self._sent.put(None)
         self._hearing.join()

@@ -1,4 +1,4 @@
-"""Check the numbers that come from Python; locations, one or many; units: those of VAL-II, or SI."""
+"""Check numbers given in Python, and define locations (one or many) and units (those of VAL-II, or SI)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Units(Enum):
 
     @classmethod
     def of(cls, given: str | Units) -> Units:
-        """Return the units of a name. Raises ValueError for another name."""
+        """Return the units with a name. Raises ValueError for an unknown name."""
         try:
             return cls(given)
         except ValueError:
@@ -94,7 +94,7 @@ def _short_repr(given: object) -> str:
 
 
 class Location:
-    """The place of a tool, or an array of such places: transformations of VAL-II.
+    """The pose of a tool, or an array of poses: transformations of VAL-II.
 
     `xyz` (..., 3): X, Y, Z; `oat` (..., 3): the angles O, A, T. They are in mm and degrees, or in metres and radians
     for `units="SI"`. `matrix` (..., 4, 4): the homogeneous transformation, always in metres. `a @ b` is VAL-II's `a:b`.

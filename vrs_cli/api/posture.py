@@ -1,5 +1,5 @@
-"""Values that describe a robot in Python: postures at one time or many, previews, parts of the cell, ways to reach a
-location, reports of a body, and the model.
+"""Define the values that describe a robot in Python: postures at one time or many, previews, parts of the cell, joint
+solutions for a location, reports of a body, and the model.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def speed(self) -> Floats:
-        """Return the speed of the tool tip (N,), from the places at neighbouring times. Raises ValueError for fewer
-        than two times.
+        """Return the speed of the tool tip (N,), computed from the positions at neighbouring times. Raises ValueError
+        for fewer than two times.
         """
         if self.t.size < 2:
             raise ValueError("speed: at least two times are wanted")
@@ -112,7 +112,7 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
 
 
 def place_text(location: Location) -> str:
-    """Return the place of one location as text."""
+    """Return the coordinates of one location as text."""
     units = location.units
     return f"xyz {_list(location.xyz)} {units.length}, oat {_list(location.oat)} {units.angle}"
 
@@ -122,15 +122,15 @@ def _list(numbers: Floats) -> str:
 
 
 class Preview(Struct, frozen=True, eq=False):
-    """A preview: what the robot will do with the commands that are still on their way to it. Later commands do not
-    change a preview. All times are in seconds.
+    """A preview of the robot's motion, including the commands that have been sent and have not arrived yet. Later
+    commands do not change a preview. All times are in seconds.
 
     `timeline`: the timeline with all of these commands. The robot has confirmed it up to the time `unconfirmed`
-    (infinity: all of it). `commands`: the expected effect of each command on its way, in the order of sending: `text`,
-    `issued`, `begin` (the time from which it changes the timeline, or None), `refused` (why the robot will refuse it,
-    or None), `planned`. `arrives`: the time of the robot's clock at which a command sent now will arrive; `round_trip`:
-    the measured delay there and back. `flagged`: pairs of times between which this client has shown something wrong,
-    because a command was not known here yet.
+    (infinity: all of it). `commands`: the expected effect of each command that has not arrived yet, in the order of
+    sending: `text`, `issued`, `begin` (the time from which it changes the timeline, or None), `refused` (why the robot
+    will refuse it, or None), `planned`. `arrives`: the time of the robot's clock at which a command sent now will
+    arrive; `round_trip`: the measured delay there and back. `flagged`: pairs of times between which this client has
+    shown a wrong position, because a command was not known here yet.
     """
 
     arm: RobotArm
@@ -161,8 +161,8 @@ class Preview(Struct, frozen=True, eq=False):
 
 
 class PartPlace(NamedTuple):
-    """A part of the cell at a time [s]. `location`: None if the part is not there; `held`: the hand holds it; `on`: the
-    name of what it stands on, empty in the air and in the hand.
+    """A part of the cell at a time [s]. `location`: None if the part is absent; `held`: the hand holds the part; `on`:
+    the name of the body that the part stands on, empty in the air and in the hand.
     """
 
     name: str
@@ -202,10 +202,9 @@ class CellPart:
 
 
 class Ways(Struct, frozen=True, eq=False, dict=True):
-    """All ways to reach a location, or N locations: k configurations.
-
-    `configurations`: their names; a second way of the same configuration has a number. `joints` (..., k, n): nan if the
-    arm does not reach the location this way. `usable` (..., k): True if it does, with every joint in its range.
+    """All joint solutions for a location, or for N locations, in k configurations. `configurations`: their names; a
+    second solution of the same configuration has a number. `joints` (..., k, n): nan if the arm does not reach the
+    location in this configuration. `usable` (..., k): True if the arm reaches it with every joint in its range.
     """
 
     configurations: tuple[str, ...]
@@ -215,13 +214,13 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def best(self) -> Floats:
-        """Return the joints (..., n) of the first usable way; nan if there is none."""
+        """Return the joints (..., n) of the first usable solution; nan if no solution is usable."""
         first = np.expand_dims(self.usable.argmax(axis=-1), (-1, -2))
         found = np.take_along_axis(self.joints, first, axis=-2)[..., 0, :]
         return freeze(np.where(self.usable.any(axis=-1, keepdims=True), found, np.nan))
 
     def __getitem__(self, configuration: str) -> Floats:
-        """Return the joints (..., n) of one way by its name. Raises KeyError."""
+        """Return the joints (..., n) of one solution by the name of its configuration. Raises KeyError."""
         name = " ".join(configuration.upper().split())
         if name not in self.configurations:
             raise KeyError(f"{configuration}: there are {', '.join(self.configurations)}")
@@ -266,7 +265,7 @@ def forward(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Location:
 
 
 def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Ways:
-    """Return all ways to reach locations (all branches of the inverse kinematics)."""
+    """Return all joint solutions for locations (all branches of the inverse kinematics)."""
     T_robot_world, T_tool_flange = stack([frames.base, inverse(frames.tool)])
     T = compose_batch(compose_batch(T_robot_world, location.rows.reshape(-1, 3, 4)), T_tool_flange)
     configurations, joints, usable = arm.batch.every_inverse(T)
@@ -302,7 +301,9 @@ class Measured(Struct, frozen=True, eq=False):
 
     @property
     def unknown_since(self) -> float | None:
-        """Return the time of the last report, after which the robot is unknown; None if there is no report."""
+        """Return the time of the last report, after which the robot's position is unknown; None if there is
+        no report.
+        """
         return self.timeline.end
 
     def at(self, t: ArrayLike) -> Floats | None:

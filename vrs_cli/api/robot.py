@@ -65,12 +65,12 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
 from vrs_cli.wire.messages import LeaseAct
 
-MIN_SPEED, MAX_SPEED = 0.01, 327.0  # percent, of all motions
+MIN_SPEED, MAX_SPEED = 0.01, 327.0  # range of the speed of all motions [%]
 LEASE_ACTS = ("acquire", "ask", "give", "release")
 BRANCH_NAME = re.compile(r"[a-z][a-z0-9._]*", re.IGNORECASE)
-MAX_METRES = 3.0  # a target in mm that is no farther from the origin was probably meant in metres
+MAX_METRES = 3.0  # a target at most this far from the origin [mm] was probably meant in metres
 MAX_SMALL_TURN = 10.0  # [degrees] a change of the joints by less is no sign of radians
-MAX_SAMPLES = 5_000_000  # of 256 bytes each
+MAX_SAMPLES = 5_000_000  # maximum number of samples, of 256 bytes each
 
 
 class Robot:
@@ -80,10 +80,10 @@ class Robot:
     metres. Times are in seconds, speeds in percent of nominal. `realtime`: False for virtual time, True for real time,
     or how many seconds of the robot pass in a second. `base`, `tip`: the first and last link of the arm in a URDF file.
 
-    `limits`: the most that a program or a line may use. `folder`: the only folder in which programs and lines find and
-    write files; without it a program has the folder of its own file, and a line the current folder. `cell`: a file with
-    the surroundings of the robot. `signals`: the changes of inputs, as a file or a list of (time [s], signal, state).
-    `run`, `execute` and `do` take these four for one call.
+    `limits`: the maximum time, steps and memory that a program or a line may use. `folder`: the only folder in which
+    programs and lines find and write files; without it a program has the folder of its own file, and a line the current
+    folder. `cell`: a file with the surroundings of the robot. `signals`: the changes of inputs, as a file or a list of
+    (time [s], signal, state). `run`, `execute` and `do` take these four options for one call.
 
     Methods raise TypeError or ValueError for values that are no numbers or have another shape. They raise VrsError with
     the message of VAL-II, if the robot refuses a command. A shape (N, ...) means that arrays of N rows are taken too.
@@ -205,10 +205,11 @@ class Robot:
     def follow(self, times: ArrayLike, joints: ArrayLike, *, speed: float | None = None) -> FollowReport:
         """Follow a chunk of joints (N, n) at increasing `times` (N,) [s of the robot's clock], as a policy sends them.
 
-        The chunk replaces everything from `times[0]` on. It begins out of the motion of that time, and ends at rest at
-        the last sample. Velocity, acceleration and jerk stay inside their limits; a sample that they do not allow is
-        approached. In real time samples that come too late are left out. `speed`: percent of full speed, up to 100. The
-        errors in the report are in the units of this robot. Raises MotionError, IllegalValue, ValueError, TypeError.
+        The chunk replaces everything from `times[0]` on. It continues the motion at that time, and ends at rest at the
+        last sample. Velocity, acceleration and jerk stay within their limits; a sample that these limits do not allow
+        is approached. In real time samples that come too late are left out. `speed`: percent of full speed, up to 100.
+        The errors in the report are in the units of this robot. Raises MotionError, IllegalValue, ValueError,
+        TypeError.
         """
         instants, rows = numbers(times, "times"), numbers(joints, "joints", self._model.joint_count) / self._scales
         if instants.ndim != 1 or rows.ndim != 2:
@@ -220,12 +221,13 @@ class Robot:
 
     def steer(self, *joints: ArrayLike, rate: float = 50.0, speed: float | None = None) -> Robot:
         """Send joints (n,) as one target of a stream, from a joystick, a leader arm or a policy. The robot goes there
-        at once, out of any motion. Each target replaces the one before; `wait()` ends at the last target.
+        at once, also from the middle of a motion. Each target replaces the previous one; `wait()` ends at the last
+        target.
 
         The robot follows the line through the last two targets, within its limits of velocity, acceleration and jerk.
-        `rate`: targets a second, 2 to 1000. In virtual time each call lets 1 / rate s pass; in real time it waits until
-        1 / rate s after the call before. Without further targets the robot brakes; after 0.5 s without a target the
-        next one begins a new stream. `speed`: percent of nominal, up to 100.
+        `rate`: targets a second, 2 to 1000. In virtual time each call advances the clock by 1 / rate s; in real time it
+        waits until 1 / rate s after the previous call. Without further targets the robot brakes; after 0.5 s without a
+        target the next one begins a new stream. `speed`: percent of nominal, up to 100.
 
         Raises JointOutOfRange, LeaseHeld, IllegalValue, ValueError, TypeError; and RequestRefused once if something
         else has stopped the robot since the last target. An error ends the stream.
@@ -241,12 +243,12 @@ class Robot:
 
     def drag(self, location: Location | ArrayLike) -> Dragged:
         """Pull the tool towards a Location, or a matrix (4, 4) [m], as one target of a stream, as from a mouse. Each
-        target replaces the one before; `wait()` ends as near to the last one as the arm comes.
+        target replaces the previous one; `wait()` ends as near to the last target as the arm can come.
 
         Any location may be given. If the arm cannot reach it, or not so fast, the tool stays as near as possible, and
-        the answer says what holds it. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each call lets
-        0.02 s pass; in real time it waits until 0.02 s after the call before. A served robot follows by itself for
-        0.6 s after the last call; a robot of this process takes a step with each call.
+        the result names the limits. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each call advances
+        the clock by 0.02 s; in real time it waits until 0.02 s after the previous call. A served robot follows by
+        itself for 0.6 s after the last call; a robot of this process takes a step with each call.
 
         Raises LeaseHeld, TypeError; RequestRefused once if something else has stopped the robot since the last call.
         """
@@ -275,8 +277,8 @@ class Robot:
         return self
 
     def wait(self) -> Robot:
-        """Wait until the robot stands; virtual time passes at once. A stream of `steer` ends at its last target, one of
-        `drag` as near to it as the tool comes.
+        """Wait until the robot is at rest; virtual time advances at once. A stream of `steer` ends at its last target,
+        a stream of `drag` as near to its last target as the tool can come.
         """
         self._streams.arrive(self._robot)
         self._robot.wait()
@@ -323,19 +325,19 @@ class Robot:
         return self._robot.timeline
 
     def where(self, t: ArrayLike | None = None) -> Posture:
-        """Return where the robot is at a time [s], past or future, at times (N,), or now."""
+        """Return the posture of the robot at a time [s], past or future, at times (N,), or now."""
         if t is None:
             return Posture.of(self._robot.at(), self._model, self.units)
         return Posture.at_times(self._robot, t, self._model, self.units)
 
     def preview(self) -> Preview:
-        """Return what the robot will do with the commands that are still on the way to it. For a robot of this process
-        there are none.
+        """Return a preview of the robot's motion, including the commands that have not arrived yet. A robot of this
+        process has no such commands.
         """
         return Preview.of(self._robot.preview_now(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
-        """Return where the robot is `rate` times a second, from the first motion to the exact end of the last, or
+        """Return the posture of the robot `rate` times a second, from the first motion to the exact end of the last, or
         between two times [s].
 
         Raises ValueError for a rate that is not above 0 or gives too many samples, and for an end before the start.
@@ -351,7 +353,9 @@ class Robot:
         return self.where(np.append(times[times < last], last))
 
     def watch(self, rate: float = 25.0) -> Iterator[Posture]:
-        """Yield where the robot is now, `rate` times a second, without end. Raises IllegalValue for a bad rate."""
+        """Yield the present posture of the robot `rate` times a second, without end. Raises IllegalValue for a bad
+        rate.
+        """
         audience = Audience(self._robot, time.monotonic)
         audience.join(number(rate, "rate"))
         while True:
@@ -381,7 +385,7 @@ class Robot:
         time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches do not change the record.
 
         Raises NotPossible for a served robot, whose body is a client (`vrs body`). Raises IllegalValue, ValueError,
-        TypeError for a report that is none.
+        TypeError for an invalid report.
         """
         port = self._robot.port
         if not isinstance(port, LocalPort):
@@ -402,8 +406,8 @@ class Robot:
         return self
 
     def resync(self, *, stop: bool = False) -> ResyncReport:
-        """Bring the body and the timeline together. The body holds, the robot goes to the measured joints within its
-        limits and on to its target (with `stop` it stays there), and the body follows again.
+        """Make the body and the timeline agree. The body holds, the timeline goes within its limits to the measured
+        joints and then on to the target (with `stop` it ends at the measured joints), and the body follows again.
 
         The distances in the report are in the units of this robot. Raises MotionError, RequestRefused if there are no
         measured joints.
@@ -419,7 +423,7 @@ class Robot:
         return {row.name: PartPlace.of(row, self.units) for row in self._robot.act(acts.LookAtParts()).rows}
 
     def part(self, name: str) -> CellPart:
-        """Return a part of the cell: `part("box").at(2.5).location`. Raises KeyError if there is none of that name."""
+        """Return a part of the cell: `part("box").at(2.5).location`. Raises KeyError if no part has that name."""
 
         def look(t: float | None) -> PartPlace:
             return next(
@@ -458,7 +462,7 @@ class Robot:
     @property
     def speed(self) -> float:
         """Return the speed of all motions [% of full], like the dial of a controller; the speed of a single motion is a
-        part of it. Assign 0.01 to 327 to change it for the motions that follow. Raises IllegalValue.
+        fraction of this speed. Assign 0.01 to 327 to change the speed of later motions. Raises IllegalValue.
         """
         return float(str(self["SPEED(1)"]))
 
@@ -469,8 +473,9 @@ class Robot:
         self._do(f"SPEED {plain(float(percent))}")
 
     def fk(self, joints: ArrayLike | None = None, *, link: int | None = None) -> Location:
-        """Return the tool tip in the world for joints (n,) or (N, n), or for the present ones. `link`: return the frame
-        of this link instead, 0 (the base) to n (the flange); joint i turns about z of frame i - 1. Raises ValueError.
+        """Return the tool tip in the world for joints (n,) or (N, n), or for the present joints. `link`: return the
+        frame of this link instead, 0 (the base) to n (the flange); joint i turns about z of frame i - 1. Raises
+        ValueError.
         """
         q = self._any_joints(joints)
         if link is None:
@@ -485,19 +490,20 @@ class Robot:
         return Location(np.array(rows).reshape(*q.shape[:-1], 3, 4), self.units)
 
     def ik(self, location: Location | ArrayLike) -> Ways:
-        """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n). A
-        location may be a matrix (4, 4) or (N, 4, 4) [m].
+        """Return all joint solutions for a location, or for N locations, in each configuration: joints (k, n) or (N, k,
+        n). A location may be a matrix (4, 4) or (N, 4, 4) [m].
         """
         return ways(self._robot.arm, self._robot.frames, self._one_location(location, "location"), self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:
-        """Return the Jacobian (6, n) or (N, 6, n) at joints (n,) or (N, n), or at the present ones. It maps joint rates
-        to the tool's velocity (vx, vy, vz, wx, wy, wz) in the robot's frame, in mm and degrees, or in SI.
+        """Return the Jacobian (6, n) or (N, 6, n) at joints (n,) or (N, n), or at the present joints. It maps joint
+        rates to the tool's velocity (vx, vy, vz, wx, wy, wz) in the robot's frame, in mm and degrees, or in SI.
         """
         return jacobian(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
 
     def why(self, *to: ArrayLike | Location) -> Replies:
-        """Explain whether a location, or joints, can be reached from here, and what MOVE and MOVES would do.
+        """Explain whether a location, or joints, can be reached from the present position, and what MOVE and MOVES
+        would do.
 
         The reply is a ReachReport with `options`, `chosen`, `reason` and `line`, in metres and radians.
         """
@@ -563,7 +569,8 @@ class Robot:
         signals: Signals | None = None,
     ) -> Run:
         """Load a file of programs and execute one of them, by default the first. Otherwise as `execute`. If neither the
-        robot nor the call has a cell, the file may name one (`; cell: FILE`), or NAME.toml stands beside NAME.v2.
+        robot nor the call has a cell, the file may name one (`; cell: FILE`), or be accompanied by NAME.toml beside
+        NAME.v2.
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
@@ -636,11 +643,13 @@ class Robot:
 
     @property
     def commands(self) -> tuple[CommandRecord, ...]:
-        """Return all motion commands that are not undone: number, text, and the times of issue, begin and end [s]."""
+        """Return all motion commands that have not been undone: number, text, and the times of issue, begin and end
+        [s].
+        """
         return self._robot.act(acts.ListCommands()).commands
 
     def undo(self, count: int = 1) -> Robot:
-        """Take the last motion commands back. Raises NotPossible if there are fewer."""
+        """Take back the last `count` motion commands. Raises NotPossible if there are fewer."""
         self._robot.act(acts.Undo(count))
         return self
 
@@ -661,8 +670,8 @@ class Robot:
 
     @contextmanager
     def what_if(self, name: str) -> Iterator[Robot]:
-        """Try something on a branch: `with r.what_if("fast"): r.move(...)`. The branch is made if there is none of that
-        name. Afterwards the robot is on the branch from before.
+        """Try commands on a branch: `with r.what_if("fast"): r.move(...)`. A branch that does not exist is made.
+        Afterwards the robot is on the previous branch again.
 
         Raises ValueError for a name that no branch can have, NotPossible in real time and while a program runs.
         """
@@ -709,9 +718,8 @@ class Robot:
                 write(stream, self._robot.arm, self.timeline, float(rate))
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
-        """Call `callback` for every change of the timeline, in a new thread. Return a function that ends this.
-
-        The first Change has the present timeline. Each Change has `version`, `timeline`, and mostly a `delta`.
+        """Call `callback` for every change of the timeline, in a new thread. Return a function that ends the calls. The
+        first Change has the present timeline. Each Change has `version`, `timeline`, and usually a `delta`.
         """
         return hear(self._robot.subscribe(), callback)
 
@@ -776,7 +784,7 @@ class Robot:
         return joints if self.units is Units.SI else self._model.units.read(joints)
 
     def _any_joints(self, given: ArrayLike | None) -> Floats:
-        """Return joints (..., n) in [rad, m]; the present ones if none are given."""
+        """Return joints (..., n) in [rad, m]; the present joints if none are given."""
         if given is None:
             return np.array(self._robot.at().joints)
         return numbers(given, "joints", self._model.joint_count) / self._scales
@@ -802,8 +810,8 @@ def load(
     """Return the robot of a trajectory file (.vrst), at the end of its timeline. `limits`, `folder`, `cell` and
     `signals` are as for `Robot`.
 
-    Raises NonexistentFile, FileDamaged, FileError. Warns if an older file has something that the robot cannot do now,
-    and if the last line was not written to its end.
+    Raises NonexistentFile, FileDamaged, FileError. Warns if an older file has motions that the robot cannot do now, and
+    if the last line is incomplete.
     """
     with hints_for_python():
         recording = read_trajectory(path)

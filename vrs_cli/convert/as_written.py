@@ -1,8 +1,8 @@
 """Translate programs to RAPID as they are written: blocks, jumps, calls, reactions as traps, locations with confdata.
 
 A statement without a counterpart becomes a comment and is reported with its line. Transformations are robtargets,
-precision points jointtargets; arrays of RAPID begin at 1. The routines at the end of a module do in RAPID what VAL-II
-has words for.
+precision points jointtargets; arrays of RAPID begin at 1. The routines at the end of a module replace words of VAL-II
+that RAPID does not have.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 
 SAME = 1e-6  # [m] of two places
-SIZE = 10  # of an array of which no element is known
+SIZE = 10  # the size of an array without known elements
 TYPES = {Kind.REAL: "num", Kind.STRING: "string", Kind.LOCATION: "robtarget", Kind.PRECISION: "jointtarget"}
 STARTS = {Kind.REAL: "", Kind.STRING: "s_", Kind.LOCATION: "", Kind.PRECISION: "j_"}
 RAPID_WORDS = """abs accset alias and atan2 backward bool calcjointt calcrobt case cjointt clkread clkreset clkstart
@@ -233,15 +233,15 @@ class BlockLine(Struct, frozen=True):
 
 
 class Translated(Struct, frozen=True):
-    """A module of RAPID. `unsaid`: (line, construct) for each construct without a counterpart."""
+    """A RAPID module. `unsaid`: (line, construct) for each construct without a counterpart."""
 
     text: str
     unsaid: tuple[tuple[int, str], ...]
 
 
 class RapidTranslator:
-    """Translates the programs of a memory. `run`: an execution of them, which shows in which configuration places are
-    reached; `given`: the memory before it.
+    """Translates the programs of a memory. `run`: an execution of them, which shows the configuration in which each
+    location is reached; `given`: the memory before the run.
     """
 
     def __init__(
@@ -255,7 +255,7 @@ class RapidTranslator:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
         self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names of data: of one routine, of all
-        self.arrays = dict[Datum, list[int]]()  # their sizes, as far as indexes that are constants tell
+        self.arrays = dict[Datum, list[int]]()  # sizes of arrays, as far as constant indexes show them
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
         self.changing = set[tuple[str, int]]()  # parameters that a program changes, or passes to one that does
         self.temporary = 0
@@ -342,7 +342,9 @@ class RapidTranslator:
         return f'"{value}"'
 
     def _joints_at(self, T: Transform) -> tuple[float, ...]:
-        """Return the joints at which the run has reached a place; for other places those of a MOVE from its start."""
+        """Return the joints at which the run has reached a location; for other locations the joints of a MOVE from the
+        run's start.
+        """
         for move in self.run.moves:
             if distance(move.T_world_tool, T) < SAME:
                 return move.joints
@@ -537,7 +539,7 @@ class RapidTranslator:
         self.say(*self._fill(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
 
     def _motion(self, place: int, it: ast.Instruction) -> None:
-        """Write a motion and its destination, with a rounded corner unless the arm has to stand after it."""
+        """Write a motion and its destination, with a rounded corner unless the arm has to come to rest at its end."""
         first, tool = next(iter(it.arguments), None), "held\\WObj:=world"
         joints = it.word in ("READY", "DRIVE") or (first is not None and kind_of(first, self._kind) is Kind.PRECISION)
         form = FORMS.get(("joints" if joints else "to", it.word))
@@ -555,7 +557,7 @@ class RapidTranslator:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
     def _stands(self, place: int) -> bool:
-        """Return whether the next step waits until the arm stands; False if a block decides it."""
+        """Return whether the next step waits until the arm is at rest; False if that depends on a block."""
         following = [step.statement for step in self.analysis.program.steps[place + 1 :]]
         words = [one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following]
         return next((word for word in words if word in DECIDING), "BREAK") in BREAKS
@@ -600,7 +602,9 @@ class RapidTranslator:
         self.say(f"TPWrite {shown};")
 
     def _call_text(self, called: ast.Expression | None) -> str:
-        """Return the call of a program of the file; write first what it needs. Raises NoCounterpart."""
+        """Return the call of a program of the file, after writing the statements that prepare its arguments. Raises
+        NoCounterpart.
+        """
         callee = next((one.program for one in self.programs if one.program.key == getattr(called, "key", None)), None)
         if not isinstance(called, ast.ProgramCall) or callee is None:
             raise NoCounterpart("CALL of a program that is not in the file")
@@ -652,8 +656,8 @@ class RapidTranslator:
         return self._known_kind(self.analysis, variable) or Kind.REAL
 
     def _known_kind(self, analysis: Analysis, variable: ast.Variable) -> Kind | None:
-        """Return the kind of a variable as its program decides it; for a shared one also as other programs or the file
-        do.
+        """Return the kind of a variable as its program decides it; for a shared variable also as other programs or the
+        file decide it.
         """
         key, program = variable.key, analysis.program
         own = {*(one.key for one in program.parameters), *(one.key for one in analysis.own)}
@@ -740,9 +744,8 @@ class RapidTranslator:
     # --- names ---
 
     def _learn_from_calls(self) -> None:
-        """Find the parameters that programs change, and the kinds that only arguments decide, until nothing is new.
-
-        A parameter also changes if a program changes a shared variable that it was given.
+        """Find the parameters that programs change, and the kinds that only arguments decide, until no more are found.
+        A parameter also changes if a program changes a shared variable that was passed for it.
         """
         programs, known = {one.program.key: one.program for one in self.programs}, -1
         writes: dict[str, set[str]] = {key: set() for key in programs}  # the shared variables that a program changes

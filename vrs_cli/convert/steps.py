@@ -1,6 +1,5 @@
-"""Read the executed steps of a run from its timeline as one neutral list, which `writers` put into other languages.
-
-The steps are motions, waits, and dated events. Units are metres, radians and seconds.
+"""Read the executed steps of a run from its timeline as a list that is independent of a language; `writers` write it in
+other languages. The steps are motions, waits, and events with their times. Units are metres, radians and seconds.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, Mo
 SAME_TIME = 1e-6  # [s]
 SAME_PLACE = 1e-7  # [rad, m] of joints
 MIN_BLEND = 1e-4  # [m]: a smaller one is written as a stop
-SAMPLES = 9  # of the speeds in a segment
+SAMPLES = 9  # number of samples of the speeds in a segment
 
 
 class RunStep(Struct, frozen=True, kw_only=True):
-    """A step that happened at `time` [s]. `late`: how long it was after the begin of the next motion (positive), or
-    before the end of the last one (negative) [s].
+    """A step that happened at `time` [s]. `late` [s]: time from the begin of the next motion to the step (positive), or
+    from the end of the last motion back to the step (negative).
     """
 
     time: float
@@ -40,11 +39,11 @@ class RunStep(Struct, frozen=True, kw_only=True):
 class MoveStep(RunStep, frozen=True):
     """A motion: joint-interpolated, or a straight line of the tool tip.
 
-    It ends at `joints`, with the tool at `T_world_tool` in BASE; if it was cut short, at the place of the cut. `end`:
-    when it ends or is cut [s]. `rounded`: the next motion begins as it slows down. `blend`: how near the tip comes to
-    the end before that [m]; 0 for a stop. `motion`: the command. Maxima on the way: `joint_rate`, a fraction of what
-    the joints can; `axis_speed` and `axis_acceleration` of the joint that goes farthest; `tip_speed`,
-    `tip_acceleration` and `turn_speed` of the tool.
+    It ends at `joints`, with the tool at `T_world_tool` in BASE; if it was cut short, at the point of the cut. `end`:
+    when the motion ends or is cut [s]. `rounded`: the next motion begins while this one slows down. `blend`: the
+    distance of the tip from the end at that time [m]; 0 for a stop. `motion`: the command. Maxima during the motion:
+    `joint_rate`, a fraction of the joints' maximum; `axis_speed` and `axis_acceleration` of the joint with the longest
+    travel; `tip_speed`, `tip_acceleration` and `turn_speed` of the tool.
     """
 
     straight: bool
@@ -85,7 +84,7 @@ class HandStep(RunStep, frozen=True):
 
 
 class InputStep(RunStep, frozen=True):
-    """A program has read an input that was `on` or off. `waited`: how long it had waited for that [s]."""
+    """A program has read an input that was `on` or off. `waited`: how long the program had waited for the input [s]."""
 
     number: int
     on: bool
@@ -127,11 +126,11 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
 
 
 class StepBuilder:
-    """Makes the steps of a timeline. `motions`: its segments by motion."""
+    """Makes the steps of a timeline. `motions`: the segments of the timeline by motion."""
 
     def __init__(self, arm: RobotArm, timeline: Timeline, motions: Sequence[Sequence[Segment]], frames: Frames) -> None:
         self.arm, self.timeline, self.motions, self.frames = arm, timeline, motions, frames
-        self.opening = 0.0  # of the hand
+        self.opening = 0.0  # the opening of the hand
         self.clock = timeline.start  # the time up to which steps are made [s]
         self.events = [e for e in timeline.events if e.observed is (e.channel >= FIRST_INPUT)]
 
@@ -158,8 +157,8 @@ class StepBuilder:
         yield from self._wait(self.timeline.last)
 
     def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
-        """Return whether an event is written before a motion: an output in the first half of a motion is. If the robot
-        only stands, the order of the commands decides.
+        """Return whether an event is written before a motion: true for an output in the first half of the motion. If
+        the robot is at rest, the order of the commands decides.
         """
         if abs(event.time - first.start) <= SAME_TIME:
             return move is not None or event.number <= first.motion.number
@@ -168,7 +167,7 @@ class StepBuilder:
         return event.time - move.time < move.end - event.time
 
     def _event(self, event: Event, move: MoveStep | None) -> Iterator[RunStep]:
-        """Yield the step of an event, after a wait for the time that the robot stood before."""
+        """Yield the step of an event, after a wait for the time that the robot was at rest before it."""
         if move is not None and event.time > move.time + SAME_TIME:
             yield from self._wait(move.time)
             yield self._step_of(event, late=event.time - move.time)
@@ -196,7 +195,7 @@ class StepBuilder:
             self.clock = until
 
     def _moves(self) -> list[MoveStep | None]:
-        """Return the motions as moves; None for those in which the robot only stood."""
+        """Return the motions as moves; None for motions in which the robot was at rest."""
         found = list[MoveStep | None]()
         for index, segments in enumerate(self.motions):
             following = self.motions[index + 1] if index + 1 < len(self.motions) else None
@@ -230,7 +229,7 @@ class StepBuilder:
         )
 
     def _goal(self, motion: Motion, last: Segment, reached: Joints) -> Joints:
-        """Return the joints at the end of a motion that nothing cuts short, or those `reached` if it has no goal."""
+        """Return the goal joints of a motion that is not cut short, or the joints `reached` if it has no goal."""
         if motion.kind is MotionKind.JOINT and motion.goal is not None:
             return motion.goal
         if motion.pose is None or isinstance(last.path, JointPath):
@@ -248,7 +247,7 @@ class StepBuilder:
         most = [0.0] * 6
         steady = [
             segment for segment in segments if segment.phase is not Phase.BLEND
-        ]  # without the speed of the motion before
+        ]  # without the speed of the previous motion
         for segment in steady or segments:
             h, before = segment.duration / (SAMPLES - 1), None
             for k in range(SAMPLES if h > 0.0 else 0):
@@ -272,7 +271,9 @@ class StepBuilder:
 
 
 def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
-    """Yield the steps with repeated readings of an input as one: the last one, with all the waits between them."""
+    """Yield the steps, with repeated readings of an input replaced by the last reading and all the waits
+    between them.
+    """
     held: list[RunStep] = []  # a reading, and the waits after it
     for step in steps:
         first = held[0] if held else None
@@ -290,7 +291,7 @@ def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
 
 
 def _without_overlaps(moves: Sequence[MoveStep | None]) -> list[MoveStep | None]:
-    """Return the moves with blends of at most half the way to the neighbouring corners, as controllers want them."""
+    """Return the moves with blends of at most half the distance to the neighbouring corners, as controllers require."""
     found, places = list(moves), [None if move is None else tip(move.T_world_tool) for move in moves]
     for k, move in enumerate(moves):
         here = places[k]

@@ -58,12 +58,14 @@ from vrs_cli.values.commands import (
     Target,
 )
 
-SLOW = 0.2  # part of the maximum joint velocity, for the way to the start of the run
+SLOW = 0.2  # fraction of the maximum joint velocity for the motion to the start of the run
 UNNAMED = re.compile(r"\W+", re.ASCII)
 
 
 class Written(Struct, frozen=True):
-    """A program in another language. `notes`: what the language cannot express, and what a reader must know."""
+    """A program in another language. `notes`: constructs that the language cannot express, and facts that a reader must
+    know.
+    """
 
     text: str
     notes: tuple[str, ...]
@@ -89,15 +91,15 @@ class StepWriter:
     a joint that turns, P one that slides); empty: all. `signal_count`: the number of outputs and inputs; None: as
     VAL-II.
 
-    `words`: the lines of the language by their meaning. Those for signals have one of `states` as {0}, NOT for an input
-    that is off as {1}, and then the `address`.
+    `words`: the lines of the language by their meaning. The lines for signals have one of `states` as {0}, NOT for an
+    input that is off as {1}, and then the `address`.
     """
 
     title: ClassVar[str]
-    remark: ClassVar[str]  # begins a comment
+    remark: ClassVar[str]  # the sign that begins a comment
     words: ClassVar[Mapping[str, str]] = {}
     states: ClassVar[tuple[str, str]] = ("False", "True")
-    hints: ClassVar[tuple[str, ...]] = ()  # that a reader must know
+    hints: ClassVar[tuple[str, ...]] = ()  # facts that a reader must know
     indent: ClassVar[str] = "  "
     axes: ClassVar[tuple[str, ...]] = ()
     max_name_chars: ClassVar[int] = 32
@@ -277,7 +279,7 @@ class URScriptWriter(StepWriter):
     """Writes URScript: metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
 
     title, remark, axes = "URScript", "#", ("RRRRRR",)
-    BANK = 8  # standard inputs and outputs, and as many configurable ones
+    BANK = 8  # number of standard inputs or outputs, and of configurable ones
     signal_count = 2 * BANK
     hints = (
         "URScript: signals 1 to 8 are the standard outputs 0 to 7, 9 to 16 the configurable ones, inputs likewise",
@@ -331,7 +333,7 @@ class KRLWriter(StepWriter):
 
     title, remark, indent, axes, max_name_chars = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
     NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
-    HAND = 1000  # the output of the hand
+    HAND = 1000  # the number of the hand's output
     hints = (f"KRL: signal n is $OUT[n], input 1000+n is $IN[n], the hand is $OUT[{HAND}] (see the first lines)",)
     states = ("FALSE", "TRUE")
     words: ClassVar[Mapping[str, str]] = {
@@ -407,7 +409,9 @@ def zyx(T: Transform) -> tuple[float, float, float]:
 
 
 class RapidWriter(StepWriter):
-    """Writes RAPID: millimetres, degrees and quaternions (w, x, y, z); data stand before the procedure, each once."""
+    """Writes RAPID: millimetres, degrees and quaternions (w, x, y, z); data are declared before the procedure, each
+    once.
+    """
 
     title, remark, axes, indent = "RAPID", "!", ("RRRRRR", "RRRRRRR", "RRPR"), "    "
 
@@ -446,7 +450,7 @@ class RapidWriter(StepWriter):
         )
 
     def _datum(self, kind: str, value: str) -> str:
-        """Return the name of a value of a type, which the head of the module declares."""
+        """Return the name of a value of a type, and declare it at the head of the module."""
         same = sum(known == kind for known, _ in self.data)
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
 
@@ -459,7 +463,7 @@ SHORT = {
     "jointtarget": "j",
     "robtarget": "p",
 }
-ORDER = tuple(SHORT)  # in which the data are declared
+ORDER = tuple(SHORT)  # the order in which data are declared
 PERSISTENT = ("tooldata", "wobjdata")
 NO_AXIS = "9E9"
 
@@ -488,7 +492,7 @@ def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
     """Return cf1, cf4, cf6, cfx: the quarter turns of axes 1, 4 and 6, and the number of the configuration.
 
     cfx is a sum: 4 for a wrist behind axis 1 (RIGHTY), 2 for one behind the lower arm, 1 for a negative axis 5. ABOVE
-    looks from the side to which the arm reaches, so that the second depends on the first.
+    is defined from the side to which the arm reaches, so the second term depends on the first.
     """
     quarters = [floor(q / 90.0 + 1e-9) for q in map(degrees, joints)]
     cf1, cf4, cf6 = (quarters[k] if k < len(quarters) and not arm.model.units.slides(k + 1) else 0 for k in (0, 3, 5))
@@ -524,9 +528,9 @@ def wobjdata(T: Transform) -> str:
 
 
 class PythonWriter(StepWriter):
-    """Writes a Python program for the robot of `vrs_cli`. Python has no continuous path, but times: a motion that
-    rounds a corner begins when the motion before it slows down. `engine` carries out what is written, and gives the
-    times.
+    """Writes a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but times: a
+    motion that rounds a corner begins when the previous motion slows down. `engine` executes the written program, and
+    gives the times.
     """
 
     title, remark, indent, says_times = "Python", "#", "", True
@@ -534,15 +538,15 @@ class PythonWriter(StepWriter):
     def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
         super().__init__(run, name, source)
         self.engine = Engine(self.arm.model, start=run.start)
-        self.later = 0.0  # how much later than in the run the next motion is [s]
+        self.later = 0.0  # delay of the next motion compared with the run [s]
         self.inputs = list(run.inputs)
-        self.taken = 0.0  # the time of the hand in the next wait [s]
+        self.taken = 0.0  # part of the next wait that the hand takes [s]
         self.told |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
             "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",
         }
-        self.signals = list[str]()  # when inputs change, as the robot is told
+        self.signals = list[str]()  # the changes of inputs, as arguments for the robot
         for request in (SetTool(run.frames.tool), SetBase(run.frames.base)):
             self.engine.perform(request)
 
@@ -588,7 +592,7 @@ class PythonWriter(StepWriter):
         self.say(f"robot.{'moves' if step.straight else 'move'}({', '.join([*target, *how])})")
 
     def _stamp(self, step: MoveStep) -> float | None:
-        """Return when a motion begins that cuts the motion before it; None for other motions."""
+        """Return when a motion that cuts the previous motion begins; None for other motions."""
         before, slowing = self.before, slowing_segments(self.engine.timeline)
         if before is None or not (before.rounded or before.cut):
             return None
@@ -613,7 +617,7 @@ class PythonWriter(StepWriter):
             self.engine.perform(request)
 
     def wait(self, step: WaitStep) -> None:
-        """Write the rest of a wait, without the time of the hand and the time since the end of a cut motion."""
+        """Write a wait, less the time of the hand and the time since the end of a cut motion."""
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:
@@ -633,8 +637,8 @@ class PythonWriter(StepWriter):
         self.do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
 
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
-        """Write a change of the hand. OPENI waits for the fingers, OPEN goes with the next motion, and AT a time
-        nothing waits.
+        """Write a change of the hand. OPENI waits for the fingers, OPEN acts during the next motion, and a change AT a
+        time does not wait.
         """
         word, width, time = "OPEN" if step.opens else "CLOSE", self.arm.model.hand_width, self._time(step, following)
         how_far = f" {number(1000.0 * width * step.opening, 6)}" if width else ""
@@ -649,7 +653,9 @@ class PythonWriter(StepWriter):
             self.do(f"{word}I{how_far} AT {number(self._begins(following) + step.late, 9)}")
 
     def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
-        """Return the time of an event, as far from its motion as in the run; None for now, if the robot stands."""
+        """Return the time of an event, with the same distance from its motion as in the run; None (now) if the robot is
+        at rest.
+        """
         if step.late or (following is not None and self._stamp(following) is not None):
             return max(self._begins(following) + step.late, 0.0)
         if self.engine.now < self.engine.end:

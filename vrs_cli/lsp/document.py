@@ -1,7 +1,6 @@
-"""Read a program file for an editor: where names stand, what may come next, what a word means, and the colour of each
-piece of text. It takes text and returns values.
-
-Lines and columns count from 1, as everywhere in the language (`Span`); the server turns them into those of the editor.
+"""Analyse a program file for an editor: find the positions of names, suggest completions, explain words, and colour
+pieces of text. The functions take text and return values. Lines and columns count from 1, as everywhere in the language
+(`Span`); the server converts them to those of the editor.
 """
 
 from __future__ import annotations
@@ -49,14 +48,16 @@ class SymbolKind(Enum):
 
 
 class Occurrence(Struct, frozen=True):
-    """A place where a name stands. `key` is the same for the same thing. Lines count within the part."""
+    """An occurrence of a name. All names of one variable, program or label have the same `key`. Lines count within the
+    part.
+    """
 
     kind: SymbolKind
     key: str
     span: Span
 
     def is_same(self, other: Occurrence) -> bool:
-        """Return whether both name the same thing."""
+        """Return whether both occurrences name the same variable, program or label."""
         return (self.kind, self.key) == (other.kind, other.key)
 
 
@@ -70,7 +71,7 @@ def occurrences(part: Part) -> tuple[Occurrence, ...]:
 
 
 def locals_of(part: Part) -> frozenset[str]:
-    """Return the keys of the variables that belong to a program alone."""
+    """Return the keys of the private variables of a program."""
     node = part.node
     if not isinstance(node, Program):
         return frozenset()
@@ -111,19 +112,19 @@ def _variable(part: Part, variable: ast.Variable) -> Occurrence:
 
 
 def _as_written(part: Part, name: str, span: Span) -> Span:
-    """Return the place of a name alone, without the parentheses or indexes in the span of its tree."""
+    """Return the span of a name without the parentheses or indexes in the span of its tree."""
     at = part.lines[span.line - 1].lower().find(name.lower(), span.column - 1)
     begin = at + 1 if at >= 0 else span.column
     return Span(span.line, begin, begin + len(name))
 
 
 def heading_span(node: Program | Section) -> Span:
-    """Return the place of the name in a heading."""
+    """Return the span of the name in a heading."""
     return Span(node.span.line, node.span.column, node.span.column + len(node.name))
 
 
 def label_span(part: Part, step: ast.Step) -> Span:
-    """Return the place of the label before a statement."""
+    """Return the span of the label before a statement."""
     line, begin = step.span.line, step.span.column
     digits = _DIGITS.match(part.lines[line - 1], begin - 1)
     return Span(line, begin, digits.end() + 1 if digits is not None else begin)
@@ -215,7 +216,7 @@ _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".DOUBLES": 
 
 
 class Symbol(Struct, frozen=True):
-    """A program, section, label or variable. `span`: the place of its name; `last`: its last line."""
+    """A program, section, label or variable. `span`: the span of its name; `last`: its last line."""
 
     name: str
     kind: SymbolKind
@@ -226,7 +227,7 @@ class Symbol(Struct, frozen=True):
 
 
 class Mend(NamedTuple):
-    """A correction of a finding: `text` in place of a span. `sure`: it is the only possible meaning."""
+    """A correction of a finding: `text` replaces a span. `sure`: no other correction is possible."""
 
     finding: Diagnostic
     span: Span
@@ -235,8 +236,8 @@ class Mend(NamedTuple):
 
 
 class Document:
-    """A text, read once. `model`: the robot whose reach is checked; `inspector`: the one that has read the version
-    before; `name`: of the file, for steps without a heading.
+    """A text that is parsed once. `model`: the robot whose reach is checked; `inspector`: the inspector of the previous
+    version; `name`: the name of the file, for steps without a heading.
     """
 
     def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None, name: str = "") -> None:
@@ -270,7 +271,7 @@ class Document:
 
     @property
     def mends(self) -> tuple[Mend, ...]:
-        """Return all possible corrections: the sure ones, and each name that may have been meant."""
+        """Return all possible corrections: the sure ones, and the names that are similar to unknown names."""
         return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
 
     def _mend(self, finding: Diagnostic) -> Mend | None:
@@ -321,7 +322,7 @@ class Document:
     # --- names and where they stand ---
 
     def occurrence(self, line: int, column: int) -> Occurrence | None:
-        """Return the name at or right before a place, with its span in the file."""
+        """Return the name at or right before a position, with its span in the file."""
         placed = self._at(line)
         if placed is None:
             return None
@@ -332,8 +333,8 @@ class Document:
         return None
 
     def references(self, line: int, column: int) -> tuple[Span, ...]:
-        """Return all places of the name at a place: of a label or a local variable in its program, otherwise in the
-        whole file.
+        """Return the spans of all occurrences of the name at a position: of a label or a local variable in its program,
+        otherwise in the whole file.
         """
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
@@ -346,7 +347,7 @@ class Document:
         )
 
     def is_local(self, asked: Occurrence, line: int) -> bool:
-        """Return whether a name in a line is a label, or a variable that belongs to its program alone."""
+        """Return whether a name in a line is a label or a private variable of its program."""
         here = self._at(line)
         return asked.kind is SymbolKind.LABEL or (here is not None and self._own(asked, here))
 
@@ -354,7 +355,7 @@ class Document:
         return asked.kind is SymbolKind.VARIABLE and asked.key in locals_of(placed.part)
 
     def places(self, asked: Occurrence) -> tuple[Span, ...]:
-        """Return the places of a global name in this file."""
+        """Return the spans of a global name in this file."""
         parts = (placed for placed in self._parts if not self._own(asked, placed))
         return tuple(
             placed.span(one.span) for placed in parts for one in occurrences(placed.part) if one.is_same(asked)
@@ -378,7 +379,7 @@ class Document:
         self._check_renamed(asked, wanted, self.places(asked), new)
 
     def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
-        """Return the new name as it is written, and its places. Raises UsageError, InvalidName."""
+        """Return the new name as it will be written, and the spans to replace. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
@@ -423,7 +424,7 @@ class Document:
     def completions(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> list[Suggestion]:
-        """Return suggestions for a place. `project`: the other files of the name space; `near`: all files whose
+        """Return suggestions for a position. `project`: the other files of the name space; `near`: all files whose
         programs may be called.
         """
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
@@ -483,7 +484,7 @@ class Document:
                 row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
                 located = (
                     row is not None and Shape.LOCATION_VARIABLE in row.operand_shapes
-                )  # by SET, HERE and their like
+                )  # by instructions such as SET and HERE
                 for variable in definitions(statement):
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield placed, variable, kind, program.name
@@ -493,7 +494,7 @@ class Document:
     def hover(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> tuple[str, Span] | None:
-        """Return help on a word of the language, or the meaning of a name, as Markdown, with the place of the word.
+        """Return help on a word of the language, or the meaning of a name, as Markdown, with the span of the word.
         `project`, `near`: as in `completions`.
         """
         text, span = self._word(line, column) or ("", None)
@@ -531,7 +532,7 @@ class Document:
         return variable or next(headings, None)
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
-        """Return the word at or right before a place, outside texts and comments."""
+        """Return the word at or right before a position, outside texts and comments."""
         if not 1 <= line <= len(self.lines):
             return None
         for found in _WORD.finditer(blank_out(self.lines[line - 1])):
@@ -561,7 +562,7 @@ class Document:
         return f"```val2\n{shown}\n```\n`{word}` is given a value in {self.name}"
 
     def _variable(self, name: str, line: int) -> Span | None:
-        """Return the place of a variable: a parameter of the program, an entry of a section, or the first
+        """Return the span that defines a variable: a parameter of the program, an entry of a section, or the first
         assignment.
         """
         here, program, key = self._at(line), self._program_at(line), key_of(name)
@@ -599,7 +600,7 @@ def _folds(part: Part) -> Iterator[tuple[int, int]]:
         steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
-            # CASE and its first VALUE are no branch: the block folds as a whole
+            # the lines from CASE to its first VALUE are not a branch: the block folds as a whole
             whole = ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
             lines = ((steps[a].span.line, steps[b].span.line) for a, b in (*whole, *pairwise(marks)))
             yield from ((first, after - 1) for first, after in lines if after - first > 1)

@@ -1,7 +1,7 @@
 """Serve the Language Server Protocol 3.17 with the answers of `document.Document`.
 
-The server decides nothing about VAL-II. Lines and columns count from 1 in a `Span` and from 0 in the protocol, where a
-character has as many units as the editor and pygls have agreed on.
+The server itself has no knowledge of VAL-II. Lines and columns count from 1 in a `Span` and from 0 in the protocol,
+where a character has as many units as the editor and pygls have agreed on.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from vrs_cli.lsp.workspace import FileSpan, Workspace
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.version import __version__
 
-MAX_FILES = 2000  # of a workspace that are looked at
+MAX_FILES = 2000  # maximum number of files of a workspace that are read
 PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once
 
 _SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
@@ -58,7 +58,7 @@ class InvalidRequest(JsonRpcInvalidParams):
 
 
 class Question(Protocol):
-    """The parameters of a request about a place."""
+    """The parameters of a request about a position in a text."""
 
     text_document: lsp.TextDocumentIdentifier
     position: lsp.Position
@@ -114,7 +114,7 @@ class Val2Server(LanguageServer):
         super().__init__("vrs", __version__, protocol_cls=AnsweringProtocol)
         self.files = Workspace(model)
         self._on_disk: dict[str, str] = {}
-        self._stamps: dict[str, tuple[object, str]] = {}  # of files that were read, with their texts
+        self._stamps: dict[str, tuple[object, str]] = {}  # stamps and texts of the files that were read
         self._waiting: dict[str, asyncio.TimerHandle] = {}
         logging.getLogger(json_rpc.__name__).addFilter(  # what is refused has been answered, and is no fault of ours
             lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
@@ -134,7 +134,7 @@ class Val2Server(LanguageServer):
         return self.files.document(uri)
 
     def take(self) -> None:
-        """Use the present versions of all texts."""
+        """Update the workspace to the present versions of all texts."""
         self.files.take(self._texts())
 
     def _texts(self) -> dict[str, str]:
@@ -171,7 +171,7 @@ class Val2Server(LanguageServer):
     # --- places ---
 
     def locate(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
-        """Return the text that a request is about, with the line and column of its place, from 1."""
+        """Return the text that a request is about, with the line and column of its position, from 1."""
         uri = params.text_document.uri
         document = self.document(uri)
         found = self.workspace.position_codec.position_from_client_units([*document.lines, ""], params.position)
@@ -194,7 +194,7 @@ class Val2Server(LanguageServer):
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
 
     def check(self, uri: str) -> None:
-        """Send the editor all mistakes in a text that is open."""
+        """Send the editor all mistakes in an open text."""
         if uri not in self.open_texts:
             return
         self.document(uri)
@@ -213,7 +213,7 @@ class Val2Server(LanguageServer):
         return lsp.Diagnostic(place, one.message, severity, code=one.code, source="vrs")
 
     def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
-        """Replace what the editor shows for a text."""
+        """Replace the diagnostics that the editor shows for a text."""
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def forget(self, uri: str) -> None:
@@ -229,7 +229,7 @@ class Val2Server(LanguageServer):
         self.publish(uri, [])
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Answer a message that is no JSON; let the editor show other errors."""
+        """Answer a message that is not JSON; let the editor show other errors."""
         if isinstance(error, ValueError):
             protocol = cast(AnsweringProtocol, self.protocol)
             protocol.refuse(None, JsonRpcParseError(str(error)).to_response_error())
@@ -237,7 +237,7 @@ class Val2Server(LanguageServer):
             super().report_server_error(error, source)
 
     def location(self, place: FileSpan) -> lsp.Location:
-        """Return a place in the editor's units."""
+        """Return a span in the editor's units."""
         return lsp.Location(place.uri, self.range(place.uri, place.span))
 
     # --- symbols ---
@@ -344,7 +344,7 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    """Rename what stands at a place. Raises InvalidRequest for a name that cannot be used."""
+    """Rename the name at a position. Raises InvalidRequest for a name that cannot be used."""
     server.look()
     uri, _, place = server.locate(params)
     try:
@@ -388,7 +388,7 @@ def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.C
 
 
 def _is_wanted(kind: lsp.CodeActionKind, wanted: Sequence[lsp.CodeActionKind | str] | None) -> bool:
-    """Return whether the editor wants actions of a kind. It may ask for kinds above it: source for source.fixAll."""
+    """Return whether the editor asks for actions of a kind, or of a more general kind: source for source.fixAll."""
     asked = [one.value if isinstance(one, lsp.CodeActionKind) else one for one in wanted or ()]
     return wanted is None or any(kind.value == one or kind.value.startswith(f"{one}.") for one in asked)
 

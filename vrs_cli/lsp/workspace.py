@@ -1,7 +1,6 @@
-"""Find which program files of a workspace belong together, and where a name stands in all of them.
-
-Files are one name space if one names the other in a comment (`; with: lib.v2`), or calls a program that it does not
-have and exactly one other file of its folder has. The texts are given by their addresses.
+"""Find which program files of a workspace belong together, and all occurrences of a name in them. Files are one name
+space if one names the other in a comment (`; with: lib.v2`), or calls a program that it does not have and exactly one
+other file of its folder has. Each text has an address (URI).
 """
 
 from __future__ import annotations
@@ -21,21 +20,21 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.lsp.document import Document, Symbol, SymbolKind
 from vrs_cli.values.diagnostics import Diagnostic, Span
 
-MAX_SYMBOLS = 500  # that are found for a query
+MAX_SYMBOLS = 500  # maximum number of symbols found for a query
 _CALLS = re.compile(r"(?i)\b(?:CALLP?|GOSUB|PRIME|(?:PC)?EXECUTE|REACT[IE]?)[ \t]([^;\n]*)")
 _NAME = re.compile(r"[A-Za-z][\w.]*")
 
 
 class FileSpan(NamedTuple):
-    """A span in the text of an address."""
+    """A span in the text with an address."""
 
     uri: str
     span: Span
 
 
 class _Outline(NamedTuple):
-    """The links of a text to others, found without parsing it: the keys of its programs, of those that it may call, and
-    the names of files in its comments.
+    """The links of a text to other texts, found without parsing: the keys of its programs, of those that it may call,
+    and the names of files in its comments.
     """
 
     programs: frozenset[str]
@@ -56,7 +55,7 @@ def _outline(text: str, name: str) -> _Outline:
 
 
 class Workspace:
-    """The present texts by address; `take` replaces them. A text that has not changed keeps its tree."""
+    """The present texts by address; `take` replaces the texts. A text that has not changed is not parsed again."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -87,14 +86,14 @@ class Workspace:
         if self._links is None:
             self._links = self._find_links()
         found, waiting = {uri}, [uri]
-        for here in waiting:  # which grows
+        for here in waiting:  # the list grows
             new = self._links.get(here, set()) - found
             found |= new
             waiting += new
         return (uri, *sorted(found - {uri}))
 
     def _find_links(self) -> dict[str, set[str]]:
-        """Return for each file the files that it is linked with."""
+        """Return for each file the files that it is linked to."""
         outlines = {other: _outline(text, _stem(other)) for other, text in self._texts.items()}
         folders = {other: _folder(other) for other in outlines}
         links: dict[str, set[str]] = {other: set() for other in outlines}
@@ -161,7 +160,7 @@ class Workspace:
         return None
 
     def references(self, uri: str, line: int, column: int) -> Iterator[FileSpan]:
-        """Yield all places of a name, first those of its own file."""
+        """Yield all spans of a name, first those in its own file."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         yield from (FileSpan(uri, span) for span in document.references(line, column))
@@ -170,7 +169,9 @@ class Workspace:
                 yield from (FileSpan(other, span) for span in self.document(other).places(asked))
 
     def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
-        """Return the new name as it is written, and its places by address. Raises UsageError, InvalidName."""
+        """Return the new name as it will be written, and the spans to replace by address. Raises UsageError,
+        InvalidName.
+        """
         document = self.document(uri)
         asked = document.occurrence(line, column)
         new, spans = document.rename(line, column, name)
