@@ -6,6 +6,7 @@ Every figure is the least of repeats in this one run, of the processor; compare 
 from __future__ import annotations
 
 import random
+from bisect import bisect_right
 from collections.abc import Callable
 from functools import partial
 from itertools import count
@@ -18,7 +19,7 @@ import numpy as np
 from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
-from vrs_cli.engine import problem, single_motion
+from vrs_cli.engine import boundary, problem, single_motion
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
@@ -38,6 +39,7 @@ MANY = 100_000  # read at once, sorted
 TASKS = 40  # motions planned
 KINDS = ("from_rest", "from_motion", "from_acceleration")
 ARM = Engine(MODEL).arm
+BY_HAND = "bisect and Horner by hand"
 
 
 def main() -> None:
@@ -75,10 +77,10 @@ def reading(engine: Engine, peers: Peers) -> list[Figure]:
     many = np.sort(np.random.default_rng(2).uniform(0.0, engine.end, MANY))
     one = each(lambda t: joints_at(arm, timeline, t), times)
     joints = at_once(lambda: joints_over(arm, timeline, many), MANY)
-    scipy = peers.figures("scipy_peer", {**polynomials(timeline), "times": times, "many": many.tolist()})
+    scipy = peers.figures("scipy_peer", {**polynomials(timeline), "many": many.tolist()})
     everything = at_once(lambda: positions_at(arm, timeline, many), MANY)
     return [
-        Figure("g, one time, joints", one, "PPoly / 2", beside("g one", scipy)),
+        Figure("g, one time, joints", one, "", {BY_HAND: each(bisect_and_horner(timeline), times)}),
         Figure("g, 100,000 sorted times, joints, per time", joints, "2 x PPoly", beside("g many", scipy)),
         Figure("- velocity, acceleration, tool, hand as well", everything),
         Figure("an edit, and the next read of 1000 times", _edit_and_read(engine), "", beside("edit", scipy)),
@@ -90,6 +92,19 @@ def polynomials(timeline: Timeline) -> dict[str, Any]:
     segments = [s for s in timeline if s.duration and isinstance(s.path, JointPath)]
     rows = [[(*a, 0.0, 0.0)[:3] for a in s.path.coefficients] for s in segments]  # type: ignore[union-attr]
     return {"starts": [s.start for s in segments], "finish": segments[-1].finish, "coefficients": rows}
+
+
+def bisect_and_horner(timeline: Timeline) -> Callable[[float], Joints]:
+    """Return g as one would write it by hand for joints alone: the least that Python needs for the same."""
+    work = polynomials(timeline)
+    starts, rows = work["starts"], work["coefficients"]
+
+    def joints(t: float) -> Joints:
+        at = bisect_right(starts, t) - 1
+        s = t - starts[at]
+        return tuple([a + s * (b + s * c) for a, b, c in rows[at]])
+
+    return joints
 
 
 def _edit_and_read(engine: Engine) -> float:
@@ -162,6 +177,7 @@ def _plan(profile: Profile, q: Joints, v: Joints, goal: Joints, a: Joints = ()) 
 def forget_plans() -> None:
     """Let f plan anew what it remembers: a program seldom makes one motion twice from the same state."""
     single_motion._remembered_plan.cache_clear()
+    boundary._survey.cache_clear()
     problem._REMEMBERED_STATES.clear()
 
 

@@ -38,12 +38,12 @@ def one_pose(model: RobotModel, q: list[Joints], peers: Peers) -> list[Figure]:
     own = [arm.configuration(row) for row in q]
     twists = [arm.twist(row, row) for row in q]
     theirs = [peers.figures(name, work_of(model, q, T)) for name in ("eaik_peer", "toolbox_peer", "pinocchio_peer")]
-    inverse = beside("inverse", *theirs)
+    inverse, one = beside("inverse", *theirs), beside("inverse one", *theirs)
     return [
         Figure("forward, one pose", each(arm.forward, q, rounds=ROUNDS), "", beside("forward", *theirs)),
         Figure("inverse, 8 branches", each(arm.branches, T, rounds=ROUNDS), "2 x EAIK", inverse),
         Figure("- with limits told", each(arm.inverse_all, T, rounds=ROUNDS), "", inverse),
-        Figure("inverse, 1 branch", each(arm.branch_joints, T, own, q, rounds=ROUNDS), "1.5"),
+        Figure("inverse, 1 branch", each(arm.branch_joints, T, own, q, rounds=ROUNDS), "1.5", one),
         Figure("- inside the limits", each(arm.inverse_branch, T, own, q, rounds=ROUNDS)),
         Figure("configuration", each(arm.configuration, q, rounds=ROUNDS)),
         Figure("Jacobian", each(arm.jacobian, q, rounds=ROUNDS), "", beside("jacobian", *theirs)),

@@ -150,8 +150,10 @@ def kinematics(peers: Peers) -> Iterator[Figure]:
         yield Figure(f"{name}, joint velocity", "us", took, wanted)
     seven = load_robot(robots.SEVEN)
     work = robots.work_of(seven)
-    took, theirs = in_turn(partial(_inverse, seven), lambda: beside("inverse", peers.figures("toolbox_peer", work)))
-    yield Figure("7R by search", "us", took, 250.0, theirs)
+    took, theirs = in_turn(
+        partial(robots.search_time, seven), lambda: beside("inverse", peers.figures("toolbox_peer", work))
+    )
+    yield Figure("7R by search, a solution", "us", took, 250.0, theirs)
     panda, puma = (load_robot(name) for name in ("panda", "puma560"))
     closed = robots.line(arm_for(puma), robots.places(puma))
     took = robots.line(arm_for(panda), robots.places(panda))
@@ -170,15 +172,15 @@ def _inverse(model: Any) -> float:
     return each(arm.branches, [arm.forward(row) for row in q])
 
 
-def reading(peers: Peers) -> Iterator[Figure]:
-    """g for one time after another, drawn at random."""
+def reading(_: Peers) -> Iterator[Figure]:
+    """g for one time after another, drawn at random, beside bisect and Horner's rule written by hand."""
     for count, wanted in ((10_000, 0.0), (100_000, 1.5)):
         arm, course = timeline.tiled(count)
         times = _times(course.end)
-        work = {**engine.polynomials(course), "times": times, "many": times[:1000]}
+        by_hand = engine.bisect_and_horner(course)
         took, theirs = in_turn(
             lambda: each(lambda t: joints_at(arm, course, t), times),  # noqa: B023
-            lambda: beside("g one", peers.figures("scipy_peer", work)),  # noqa: B023
+            lambda: {engine.BY_HAND: each(by_hand, times)},  # noqa: B023
         )
         yield Figure(f"g, one time of {count:,} segments, at random", "us", took, wanted, theirs)
 

@@ -7,17 +7,16 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PPoly
 
-from benchmarks.peers.timing import at_once, each, serve
+from benchmarks.peers.timing import at_once, serve
 
 
 def measure(work: dict[str, Any]) -> dict[str, float]:
-    """`starts` (m), `finish`, `coefficients` (m, joints, powers ascending), `times` and sorted `many`."""
+    """`starts` (m), `finish`, `coefficients` (m, joints, powers ascending), and sorted times `many`."""
     coefficients = np.array(work["coefficients"]).transpose(2, 0, 1)[::-1]
     breaks = np.array([*work["starts"], work["finish"]])
     polynomials = PPoly(np.ascontiguousarray(coefficients), breaks)
     many = np.array(work["many"])
     return {
-        "g one": each(polynomials, work["times"]),
         "g many": at_once(lambda: polynomials(many), len(many)),
         "edit": at_once(lambda: _edited(polynomials), 1),
     }
