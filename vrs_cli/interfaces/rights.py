@@ -81,7 +81,7 @@ def need_of(statement: Statement) -> tuple[str, Role]:
 
 
 def _inner(statement: Statement) -> Statement:
-    """Return the statement that a DO carries out."""
+    """Return the statement inside a DO; any other statement is returned unchanged."""
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement
 
 

@@ -1,20 +1,21 @@
-"""Streams of targets, which become motions that begin in the moving state: joints or tool poses that a robot steers
-to, and a tool that is dragged. The newest target counts. The engine chases it inside all limits, and brakes if no more
-come.
+"""Streams of targets, which become motions that begin in the moving state: joints or tool poses that a robot steers to,
+and a tool that is dragged. The newest target counts. The engine follows it within all limits, and brakes if no more
+targets arrive.
 
-A target to steer to may have a time. In virtual time a stream of an hour takes a minute. In real time a target that
-comes early waits for its time on the clock, and a late one is followed from the present instant: its time still says
-how fast the targets move, but does not change the past.
+A target to steer to may have a time. In virtual time a stream of an hour takes a minute. In real time an early target
+waits for its time on the clock, and a late target is followed from the present instant: its time still determines how
+fast the targets move, but does not change the past.
 
 The user drags the tool to any pose (a wish), and the arm comes as near to it as it can. The goal (the joints that bring
 the tool there) changes from wish to wish by no more than the joints do at full speed, so the arm never jumps:
 
-- If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly there, or on the way.
-- If it is not, the goal slides downhill to the nearest pose in reach (`kinematics/numeric/search.py`).
-- If downhill leads no farther, but the pose is in reach another way round, the joints go that way.
+- If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly at that pose, or on the way to
+  it.
+- If the pose is out of reach, the goal descends to the nearest pose in reach (`kinematics/numeric/search.py`).
+- If the descent ends, but another path leads to the pose, the joints take that path.
 
-The wrist may pass through straight, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold` says which
-limit keeps the tool from the wish.
+The wrist may pass through its straight position, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold`
+tells which limit keeps the tool from the wish.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ from vrs_cli.values.hand import Hold, Limit, Shortfall
 
 
 class Tempo(NamedTuple):
-    """The `text` of a stream's motions, and the least and the most time from one target to the next [s]; a longer time
-    is a gap, after which the arm stands.
+    """The `text` of a stream's motions, and the shortest and longest time from one target to the next [s]; a longer
+    time is a gap, after which the arm stops.
     """
 
     text: str
@@ -51,7 +52,7 @@ class Tempo(NamedTuple):
     longest: float
 
     def tick(self, seconds: float) -> float:
-        """Return a time between targets within these limits [s]."""
+        """Return the given time between targets, limited to this range [s]."""
         return min(max(seconds, self.shortest), self.longest)
 
 
@@ -61,14 +62,14 @@ DRAG_TICK = 0.02  # [s] from one wish to the next, and before the first
 
 
 def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
-    """Return the velocity of joints that go from a to b in a time [rad/s, m/s]."""
+    """Return the velocity of joints that move from a to b in a time [rad/s, m/s]."""
     return tuple([(y - x) / seconds for x, y in zip(a, b, strict=True)])
 
 
 def chase(
     engine: Engine, tempo: Tempo, target: Target, lasting: float, speed: float = 1.0, issued: float | None = None
 ) -> None:
-    """Chase a moving target from now on, until the next one comes after `lasting` [s]. Raises PowerOff,
+    """Follow a moving target from now on, until the next target arrives after `lasting` [s]. Raises PowerOff,
     JointOutOfRange, CollisionAhead.
     """
     engine.steer(target, tempo.tick(lasting), speed=speed, text=tempo.text, issued=issued)
@@ -76,12 +77,12 @@ def chase(
 
 # --- targets to steer to ---------------------------------------------------------------------------------------------
 
-WAIT_DECAY = 0.95  # of the longest wait between late targets, from target to target
+WAIT_DECAY = 0.95  # factor on the longest wait between late targets, from target to target
 
 
 class TrackingError(Struct):
-    """How far the robot was from each target when the target came: the farthest joint of a kind [rad, m], or the time
-    [s].
+    """How far the robot was from each target when the target arrived: the farthest joint of a kind [rad, m], or the
+    time [s].
     """
 
     targets: int = 0
@@ -99,8 +100,8 @@ class TrackingError(Struct):
 
 
 class Following(Struct):
-    """How well the robot follows: the number of targets, of those held at the end of a joint's range, how late they
-    came [s], and the errors of the joints that turn and of those that slide.
+    """How well the robot follows: the number of targets, the number of targets that were limited to the end of a
+    joint's range, how late the targets arrived [s], and the errors of the revolute and of the prismatic joints.
     """
 
     targets: int = 0
@@ -119,19 +120,20 @@ class Following(Struct):
 
 
 class Steering:
-    """Gives targets to an engine, which follows the line through the last two of them."""
+    """Passes targets to an engine, which follows the straight line through the last two targets."""
 
     def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
         self.engine, self.speed = engine, speed
         self.following = Following()
         self._last: tuple[float, Joints] | None = None
-        self._came, self._wait = 0.0, 0.0  # when the last target came, and how long the robot may wait for the next [s]
+        # when the last target arrived, and how long the robot may wait for the next [s]
+        self._came, self._wait = 0.0, 0.0
 
     def to(self, target: Joints | Transform, t: float | None = None) -> None:
         """Go to a target at time t [s], or now. If it lies outside the range of a joint, go to the end of the range.
 
         Raises LocationOutOfRange and others for a pose that no configuration reaches; then the robot follows the
-        target before until it stands.
+        previous target until it stops.
         """
         engine = self.engine
         now = self._wait_for(t)
@@ -144,12 +146,12 @@ class Steering:
         self._wait = max(now - self._came, WAIT_DECAY * self._wait) if now > stamp else 0.0
         last, self._last, self._came = self._last, (stamp, goal), now
         since = stamp - last[0] if last is not None else 0.0
-        if last is None or not 0.0 < since <= STEERING.longest:  # how the target moves is not known
+        if last is None or not 0.0 < since <= STEERING.longest:  # the velocity of the target is unknown
             engine.redirect(goal, speed=self.speed, text=STEERING.text)
             return
         tick = STEERING.tick(since)
         moving = Target(goal, velocity_between(last[1], goal, tick))
-        # late targets come in bunches: until the next bunch the robot goes on
+        # late targets arrive in bursts: the robot moves on until the next burst
         chase(engine, STEERING, moving, max(tick, self._wait), self.speed)
 
     def _wait_for(self, t: float | None) -> float:
@@ -159,7 +161,7 @@ class Steering:
         return clock.now
 
     def finish(self) -> None:
-        """Come to rest at the last target: no more targets come."""
+        """Stop at the last target: no more targets follow."""
         self._wait_for(None)
         if self._last is not None:
             self.engine.redirect(self._last[1], speed=self.speed, text=f"{STEERING.text} ends")
@@ -169,23 +171,26 @@ class Steering:
 # --- a dragged tool: from wishes to joints ---------------------------------------------------------------------------
 
 MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad]: a tool so near to the wish is there
-STALL_GAIN = 1e-3  # of the miss: a smaller gain by one wish leads nowhere
+STALL_GAIN = 1e-3  # fraction of the remaining distance: a wish that gains less leads nowhere
 WRIST_PASS_SUM = sin(
     radians(25.0)
-)  # of what a wrist is away from straight, before and after it passes through straight
-NEAR_SINGULAR = 0.1  # of the measures of `Singularity`, from 0 to 1: below it a joint that lags is said to be near one
-MIN_AHEAD = 0.03  # of `JointPace.ahead`, next to the axis of joint 1
-RETREAT_FACTOR = 5.0  # times the way by which joints would pass over that axis, they go back from it
-COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # of the time until the joints stand, if no wish comes any more
+)  # fractions of the wrist's distance from straight, before and after it passes through straight
+# bound on the measures of `Singularity`, from 0 to 1: below it a lagging joint is reported as near one
+NEAR_SINGULAR = 0.1
+MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead`, next to the axis of joint 1
+RETREAT_FACTOR = 5.0  # factor on the motion by which joints would pass over that axis; they go back that far
+COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more wishes arrive
 FLAT_SLOPE = 1e-3  # [m] for a turn of a joint by 1 rad, that does not bring the arm nearer to that axis
-SIDE_SHARE = 0.005  # of the arm's length, by which its end keeps from passing over the axis of joint 1
+SIDE_SHARE = 0.005  # fraction of the arm's length by which its end keeps from passing over the axis of joint 1
 ELBOW_MARGIN = 1e-4  # [rad] by which an elbow keeps from stretched, so that it stays as it is
-STALLS_BEFORE_WAYS = 5  # wishes that lead nowhere, before the arm tries another of all its ways round
-STALLS_BEFORE_SEARCH = 25  # wishes that lead nowhere, before another way round is searched
-PROMISING_GAIN = 0.5  # of the miss: a search that gains less by one wish begins elsewhere at the next
-SEARCH_STARTS = 16  # places where a search begins, the nearest first
+STALLS_BEFORE_WAYS = 5  # number of wishes that lead nowhere before the arm tries another of its known paths
+STALLS_BEFORE_SEARCH = 25  # number of wishes that lead nowhere before another path is searched
+# fraction of the remaining distance: a search that gains less in one wish restarts elsewhere at the next
+PROMISING_GAIN = 0.5
+SEARCH_STARTS = 16  # number of start points of a search, the nearest last to be removed first
 LAG_S = 0.1  # [s] at full speed by which a joint lags its goal at most, if it is not late
-STOPPING_FACTOR = 1.5  # times the time in which a joint comes to full speed, the goal may be ahead at full speed
+# factor on the time in which a joint reaches full speed: how far the goal may be ahead at full speed
+STOPPING_FACTOR = 1.5
 REST_TOLERANCE = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
 
 
@@ -194,8 +199,8 @@ class Range(NamedTuple):
     upper: Joints
 
     def around(self, q: Joints, below: Joints, above: Joints) -> Range:
-        """Return the part of the range so far below and above q; if q is outside, around the nearest place in the
-        range.
+        """Return the part of the range within `below` and `above` of q; if q is outside the range, around the position
+        in the range that is nearest to q.
         """
         q = self.put(q)
         lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
@@ -209,8 +214,8 @@ class Range(NamedTuple):
 
 
 class JointPace(NamedTuple):
-    """For each joint [rad, m]: how far `ahead` of it the goal may be, so that it can stop there, and by how much it may
-    `lag` the goal without being late.
+    """The limits for each joint [rad, m]: how far `ahead` of the joint the goal may be, so that the joint can stop
+    there, and by how much the joint may `lag` the goal without being late.
     """
 
     ahead: Joints
@@ -218,31 +223,31 @@ class JointPace(NamedTuple):
 
     @classmethod
     def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
-        """Return the pace of joints with these limits."""
+        """Return the limits for joints with this velocity and acceleration."""
         rows = list(zip(velocity, acceleration, strict=True))
         return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
 
 
 class Search:
-    """Searches all over the ranges for joints that bring the tool to a wish another way round, for an arm without a
-    closed form. It searches a little with each wish: a robot has no time to search for long.
+    """Searches the whole ranges for joints that bring the tool to a wish by another path, for an arm without a closed
+    form. It searches a little with each wish, because a robot has no time for a long search.
     """
 
     def __init__(self, model: RobotModel, within: Range) -> None:
         self._range, self._speeds = within, model.max_velocity
         self._anywhere = some_joints(model)
-        self._starts: list[Joints] = []  # the nearest last
+        self._starts: list[Joints] = []  # the nearest is last
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Go downhill from where the search is; if that leads nowhere, begin at another place the next time."""
+        """Continue the descent of the search; if it leads nowhere, start at another point the next time."""
         nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
         there = aim.miss(nearest.joints).within(*MISS_TOLERANCE)
         self._at = nearest.joints if nearest.gain > PROMISING_GAIN and not there else None
         return nearest.joints if there else None
 
     def _start(self, now: Joints) -> Joints:
-        """Return those of some random joints that the arm reaches first."""
+        """Return the one of some random joint vectors that the arm reaches first."""
         if not self._starts:
             some = islice(self._anywhere, SEARCH_STARTS)
             self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -250,8 +255,8 @@ class Search:
 
 
 class Pursuit:
-    """Follows wishes with joints, without a clock: `goal` are the last joints [rad, m], `steady` tells whether they
-    bring the tool to the wish. `range`: the joints at which the arm keeps its configuration.
+    """Follows wishes for the tool with joints, without a clock: `goal` holds the last joints [rad, m], `steady` tells
+    whether they bring the tool to the wish. `range`: the joints at which the arm keeps its configuration.
     """
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
@@ -261,14 +266,15 @@ class Pursuit:
         self.goal = self.range.put(q)
         self._side = _side_of(arm, q, self.kept)
         self.steady = True
-        self._closed = arm.hand is not None  # there is a closed form
-        self.roundabout = False  # going there another way than downhill
-        self._elsewhere: Joints | None = None  # joints that bring the tool there, found by a search
+        self._closed = arm.hand is not None  # whether there is a closed form
+        self.roundabout = False  # whether the joints go to the wish by another path than the descent
+        self._elsewhere: Joints | None = None  # joints that bring the tool to the wish, found by a search
         self._search = Search(arm.model, self.range)
         self._finds_all = not self._closed and len(arm.ways) > 1
         if self._finds_all:
-            arm.inverse_branch(arm.forward(q), self.kept, q)  # now: the first of all takes the time of many wishes
-        self._stalled = 0  # wishes that led nowhere
+            # called now because the first call takes the time of many wishes
+            arm.inverse_branch(arm.forward(q), self.kept, q)
+        self._stalled = 0  # number of wishes that led nowhere
 
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
@@ -287,7 +293,8 @@ class Pursuit:
         self.roundabout = there is not None and (self.roundabout or stalled)
         self.goal, self.steady = nearest.joints, False
         if self.roundabout and there is not None:
-            self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))  # over that axis too
+            # may also pass over that axis
+            self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))
             return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
         miss = aim.miss(self.goal)
         if miss.within(*MISS_TOLERANCE):
@@ -299,9 +306,9 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """Return how far the goal may be below and above the joints. Towards the axis of joint 1 no farther than to
-        that axis, all joints together, so that they stop before it from any speed; but a little, so that they can go
-        along it. Where they would pass over it: back.
+        """Return how far the goal may be below and above the joints. Towards the axis of joint 1 this is no farther
+        than that axis, in proportion for all joints, so that they stop before it from any speed; but a little, so that
+        they can move along it. If they would pass over the axis, they go back.
         """
         ahead = pace.ahead
         if self._side is None:
@@ -321,7 +328,9 @@ class Pursuit:
         return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, wish: Transform) -> Joints | None:
-        """Return the joints of a pose in the present configuration; None if the pose is not in reach so."""
+        """Return the joints of a pose in the present configuration; None if the pose is out of reach in this
+        configuration.
+        """
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
@@ -333,7 +342,7 @@ class Pursuit:
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
 
     def _another(self, aim: Aim, now: Joints) -> Joints | None:
-        """Joints that bring the tool there another way round, once downhill has led nowhere for a while."""
+        """Return joints that reach the pose by another path, once the descent has led nowhere for a while."""
         if self._finds_all and self._stalled > STALLS_BEFORE_WAYS:
             ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
             inside = [q for q in ways if q is not None and self.range.holds(q)]
@@ -341,7 +350,7 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """Return the joints that were found another way round, for a wish that has moved since."""
+        """Return the joints that were found by a search, adapted to a wish that has moved since."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
@@ -351,11 +360,13 @@ class Pursuit:
 
     @staticmethod
     def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
-        """Return the shortfall for a wish in reach: the joint that lags most holds the tool."""
+        """Return the shortfall for a wish in reach: the joint that lags most is the cause."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
-        """Joints at the ends of their ranges first, then the reach, then what cannot keep up."""
+        """Yield the limits that hold the tool: first joints at the ends of their ranges, then the reach, then joints
+        that are too slow.
+        """
         model, named = self.arm.model, False
         ends, hurried = list[tuple[int, str]](), list[int]()
         for i, side in enumerate(nearest.pressed):
@@ -380,7 +391,7 @@ class Pursuit:
             yield Hold(Limit.REACH)
 
     def _out_of_reach(self, aim: Aim) -> str | None:
-        """Return `far`, `close`, or "" if the limit has no name; None if only the ranges of joints hold the tool."""
+        """Return `far`, `close`, or "" if the limit has no name; None if only the ranges of joints limit the tool."""
         if not self._closed:
             return None
         way = self._way
@@ -391,14 +402,14 @@ class Pursuit:
 
 
 def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
-    """Return the nearest pose that asks for nothing that no joint changes (the tilt of a SCARA)."""
+    """Return the nearest pose that does not require a part that no joint can change (the tilt of a SCARA)."""
     while (forbidden := arm.unchanging.forbids(T_base_flange)) is not None:
         T_base_flange = forbidden.right
     return T_base_flange
 
 
 def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
-    """Return the ranges of the joints, in which the elbow stays on its side of stretched and of folded flat."""
+    """Return the ranges of the joints in which the elbow stays on its side of the stretched and the folded position."""
     lower, upper = list(arm.model.lower), list(arm.model.upper)
     if arm.fold is not None:
         i, stretched = arm.fold
@@ -422,12 +433,12 @@ def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
 
 
 def _ticks(a: Joints, b: Joints, step: Joints) -> float:
-    """Return how often the slowest joint takes its step between two joint vectors."""
+    """Return how many steps the slowest joint needs between two joint vectors."""
     return max(abs(y - x) / s for x, y, s in zip(a, b, step, strict=True))
 
 
 def _towards(a: Joints, b: Joints, box: Range) -> Joints:
-    """Go as far on the way from one to the other as the box allows, all joints together."""
+    """Return the farthest point on the straight line from a to b that is in the box; all joints move in proportion."""
     part = 1.0
     for x, y, low, high in zip(a, b, *box, strict=True):
         if not low <= y <= high:
@@ -436,7 +447,7 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 
 
 class Dragging:
-    """Gives an engine wishes for its tool. Without more wishes the arm comes to rest by itself."""
+    """Passes wishes for the tool to an engine. Without more wishes the arm stops."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -444,8 +455,8 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """Take a wish for the tool; `issued`: when it was given, if that was earlier. With ENABLE COLLISION the tool
-        stops before a contact. Raises PowerOff.
+        """Take a wish for the tool; `issued`: when the wish was given, if earlier than now. With ENABLE COLLISION the
+        tool stops before a contact. Raises PowerOff.
         """
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
@@ -464,6 +475,6 @@ class Dragging:
         if now < engine.end or largest_change(coming[0], pursuit.goal) > REST_TOLERANCE:
             try:
                 chase(engine, DRAGGING, Target(pursuit.goal, velocity, *pursuit.range), tick, issued=issued)
-            except CollisionAhead as error:  # the arm goes on with the motion before, which ends without a contact
+            except CollisionAhead as error:  # the arm continues its previous motion, which ends without a contact
                 return Shortfall(held.away, held.turned, (Hold(Limit.CONTACT, which=error.detail),))
         return held

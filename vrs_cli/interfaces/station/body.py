@@ -1,6 +1,5 @@
-"""The body of one robot: which client is the body, what the body has reported, and what it was ordered. Compare the
-reports with the timeline, act on alarms, and re-synchronise the body (RESYNC). Any thread may call any method of
-`RobotBody`.
+"""The body of one robot: which client is the body, its reports, and its orders. Compares the reports with the timeline,
+reacts to alarms, and re-synchronises the body (RESYNC). Any thread may call any method of `RobotBody`.
 """
 
 from __future__ import annotations
@@ -32,21 +31,23 @@ if TYPE_CHECKING:
 SILENT = 3.0  # [s] without a report until the robot's joints count as unknown
 AHEAD = 10.0  # [s] that the time of a report may be ahead of the robot's clock: no clock is wrong by more
 PAST = 3600.0  # [s] that a report may be old
-MAX_GAPS = 100  # stretches of missing numbers that are remembered
+MAX_GAPS = 100  # maximum number of stretches of missing numbers that are remembered
 RATE_WINDOW = 5.0  # [s] of arrivals that tell the rate of reports
 STANDS_FOR = 0.05  # [s] without motion after which a body that holds counts as standing
 STILL = 1e-3  # [rad, m] and less is no motion, but noise
 
 
 def check_time(t: float, now: float) -> None:
-    """Check the time of a report [s] at this time of the robot's clock. Raises IllegalValue."""
+    """Check the time of a report [s] against `now`, the time of the robot's clock. Raises IllegalValue."""
     if not now - PAST <= t <= now + AHEAD:
         what = f"a report of {t:g} s, when the robot's clock is at {now:.3f} s"
         raise IllegalValue(what, f"at most {AHEAD:g} s later, or {PAST:g} s earlier", value=t)
 
 
 class BodyChange(Struct, frozen=True):
-    """The client `name` is the body (empty: none) where `before` was it, and its order from `at` [s] on."""
+    """A change of the body: the client `name` is the body (empty: none), `before` was the body until then, and its
+    order applies from `at` [s] on.
+    """
 
     name: str
     before: str
@@ -59,8 +60,8 @@ BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | Messa
 
 
 class ClockSeen(Struct, frozen=True):
-    """The clock of a body: `offset` ahead of the robot's [s], and `drift` more with every second; `delay`: how old its
-    reports are when they come [s].
+    """The clock of a body: `offset` ahead of the robot's [s], and `drift` more with every second; `delay`: the age of
+    its reports when they arrive [s].
     """
 
     offset: float = 0.0
@@ -69,20 +70,22 @@ class ClockSeen(Struct, frozen=True):
 
 
 class ReportNumbers:
-    """Which numbers of reports have come. `next`: the one after the highest; `lost`: how many before it are missing."""
+    """Keeps track of the numbers of received reports. `next`: the number after the highest received one; `lost`: how
+    many numbers before that are missing.
+    """
 
     def __init__(self, next: int) -> None:
         self.next, self.lost = next, 0
         self._gaps: deque[range] = deque(maxlen=MAX_GAPS)
 
     def new(self, first: int, reports: Sequence[measured.Report]) -> Sequence[measured.Report]:
-        """Return the reports, numbered from `first`, whose numbers have not come before."""
+        """Return the reports, numbered from `first`, whose numbers were not received before."""
         if first >= self.next:
             return reports
         return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
 
     def note(self, first: int, count: int) -> None:
-        """Note that so many reports have come, numbered from `first`."""
+        """Note that `count` reports have arrived, numbered from `first`."""
         if first > self.next:
             self._gaps.append(range(self.next, first))
             self.lost += first - self.next
@@ -95,17 +98,17 @@ class ReportNumbers:
         self.next = max(self.next, first + count)
 
     def _gap(self, number: int) -> range | None:
-        """Return the stretch of missing numbers in which a number is."""
+        """Return the stretch of missing numbers that contains a number."""
         return next((gap for gap in self._gaps if number in gap), None)
 
 
 class RobotBody:
-    """The body of a robot. `record`: all measurements. `name`: the client that is the body, empty if none is; only it
-    may report. `order`, since `ordered_at` [s]: the body's order to follow or to hold. `clock`: measured offset, drift
-    and delay of its clock.
+    """The body of a robot. `record`: all measurements. `name`: the client that is the body, empty if there is none;
+    only this client may report. `order`, since `ordered_at` [s]: the body's order to follow or to hold. `clock`:
+    measured offset, drift and delay of its clock.
 
-    `told` are called with each change, alarm and RESYNC, in the thread in which it happens; `record.listeners` with the
-    reports that were taken. `now` is the robot's clock [s].
+    The functions in `told` are called with each change, alarm and RESYNC, in the thread in which it happens;
+    `record.listeners` are called with the accepted reports. `now` is the robot's clock [s].
     """
 
     def __init__(
@@ -121,20 +124,22 @@ class RobotBody:
         self._begin(0)
 
     def _begin(self, first: int) -> None:
-        """Start counting from a report of that number."""
+        """Start counting at the report with number `first`."""
         self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
         self._mode = measured.BodyMode.FOLLOWS
         self._last: float | None = None  # the time of the newest report [s]
-        self._stood: measured.Report | None = None  # the first report of a body that stands by order or by itself
-        self._stands: measured.Report | None = None  # the newest one, if it stands for long enough
-        self._arrivals: deque[tuple[float, int]] = deque()  # when reports came, by the wall clock [s], and how many
+        # the first report of a body that has stopped, by an order or of its own accord
+        self._stood: measured.Report | None = None
+        # the newest such report, if the body has been stopped for long enough
+        self._stands: measured.Report | None = None
+        self._arrivals: deque[tuple[float, int]] = deque()  # when reports arrived, by the wall clock [s], and how many
         self._heard_at: float | None = None
 
     # --- the client that is the body ---
 
     def embody(self, name: str, first: int = 0) -> int:
-        """Make a client the body. Return the number of the report that it is to send next; `first` if it was not the
-        body before. Raises RequestRefused if another one is.
+        """Make a client the body. Return the number of the report that the client must send next; `first` if it was not
+        the body before. Raises RequestRefused if another client is the body.
         """
         with self._lock:
             if self.name not in ("", name):
@@ -146,7 +151,7 @@ class RobotBody:
             return self._numbers.next
 
     def leave(self, name: str) -> bool:
-        """Note that a client is the body no longer. Return whether it was."""
+        """Note that a client is no longer the body. Return whether it was the body."""
         with self._lock:
             if not name or self.name != name:
                 return False
@@ -162,9 +167,9 @@ class RobotBody:
     def take(
         self, reports: Sequence[measured.Report], first: int | None = None, name: str = ""
     ) -> measured.ReportCounts:
-        """Put reports into the record, and return what became of them. The first has the number `first`; without one
-        they have the next numbers. Raises RequestRefused from a client that is not the body, and IllegalValue for what
-        cannot be joints of this robot or, from a client, times of its clock; then it takes none of them.
+        """Add reports to the record, and return what became of them. The first has the number `first`; without `first`
+        they have the next numbers. Raises RequestRefused if the client is not the body, and IllegalValue for values
+        that cannot be joints of this robot or, from a client, times of its clock; then no report is added.
         """
         with self._lock:
             self.check_is(name)
@@ -211,7 +216,7 @@ class RobotBody:
         self._lock.notify_all()
 
     def check_reports(self) -> None:
-        """Check that the body reports, or has just become the body. Raises RequestRefused."""
+        """Check that the body sends reports, or has just become the body. Raises RequestRefused."""
         last, since = self._last, self.unknown_since
         if last is None and not self.name:
             hint = "vrs body URL starts a body, r.report reports for a robot of this process"
@@ -220,8 +225,8 @@ class RobotBody:
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
     def standing(self, within: float) -> measured.Report:
-        """Wait until the body stands still, by an order or by itself, and return its report of that. A body without a
-        client is not waited for: its last report counts. Raises RequestRefused after `within` seconds.
+        """Wait until the body stands still, by an order or of its own accord, and return the report of that. A body
+        without a client is not waited for: its last report counts. Raises RequestRefused after `within` seconds.
         """
         with self._lock:
             if not self.name and not self.reporter:
@@ -241,7 +246,7 @@ class RobotBody:
     # --- orders and news ---
 
     def command(self, order: measured.BodyMode, at: float | None = None) -> None:
-        """Order the body to follow the timeline, or to hold still, from a time on; absent: now."""
+        """Order the body to follow the timeline, or to hold still, from the time `at` on; None: from now on."""
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
             if order is measured.BodyMode.FOLLOWS:
@@ -249,7 +254,7 @@ class RobotBody:
             self._tell_change(self.name)
 
     def tell(self, news: BodyNews) -> None:
-        """Tell an alarm, what was done about it, or a change of the body."""
+        """Report an alarm, the reaction to it, or a change of the body to all listeners."""
         for tell in self.told:
             tell(news)
 
@@ -260,7 +265,7 @@ class RobotBody:
 
     @property
     def view(self) -> measured.BodySeen | None:
-        """The known facts about the body; None if there is none, and nothing was reported."""
+        """The known facts about the body; None if there is no body and nothing was reported."""
         with self._lock:
             if not self.name and self._last is None:
                 return None
@@ -279,7 +284,7 @@ class RobotBody:
             )
 
     def _rate(self) -> float:
-        """Return how many reports come in a second."""
+        """Return the rate of reports [1/s]."""
         if len(self._arrivals) < 2 or self._wall() - self._arrivals[-1][0] > SILENT:
             return 0.0
         first, last = self._arrivals[0], self._arrivals[-1]
@@ -287,19 +292,20 @@ class RobotBody:
 
     @property
     def unknown_since(self) -> float | None:
-        """Since when nothing was measured [s]; None while reports come, and if none ever came."""
+        """Return since when there were no measurements [s]; None while reports arrive, or if there never were any."""
         with self._lock:
             silent = self._heard_at is not None and self._wall() - self._heard_at > SILENT
             return self._last if silent or (self._last is not None and not self.name) else None
 
 
-PARAMETER = "DIVERGENCE"  # has the name of an OnAlarm
+PARAMETER = "DIVERGENCE"  # name of the parameter that selects an OnAlarm
 STANDS_WITHIN = 5.0  # [s] a body that is told to hold stands still, and its reports of that have come
-DELAYS, MARGIN = 2.0, 0.1  # times the delay of reports, and [s]: in that time an order to follow gets to the body
+# an order to follow reaches the body within DELAYS times the delay of reports plus MARGIN [s]
+DELAYS, MARGIN = 2.0, 0.1
 SETTLES = 1.0  # [s] more for a body that enters, or is told to follow, to begin
 NEAR = 5e-3  # [rad, m] a body that enters so near to the timeline follows it at once
 AGAIN_AFTER = 10.0  # [s] an alarm that comes sooner after RESYNC is one that RESYNC does not help against
-# a body that differs for one of these is brought back by RESYNC; a blocked joint or a payload would stay
+# RESYNC corrects a body that differs for one of these reasons; a blocked joint or a payload would remain
 PASSING = frozenset(
     (
         *(measured.DivergenceCause.STOPPED, measured.DivergenceCause.OTHER_COMMANDER),
@@ -309,12 +315,12 @@ PASSING = frozenset(
 
 
 class DivergenceGuard:
-    """Gives the reports of `body` to a watch, and on an alarm does what PARAMETER DIVERGENCE says. Reports come in any
-    thread, one after the other.
+    """Passes the reports of `body` to a watch, and reacts to an alarm as PARAMETER DIVERGENCE says. Reports may arrive
+    in any thread, one after the other.
 
-    `timeline`: that of the robot, for any thread. `alarm`: the last alarm, while the body still differs. `settle` does
-    what is due by now, `stop` stops motion and programs, `runs` tells whether a program runs. `ask` queues a dialogue
-    of the robot itself, an urgent one before all others; from any thread.
+    `timeline` returns the robot's timeline, in any thread. `alarm`: the last alarm, while the body still differs.
+    `settle` does everything that is due by now, `stop` stops motion and programs, `runs` returns whether a program
+    runs. `ask` queues a dialogue of the robot itself, an urgent one before all others; from any thread.
     """
 
     def __init__(
@@ -331,7 +337,7 @@ class DivergenceGuard:
         self._settle, self._stop, self._runs, self.ask = settle, stop, runs, ask
         self._watch: DivergenceWatch | None = None
         self._last: measured.DivergenceAlarm | None = None
-        self._due = False  # RESYNC by itself, when the body is no longer stopped
+        self._due = False  # whether an automatic RESYNC is pending until the body is no longer stopped
         self._entered = -inf  # [s] when a client became the body
         self._synchronised = -inf  # [s] when RESYNC was done by itself last
         body.told.append(self._hear)
@@ -341,7 +347,7 @@ class DivergenceGuard:
         return measured.OnAlarm(str(self._engine.settings.parameters[PARAMETER]).lower())
 
     def choose(self, what: measured.OnAlarm) -> None:
-        """Do that on an alarm."""
+        """Set the reaction to an alarm."""
         self._engine.perform(SetParameter(PARAMETER, what.name))
 
     @property
@@ -350,7 +356,7 @@ class DivergenceGuard:
         return self._last if watch is not None and watch.diverged else None
 
     def take(self, reports: Sequence[measured.Report]) -> None:
-        """Watch reports."""
+        """Pass reports to the watch."""
         if self.on_alarm is measured.OnAlarm.OFF:
             self._watch = None
             return
@@ -368,13 +374,15 @@ class DivergenceGuard:
             self.ask(self._resync_by_itself(), False)
 
     def _may_hold(self, t: float) -> bool:
-        """Return whether a body may hold at time t [s]: by an order, or because it has only just got one to follow."""
+        """Return whether a body may hold at time t [s]: because of an order to hold, or because the order to follow is
+        very recent.
+        """
         body = self._body
         since = max(body.ordered_at, self._entered)
         return body.order is measured.BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
 
     def _raise(self, alarm: measured.DivergenceAlarm) -> None:
-        """Tell an alarm, and do what is set."""
+        """Report an alarm, and carry out the reaction that is set."""
         self._last = alarm
         self._body.tell(alarm)
         what = self.on_alarm
@@ -387,7 +395,7 @@ class DivergenceGuard:
         self._due = what is measured.OnAlarm.RESYNC and first and alarm.cause in PASSING
 
     def _hear(self, what: object) -> None:
-        """Let a body that enters hold until RESYNC, if that is set."""
+        """Make a new body hold until RESYNC, if the set reaction is that."""
         if isinstance(what, BodyChange) and what.name != what.before:
             self._watch, self._due, self._entered = None, False, self._body.now()
             if what.name and self.on_alarm is measured.OnAlarm.RESYNC:
@@ -399,15 +407,15 @@ class DivergenceGuard:
     def resync(
         self, *, stops: bool, issued: float | None, check: Callable[[], object]
     ) -> Dialogue[measured.ResyncReport]:
-        """Let the body hold, go to where it stands and on to where the robot was going (not if it `stops`), and let it
-        follow again. `check` is called again when it stands. Raises RequestRefused, MotionError, PowerOff; then the
-        body still holds.
+        """Make the body hold, move the robot to where the body stands and on to where the robot was going (not if
+        `stops`), and make the body follow again. `check` is called again when the body stands. Raises RequestRefused,
+        MotionError, PowerOff; then the body still holds.
         """
         body = self._body
         body.check_reports()
         body.command(measured.BodyMode.HOLDS)
         report = yield from beside(lambda: body.standing(STANDS_WITHIN))
-        self._settle()  # time has gone on meanwhile
+        self._settle()  # time has passed meanwhile
         check()
         if report.mode is measured.BodyMode.STOPPED and not stops:
             what = f"{body.name or 'the body'} has stopped by itself"
@@ -419,7 +427,7 @@ class DivergenceGuard:
         return done
 
     def _resync_by_itself(self) -> Dialogue[None]:
-        """Do RESYNC because it is set. A body that stands where the robot does follows at once."""
+        """Carry out an automatic RESYNC. A body that stands where the robot does follows at once."""
 
         def check() -> None:
             if self._runs():
@@ -438,7 +446,7 @@ class DivergenceGuard:
         self._synchronised = done.until
 
     def telling(self, dialogue: Dialogue[None]) -> Dialogue[None]:
-        """Carry out a dialogue of the robot itself, and tell the error if it fails."""
+        """Carry out a dialogue of the robot itself, and report the error if the dialogue fails."""
         try:
             yield from dialogue
         except VrsError as error:

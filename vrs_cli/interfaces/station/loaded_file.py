@@ -1,5 +1,5 @@
-"""Compare the memory with files: what a file that is loaded brings (programs, analysed among those in memory, and
-variables), and which programs and variables no file holds.
+"""Compare the memory with files: the contents of a loaded file (programs, analysed among those in memory, and
+variables), and the programs and variables that are in no file.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value
 
 NO_PROGRAMS: Mapping[str, Program] = MappingProxyType({})
-LONG_TEXT = 1000  # characters that are parsed in some milliseconds
-LONG_PROGRAM = 100  # steps that are compiled in some milliseconds
-LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision is less
+LONG_TEXT = 1000  # length of a text whose parsing takes some milliseconds [characters]
+LONG_PROGRAM = 100  # number of steps of a program whose compilation takes some milliseconds
+LEAST_TOLD = 1e-6  # smallest rounding of a number of an axis that is reported; that of single precision is smaller
 
 
 class LoadedFile(NamedTuple):
-    """The contents of a file. `variables`: those of the sections without a mistake. `diagnostics`: mistakes in the
-    meaning of the file.
+    """The contents of a file. `variables`: those of the sections without a mistake. `diagnostics`: mistakes found by
+    the analysis of the file.
     """
 
     file: File
@@ -56,7 +56,7 @@ class LoadedFile(NamedTuple):
             if isinstance(section, Section):
                 its, found = variables_of(section, memory.units)
                 diagnostics += found
-                memory.take(its)  # so that not every use of a name is told of too
+                memory.take(its)  # so that not every use of such a name is reported, too
                 if section.whole and first_error(found) is None:
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | {**beside, **programs}
@@ -71,8 +71,8 @@ class LoadedFile(NamedTuple):
 
 
 def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
-    """Return the variables of a section with their values, and the diagnostics: values that are wrong, and the largest
-    rounding of a transformation.
+    """Return the variables of a section with their values, and the diagnostics: wrong values, and the largest rounding
+    of a transformation.
     """
     variables, found = Variables(units), list[Diagnostic]()
     rounded = list[tuple[float, Entry]]()
@@ -98,70 +98,68 @@ def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[
 
 
 State = tuple[int, Mapping[str, Program]]
-MAX_COMPARED_STEPS = 1000  # two versions of a longer program are not compared: the old one is not kept for that
+MAX_COMPARED_STEPS = 1000  # maximum length of a program whose old version is kept for a comparison [steps]
 
 
 def _keep_reference(program: Program) -> Callable[[], Program | None]:
-    """Return a function that returns a program as a file has it; None for a long one that has been replaced."""
+    """Return a function that returns a program as it is in a file; None for a long program that has been replaced."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
 
 class Unstored:
     """Compares the memory with the contents of files. Variables that programs change do not count, unless a user has
-    changed them before: the programs can compute them again.
-
-    Variables are compared when they have changed, and only after `watch`. `asked_about`: a user who leaves is asked
-    about unsaved programs and variables.
+    changed them before, because the programs can compute them again. Variables are compared when they have changed, and
+    only after `watch`. `asked_about`: whether a user who leaves is asked about unsaved programs and variables.
     """
 
     asked_about = True
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Callable[[], Program | None]] = {}  # as files have them
-        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that files have otherwise
-        self._values: dict[Item, Value] = {}  # as files have them
+        self._programs: dict[str, Callable[[], Program | None]] = {}  # programs as they are in files
+        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from their version in files
+        self._values: dict[Item, Value] = {}  # values as they are in files
         self._items: set[Item] = set()
-        self._changed: set[Item] = set()  # since they were looked at
-        self._before: Mapping[Item, Value] | None = None  # when the program that runs began
+        self._changed: set[Item] = set()  # variables that have changed since the last comparison
+        self._before: Mapping[Item, Value] | None = None  # values when the running program began
         self._version = 0
         self._news: set[Item] = set()
 
     def watch(self) -> None:
-        """Note from now on which variables change."""
+        """Begin to record which variables change."""
         self._environment.note_changes(self._changed)
 
     # --- questions about unsaved work ---
 
     def state(self) -> State:
-        """Equal as long as no variable and no program is changed."""
+        """Return a value that stays equal as long as no variable and no program changes."""
         self._look()
         return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
 
     def programs(self) -> list[str]:
-        """Return the names of the programs that are not stored."""
+        """Return the names of the programs that are in no file."""
         stored = self._environment.programs.items()
         return [one.name for key, one in stored if self._differs(key, one)]
 
     def items(self, *kinds: Kind) -> list[Item]:
-        """Return the variables of some kinds that are not stored; of all kinds if none is named."""
+        """Return the variables of some kinds that are in no file; of all kinds if none is given."""
         self._look()
         values = ((item, self._environment.value(item)) for item in self._items)
         return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
 
     @property
     def fresh(self) -> bool:
-        """Return whether `news` has any."""
+        """Return whether `news` would return any variables."""
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
-        """Return the variables that have changed or were deleted since the last call."""
+        """Return the variables that were changed or deleted since the last call."""
         self._look()
         news, self._news = self._news, set()
         return news
 
     def _look(self) -> None:
-        """Compare the variables that have changed with what files have of them."""
+        """Compare the changed variables with their values in files."""
         self._version += bool(self._changed)
         self._news |= self._changed
         for item in self._changed:
@@ -173,7 +171,7 @@ class Unstored:
         self._changed.clear()
 
     def _differs(self, key: str, stored: StoredProgram) -> bool:
-        """Return whether a program differs from that of a file."""
+        """Return whether a program differs from its version in a file."""
         if stored in self._different:
             return True
         of_file, now = self._programs.get(key, lambda: None)(), stored.program
@@ -186,7 +184,7 @@ class Unstored:
     # --- notes about files and changes ---
 
     def programs_stored(self, programs: Iterable[Program]) -> None:
-        """Note that a file has these programs."""
+        """Note that these programs are in a file."""
         there = self._environment.programs
         for program in programs:
             self._programs[program.key] = _keep_reference(program)
@@ -194,12 +192,12 @@ class Unstored:
                 self._different.discard(there[program.key])
 
     def programs_deleted(self) -> None:
-        """Forget the programs of files that are in memory no more."""
+        """Forget the file versions of programs that are no longer in memory."""
         there = self._environment.programs
         self._programs = {key: of_file for key, of_file in self._programs.items() if key in there}
 
     def values_loaded(self, values: Mapping[Item, Value]) -> None:
-        """Note that these variables have got these values from a file."""
+        """Note that these variables have received these values from a file."""
         noted = self._changed.intersection(values)
         self._version += bool(noted)
         self._news |= noted
@@ -208,7 +206,7 @@ class Unstored:
         self._values |= values
 
     def values_stored(self, values: Mapping[Item, Value]) -> None:
-        """Note that a file has these variables with these values."""
+        """Note that these variables are in a file with these values."""
         self._changed.update(item for item, value in values.items() if self._values.get(item) != value)
         self._changed |= self._items & values.keys()
         self._values |= values
@@ -219,13 +217,13 @@ class Unstored:
         return self._before is not None
 
     def begin_run(self) -> None:
-        """Note that a program runs: its changes need no storing."""
+        """Note that a program begins to run: its changes need not be stored."""
         self._look()
         self._environment.note_changes(None)
         self._before = self._environment.values()
 
     def end_run(self) -> None:
-        """Note that the program has stopped, or that a user changes something beside it."""
+        """Note that the program has stopped, or that a user makes changes beside it."""
         if self._before is None:
             return
         before, after, self._before = self._before, self._environment.values(), None

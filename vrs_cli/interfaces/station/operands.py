@@ -1,5 +1,5 @@
-"""Handlers of monitor commands, their operands (values of expressions, words typed at the prompt), and questions that
-they ask before a program, a variable or a file is lost.
+"""Handlers of monitor commands, their operands (values of expressions, words typed at the prompt), and the questions
+asked before a program, a variable or a file is lost.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
-MAX_ROWS = 100_000  # of a table of times
-MAX_NAMES = 10  # of programs or variables that a question lists
+MAX_ROWS = 100_000  # maximum number of rows of a table of times
+MAX_NAMES = 10  # maximum number of programs or variables that a question lists
 PLACES = (Kind.LOCATION, Kind.PRECISION)
 
 
@@ -36,12 +36,12 @@ Handler = Callable[..., Dialogue[None] | Iterable[Reply] | None]
 returns the replies and questions, or None for no reply.
 """
 H = TypeVar("H", bound=Handler)
-HANDLERS: dict[str, Handler] = {}  # by the names of the commands
+HANDLERS: dict[str, Handler] = {}  # handlers by the names of their commands
 
 
 def handles(*names: str, **settings: object) -> Callable[[H], H]:
-    """Make a function the handler of the monitor commands of these names, called with these `settings`. Raises KeyError
-    for a name without a row in `COMMANDS`.
+    """Return a decorator that makes a function the handler of these monitor commands, called with these `settings`.
+    Raises KeyError for a name without a row in `COMMANDS`.
     """
 
     def register(handler: H) -> H:
@@ -63,7 +63,7 @@ def real(station: Station, expression: Expression) -> float:
 
 
 def evaluator(station: Station, expression: Expression) -> Callable[[], Value]:
-    """Return a function that evaluates an expression as the stopped program would."""
+    """Return a function that evaluates an expression in the context of the stopped program."""
     watched = WatchedExpression(station.environment, station.engine, expression)
     return lambda: watched.value(own_variables(station))
 
@@ -74,12 +74,12 @@ def own_variables(station: Station) -> Mapping[str, Reference]:
 
 
 def operand(it: Instruction, index: int) -> Expression | None:
-    """Return an argument by its index from 0; None if it was left out."""
+    """Return an argument by its index from 0; None if the argument was left out."""
     return it.arguments[index] if index < len(it.arguments) else None
 
 
 def real_or(station: Station, it: Instruction, index: int, default: float) -> float:
-    """Return the value of a real argument, or a default if it was left out."""
+    """Return the value of a real argument, or a default if the argument was left out."""
     given = operand(it, index)
     return default if given is None else real(station, given)
 
@@ -93,7 +93,7 @@ def moment(station: Station, it: Instruction) -> float:
 
 
 def word(expression: Expression | None) -> str:
-    """Return the name of a file or a program, or another bare word, as it was typed. Raises NoProgramSpecified."""
+    """Return a file name, a program name or another bare word, as typed. Raises NoProgramSpecified."""
     if isinstance(expression, BareWord):
         return expression.text
     if isinstance(expression, Variable | Call | ProgramCall):
@@ -102,7 +102,7 @@ def word(expression: Expression | None) -> str:
 
 
 def word_or(it: Instruction, index: int, default: str = "") -> str:
-    """Return a word among the arguments, or a default if it was left out."""
+    """Return a word among the arguments, or a default if the word was left out."""
     given = operand(it, index)
     return default if given is None else word(given)
 
@@ -138,7 +138,7 @@ def times(station: Station, it: Instruction) -> Iterator[float]:
 
 
 def is_measured(operand: Expression | None) -> bool:
-    """Return whether an operand is the word MEASURED, which means the measured robot, not a part or a branch."""
+    """Return whether an operand is the word MEASURED, which means the measured robot and not a part or a branch."""
     return isinstance(operand, BareWord) and operand.text.upper() == MEASURED
 
 
@@ -146,7 +146,9 @@ def is_measured(operand: Expression | None) -> bool:
 
 
 def may_delete(station: Station, question: str) -> Dialogue[bool]:
-    """Ask whether something may be deleted, and tell the user if it is not; True after DISABLE INTERACTIVE."""
+    """Ask whether something may be deleted, and tell the user if it is kept; after DISABLE INTERACTIVE return True
+    without a question.
+    """
     answer = yield from ask_yes_no(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
         yield Message("Nothing is deleted")
@@ -157,7 +159,9 @@ def may_delete(station: Station, question: str) -> Dialogue[bool]:
 
 
 def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
-    """Ask, and return the answer, None if nobody answers. After DISABLE INTERACTIVE return True without a question."""
+    """Ask a question, and return the answer; None if nobody answers. After DISABLE INTERACTIVE return True without
+    asking.
+    """
     if not station.engine.settings.switch("INTERACTIVE"):
         return True
     answer = yield Confirmation(question)
@@ -166,8 +170,8 @@ def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
 
 @handles("EXIT", "QUIT")
 def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
-    """Say Farewell. If a person has the robot alone, ask first about what runs or is not stored; a robot of other users
-    goes on with all that it has in memory.
+    """Say goodbye. If a person is the only user of the robot, ask first about running and unsaved programs; a robot
+    with other users goes on with everything in its memory.
     """
     if (
         station.user_state.attended
@@ -188,13 +192,15 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
 
 
 def name_some(what: str, names: list[str]) -> str:
-    """Return `program pick`, or `locations a, b`; of many names the first few and the number of the others."""
+    """Return a text such as `program pick` or `locations a, b`; of many names, the first few and the number of the
+    others.
+    """
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MAX_NAMES])}{more}"
 
 
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
-    """Return whether a program of that name may be put in memory: none is there, or the user agrees. None if nobody
+    """Return whether a program of that name may be put in memory: there is none yet, or the user agrees. None if nobody
     answers.
     """
     if key_of(program) not in station.programs:

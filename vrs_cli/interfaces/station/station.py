@@ -55,7 +55,7 @@ R = TypeVar("R")
 
 class Conditions(Struct, frozen=True):
     """Limits, the folder of the files, the cell, and inputs that change at times [s] from the beginning, for one call.
-    None: those of the robot.
+    None: as set for the robot.
     """
 
     limits: Limits | None = None
@@ -65,17 +65,17 @@ class Conditions(Struct, frozen=True):
 
 
 class LineStopped(KeyboardInterrupt):
-    """A line of the prompt was stopped, by Ctrl-C or ABORT, before it was done."""
+    """Raised when a line of the prompt was stopped before its end, by Ctrl-C or ABORT."""
 
 
 class Station:
     """One robot with its programs, variables and clock.
 
-    `terminal` shows messages of the robot itself. `driver` runs its tasks. `task` is the robot program that runs or ran
-    last, `last_program` its name. `user_state`: of the user who is served now; `own_user_state`: of the user who has
-    the robot alone. `body`: reports of the measured robot; `divergence` watches it. `lease` says which user drives;
-    None: all do. `folder`: of the files; `close` writes all that programs wrote into them. `outside`: the peers that
-    programs may connect to; by default none.
+    `terminal` shows messages of the robot itself. `driver` runs the tasks of the robot. `task` is the robot program
+    that runs or ran last, `last_program` its name. `user_state`: the state of the user who is served now;
+    `own_user_state`: the state of the user who has the robot alone. `body`: reports of the measured robot; `divergence`
+    watches it. `lease` tells which user drives; None: all users do. `folder`: the folder of the files; `close` writes
+    the output of programs to these files. `outside`: the peers that programs may connect to; by default none.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)
-        if terminal.attended:  # other users are not asked about unsaved work
+        if terminal.attended:  # with more than one user, nobody is asked about unsaved work
             self.unstored.watch()
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
@@ -117,26 +117,26 @@ class Station:
         )
         self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.told = self._tell
-        self.close = finalize(self, self.driver.devices.close_all)  # called by itself when the process ends
+        self.close = finalize(self, self.driver.devices.close_all)  # called automatically when the process ends
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
-        self.dialect = Dialect.VPLUS  # of typed lines, and of files that name no dialect
+        self.dialect = Dialect.VPLUS  # the dialect of typed lines, and of files that name no dialect
         self.last_program: str | None = None
         self.own_user_state = UserState(attended=terminal.attended)
         self.user_state = self.branches.who = self.tasks.who = self.own_user_state
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
-        self.stops = 0  # how often it was stopped by hand
+        self.stops = 0  # number of times that the robot was stopped by hand
         self.stream = TargetStream()
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
-        self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`
-        self.home = folder  # where CD without a folder leads; no CD leads out of a closed folder
-        # writes the session to a file from now on, or (None) to none, and returns the file so far; raises FileError
+        self._given: Folder | None = None  # the folder for the files of programs that begin now, if not `folder`
+        self.home = folder  # the target of CD without a folder; no CD leads out of a closed folder
+        # writes the session to a file from now on (None: to no file), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
-        self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, where this robot does that
-        self.journal: Path | None = None  # the file that all motions are written to as they are commanded
+        self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, if this robot can do that
+        self.journal: Path | None = None  # the file to which all motions are written as they are commanded
 
     @property
     def task(self) -> Task | None:
@@ -144,7 +144,7 @@ class Station:
         return None if track is None else track.task
 
     def change_folder(self, folder: Folder) -> None:
-        """Use another folder for the files of commands, and for files that programs open from now on. Programs in a
+        """Change the folder for the files of commands, and for files that programs open from now on. Programs in a
         closed folder keep that folder.
         """
         self.folder = folder
@@ -155,11 +155,9 @@ class Station:
 
     @pause_collector()
     def load_text(self, text: str, name: str = "") -> tuple[Diagnostic, ...]:
-        """Put the programs and variables of a file in memory. Return all mistakes in the file. `name`: of the file, for
-        steps without a heading.
-
-        A program with mistakes is kept, and not executable. Programs of the same name are replaced. Raises
-        ProgramInterlocked if one of these is on the stack of a task.
+        """Put the programs and variables of a file in memory. Return all mistakes in the file. `name`: the name of the
+        file, used as the name of steps without a heading. A program with mistakes is stored, but cannot be executed.
+        Programs of the same name are replaced. Raises ProgramInterlocked if one of these is on the stack of a task.
         """
         loaded = at_once(self.read_file(text, name))
         self.take(loaded)
@@ -167,8 +165,8 @@ class Station:
 
     @pause_collector()
     def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[LoadedFile, ...]:
-        """Put files in memory that are one name space, each with its name (as in `load_text`). Return what each has, in
-        the order of the files. Raises ProgramInterlocked.
+        """Put files with a common name space in memory, each given by its text and its name (as in `load_text`). Return
+        the contents of each, in the order of the files. Raises ProgramInterlocked.
         """
         read = [parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
@@ -190,8 +188,8 @@ class Station:
         return tuple(loaded)
 
     def read_file(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
-        """Parse a file and analyse it among what is in memory, ready for `take`. `name`: of the file, for steps without
-        a heading. Raises ProgramInterlocked.
+        """Parse a file and analyse it together with the memory, ready for `take`. `name`: the name of the file, used as
+        the name of steps without a heading. Raises ProgramInterlocked.
         """
         long, dialect = len(text) > LONG_TEXT, self.dialect
         file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, name=name, remembered=False))
@@ -202,13 +200,13 @@ class Station:
         return found._replace(diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
-        """Copy the memory, with what the cell will bring: other programs are checked among these."""
+        """Return a copy of the memory, including the variables of the cell, for checking other programs."""
         memory = self.environment.copy()
         self.driver.cell.fill(memory)
         return memory
 
     def take(self, loaded: LoadedFile) -> None:
-        """Put the contents of a file in memory, all of it at once. Raises ProgramInterlocked."""
+        """Put the contents of a file in memory in one step. Raises ProgramInterlocked."""
         self._check_free(loaded.file)
         self.environment.take(loaded.variables)
         self.layout = self.layout.with_file(loaded.layout)
@@ -216,13 +214,13 @@ class Station:
 
     def _check_free(self, file: ast.File) -> None:
         if all(track.task.is_over for track in self.tasks):
-            return  # no stack has any of what may be 40,000 programs
+            return  # no stack has any of the programs, of which there may be 40,000
         for part in file.parts:
             if isinstance(part, ast.Program):
                 self.check_free(part.name)
 
     def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
-        """Put one program in memory, in place of one of its name; `text` is its source. Return its mistakes."""
+        """Put one program in memory, replacing the one of the same name; `text` is its source. Return its mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus))
@@ -239,7 +237,9 @@ class Station:
         return track is not None and track.running
 
     def check_free(self, program: str) -> None:
-        """Check that a program is not on the stack of a task, where it cannot be changed. Raises ProgramInterlocked."""
+        """Check that a program is not on the stack of a task; a program on a stack cannot be changed. Raises
+        ProgramInterlocked.
+        """
         track = self.tasks.uses(program)
         if track is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
@@ -259,14 +259,14 @@ class Station:
         limits: Limits | None = None,
         all_tasks: bool = False,
     ) -> RunResult:
-        """Run a program to its end, at the terminal; `all_tasks`: and all other tasks to theirs. Raises as `begin`
-        does; an error in the program is in the result.
+        """Run a program to its end, at the terminal; `all_tasks`: run all other tasks to their ends, too. Raises as
+        `begin` does; an error in the program is in the result.
         """
         return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits, all_tasks=all_tasks))
 
     def compile_program(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
-        """Compile a program, the last one if none is named, and those that it calls; another thread compiles long ones.
-        `everywhere`: the program may be entered at any step. Errors are told when the program begins.
+        """Compile a program (the last one if none is named) and the programs that it calls; another thread compiles
+        long ones. `everywhere`: the program may be entered at any step. Errors are reported when the program begins.
         """
         programs = dict(self.programs)
         first = programs.get(key_of(program or self.last_program or ""))
@@ -276,7 +276,7 @@ class Station:
         yield from self._compile_callable([main], programs, everywhere=main if everywhere else None)
 
     def _compiled_for_tasks(self, loaded: LoadedFile) -> Dialogue[None]:
-        """Compile the long programs of a file that tasks may call as soon as they are in memory, in another thread."""
+        """Compile the long programs of a file that tasks may call as soon as these are in memory, in another thread."""
         tasks = [track.task for track in self.tasks if not track.task.is_over]
         if not tasks or all(len(one.program.steps) <= LONG_PROGRAM for one in loaded.programs):
             return
@@ -291,7 +291,7 @@ class Station:
         programs: Mapping[str, StoredProgram],
         everywhere: ast.Program | None = None,
     ) -> Dialogue[None]:
-        """Compile the long programs among some programs and all that these may call, in another thread."""
+        """Compile the long ones among some programs and all programs that they may call, in another thread."""
         known = {key: stored.program for key, stored in programs.items()}
         found = yield from beside(lambda: may_be_called(callers, known))
         needed = dict.fromkeys(one.key for one in found if len(one.steps) > LONG_PROGRAM)
@@ -312,9 +312,9 @@ class Station:
         *,
         primed: bool = False,
     ) -> Track:
-        """Start a program, the last one when none is named; `wait` or `let_run` comes next. `primed`: it stops before
-        its first step, and `resume` lets it go on. Raises NoProgramSpecified, UndefinedName, ProgramNotExecutable,
-        ArgumentMismatch, TaskActive, ClockPaused.
+        """Start a program (the last one if none is named); call `wait` or `let_run` next. `primed`: the program stops
+        before its first step, and `resume` continues it. Raises NoProgramSpecified, UndefinedName,
+        ProgramNotExecutable, ArgumentMismatch, TaskActive, ClockPaused.
         """
         name = program or self.last_program
         if name is None:
@@ -330,7 +330,7 @@ class Station:
         return track
 
     def start(self, number: int, program: str, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> None:
-        """Start a task that runs whenever time goes on. Raises TaskActive, and as `begin` does."""
+        """Start a task that runs whenever time advances. Raises TaskActive, and the same errors as `begin`."""
         self.tasks.start(number, self._task(program, arguments, cycles, step), self._given)
         self.settle()
 
@@ -349,8 +349,8 @@ class Station:
             raise errors.ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "{CLOCK GO} lets it go on")
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
-        """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
-        the step that failed or was interrupted is done again; with `stepping` one step is done. Raises
+        """Continue a program that was paused, aborted, primed or stopped by an error, at its next step; with `retry`
+        the step that failed or was interrupted is carried out again; with `stepping` one step is carried out. Raises
         NoProgramSpecified, TaskActive, ClockPaused.
         """
         self._clock_runs()
@@ -362,11 +362,11 @@ class Station:
         return track
 
     def converse(self, dialogue: Dialogue[R]) -> R:
-        """Drive a dialogue to its end at the terminal."""
+        """Carry out a dialogue at the terminal."""
         return self.actor.finish(self.actor.submit(dialogue), self.terminal)
 
     def wait(self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False) -> Dialogue[RunResult]:
-        """Wait until a program that has begun stops; `all_tasks`: until all have."""
+        """Wait until a program that has begun stops; `all_tasks`: until all tasks have stopped."""
         self._changes_by_program(True)
         try:
             result = yield from self.driver.run(track, limits or self.limits, all_tasks=all_tasks)
@@ -376,18 +376,18 @@ class Station:
         return result
 
     def _then(self, track: Track) -> Callable[[RunResult], None] | None:
-        """Return the function to call at the end of a program whose user has left; None if the program is to stop."""
+        """Return the function to call at the end of a program whose user has left; None if the program must stop."""
         who = track.driven_by
         return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
 
     def watch_over(self) -> Dialogue[None]:
-        """Let time go on for a program without a waiting user, until it stops or asks something."""
+        """Advance time for a program without a waiting user, until the program stops or asks a question."""
         while self.running and not self.driver.questions():
             yield Slice.RUNNING
         self.settle()
 
     def let_run(self, track: Track, ended: Callable[[RunResult], None]) -> None:
-        """Let a program that has begun run whenever time goes on; `ended` is called at its end."""
+        """Let a program that has begun run whenever time advances; `ended` is called at its end."""
 
         def over(result: RunResult) -> None:
             self._changes_by_program(False)
@@ -399,45 +399,49 @@ class Station:
         self.settle()
 
     def _changes_by_program(self, begin: bool) -> None:
-        """Note that variables are changed by a program from now on, or no longer: such changes need no storing."""
+        """Note whether a program begins or ends changing variables: changes by a program need not be stored."""
         if self.terminal.attended:
             self.unstored.begin_run() if begin else self.unstored.end_run()
 
     def _reset_settings(self, track: Track) -> None:
-        """Reset SPEED and the like after a program: the prompt has what every program starts with."""
+        """Reset SPEED and similar settings after a program: the prompt has the settings that every program starts
+        with.
+        """
         if track.task.is_over:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
 
     def settle(self, until: float | None = None) -> None:
-        """Let the other tasks see what has changed; do all that has become due in real time, or is due `until` then."""
+        """Let the other tasks react to changes; carry out everything that is due in real time now, or by the time
+        `until`.
+        """
         self.driver.settle(until)
 
     def _warn(self, text: str) -> None:
         self.terminal.show(Message(text, Tone.WARNING))
 
     def _around(self) -> tuple[CellScene, World | None]:
-        """Return the scene that the robot is in, and its world."""
+        """Return the scene that contains the robot, and its world."""
         scene = self.driver.cell.scene
         return scene, None if scene.empty else self.driver.world
 
     def _warn_turned(self, it: ToolTurning) -> None:
-        """Say it once: all motions to locations that were not taught do it."""
+        """Warn, once, that the tool turns: this holds for all motions to locations that were not taught."""
         self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
         self._warn(what)
 
     def _tell(self, one: StoppedTask) -> None:
-        """Show what became of another task."""
+        """Report the end of another task."""
         fault = one.fault
         what = f"{fault.message} [{one.where}]"
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
         """Stop the program or line that a user waits for before its next step; `user_state`: only if this user waits.
-        Return False if nobody waits, or a line is read: then the reader of that line must be stopped. Safe in a signal
-        handler.
+        Return False if nobody waits, or if a line is being read: then the reader of that line must be stopped. Safe in
+        a signal handler.
         """
         waited = self.driver.awaited
         if waited is None or (user_state is not None and waited.driven_by is not user_state):
@@ -453,7 +457,7 @@ class Station:
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
 
     def pause(self) -> None:
-        """Stop the program when its present motion is over: PROCEED lets it go on."""
+        """Stop the program when its present motion is over; PROCEED continues it."""
         track = self.tasks.get(ROBOT_PROGRAM)
         if track is not None and track.running and not isinstance(track.pending, Aborted):
             track.task.state = TaskState.PAUSED
@@ -473,8 +477,8 @@ class Station:
             self.settle(self.engine.end)
 
     def resync(self, *, stops: bool) -> Dialogue[ResyncReport]:
-        """Bring body and timeline together (RESYNC). Raises UsageError while a program runs or on a branch,
-        RequestRefused, MotionError.
+        """Bring the body and the timeline back together (RESYNC). Raises UsageError while a program runs or on a
+        branch, RequestRefused, MotionError.
         """
         if self.branches.present != MAIN:
             raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
@@ -488,11 +492,13 @@ class Station:
         return (yield from self.divergence.resync(stops=stops, issued=user.issued, check=check))
 
     def serve(self) -> None:
-        """Serve the present user on the branch that this user tried last; while a program runs, beside it."""
+        """Serve the present user on the branch where this user was last; while a program runs, stay on the present
+        branch.
+        """
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
-        """Forget a user who has left, with the branch and the program that were this user's own."""
+        """Forget a user who has left, including this user's own branch and program."""
         own = self.user_state
         user_state.editor = user_state.on_screen = user_state.last_statement = None
         for track in self.tasks:
@@ -504,26 +510,26 @@ class Station:
 
     @property
     def elsewhere(self) -> bool:
-        """Return whether a program runs on another branch than that of the present user."""
+        """Return whether a program runs on a branch other than the present user's."""
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Return a dialogue for a role: an observer sees the branch of the present user while a program runs on
-        another.
+        """Return a dialogue for a role: an observer sees the branch of the present user while a program runs on another
+        branch.
         """
         return within(self.branches.own_in_place, dialogue) if role is Role.OBSERVER and self.elsewhere else dialogue
 
     def check_may(self, said: str, wanted: Role) -> None:
-        """Check that the present user has the role for what is `said`, and drives if that is needed. Raises RoleWanted,
-        LeaseHeld.
+        """Check that the present user has the role `wanted`, and drives if that is required; `said` names the request
+        in errors. Raises RoleWanted, LeaseHeld.
         """
         check_may(said, wanted, self.user_state.role)
         if self.lease is not None and must_drive(said, wanted, self.user_state.role):
             self.lease.check(self.user_state.name)
 
     def check_may_stop(self, user_state: UserState) -> None:
-        """Check that a user may stop the robot now: a designer stops the motions that are this user's own, a supervisor
-        all. In any thread. Raises RoleWanted, LeaseHeld.
+        """Check that a user may stop the robot now: a designer may stop motions of this user, a supervisor all motions.
+        May be called from any thread. Raises RoleWanted, LeaseHeld.
         """
         check_may("ABORT", Role.DESIGNER, user_state.role)
         lease = self.lease
@@ -531,8 +537,8 @@ class Station:
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
-        """Return whether the questions of a task are for the present user: the one who drives, or who let the task go
-        on last and has not left.
+        """Return whether the questions of a task are for the present user: the user who drives, or who last continued
+        the task and has not left.
         """
         if self.lease is not None:
             return self.lease.drives(self.user_state.name)
@@ -549,7 +555,7 @@ class Station:
             raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Carry out a dialogue under its own conditions, which hold for the programs that begin in it too."""
+        """Carry out a dialogue under conditions of its own, which also apply to the programs that begin in it."""
         with self.driver.surrounding(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 
@@ -575,11 +581,11 @@ class Station:
             self._present(own)
 
     def _present(self, user_state: UserState) -> None:
-        """Make a user the present one, to whom branches and tasks that begin belong."""
+        """Make a user the present one, to whom new branches and tasks belong."""
         self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: ast.Statement) -> Dialogue[None]:
-        """Do one instruction now, as a program of one step. Raises VrsError if it cannot be done, KeyboardInterrupt if
+        """Carry out one instruction now, as a program of one step. Raises VrsError if this fails, KeyboardInterrupt if
         it was stopped.
         """
         self.user_state.last_statement = statement

@@ -34,35 +34,36 @@ class LineEditor(Protocol):
     def done(self) -> bool: ...
     @property
     def changed(self) -> bool:
-        """Return whether leaving it now would lose something."""
+        """Return whether leaving the editor now would lose changes."""
 
     @property
     def source(self) -> str:
-        """The program as a file would hold it."""
+        """The program as the text of a file."""
 
     def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
         """Carry out a line. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """Return the mistake in a line that is not sent yet."""
+        """Return the mistake in a line that was not sent yet."""
 
 
-MAX_TYPED_LINES = 1000  # lines that HISTORY knows
+MAX_TYPED_LINES = 1000  # maximum number of lines that HISTORY keeps
 
 
 @dataclass(eq=False)
 class UserState:
-    """The state of a user. `attended`: a person is there, who can be asked. `lives`: the user types on while a program
-    runs, and does not wait for its end.
+    """The state of a user. `attended`: a person is there who can be asked. `lives`: the user goes on typing while a
+    program runs, and does not wait for its end.
 
     `times`: how the user's clock differs from the robot's; `issued`: when the present line was given, by the robot's
     clock, as the user claims [s].
 
-    `editor`: EDIT is open, and takes the lines; `last_edited`: its program, or that of the editor before. `on_screen`:
+    `editor`: the open EDIT, which takes the lines; `last_edited`: its program, or that of the last editor. `on_screen`:
     the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: the unsaved text
     of SEE, as a file would hold it. `last_statement`: a bare DO repeats it. `typed`: the lines so far. `command_files`:
-    those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: the lines after the present one
-    are dropped. `left`: the user has gone, and the program that this user waited for goes on.
+    the command files that are being carried out, the innermost last. `interrupted`: Ctrl-C or ABORT was given, and the
+    lines after the present one are dropped. `left`: the user has gone, and the program that this user waited for goes
+    on.
     """
 
     name: str = ""
@@ -82,7 +83,7 @@ class UserState:
     left: bool = False
 
     def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
-        """Let something fill the screen until the user leaves it. Return False if the user has no such screen."""
+        """Show an object on the full screen until the user leaves it. Return False if the user has no such screen."""
         self.on_screen = it
         try:
             return (yield question) is not None
@@ -103,9 +104,9 @@ class TargetStream:
     """The stream of targets that moves the robot now. `steered`: the user whose targets are joints.
 
     For a dragged tool: `dragging` follows the wishes of `user_state`; the last `wish` was `issued` then by the user's
-    clock [s], and `heard` by the robot's. `spent`: the user whose drag was broken off. `pulled`: the state that all
-    users are told. `version` of the timeline and `stops` (how often the robot was stopped) are as after the last
-    target.
+    clock [s], and `heard` by the robot's. `spent`: the user whose drag was ended by an error or a stop. `pulled`: the
+    state that all users see. `version` of the timeline and `stops` (number of stops of the robot) have their values
+    after the last target.
     """
 
     pulled: DragState = field(default_factory=DragState)

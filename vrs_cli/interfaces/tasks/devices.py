@@ -1,5 +1,5 @@
-"""The logical units of running programs: the disk, the terminal as a unit that is read and written, and the devices
-that are attached by name.
+"""The logical units of running programs: the disk, the terminal as a unit for reading and writing, and devices that are
+attached by name.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.run import effects
 
-END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as its Return key does
+END_OF_LINE = "\r"  # what GETC returns at the end of a line of the terminal, as the Return key does
 
 
 class Devices(Struct, eq=False):
-    """The units of all tasks. `show` writes to the terminal (text, and whether the line ends); `line` takes its lines.
-    `outside` has all devices but the disk; `missed` is called for a device that cannot be opened.
+    """The units of all tasks. `show` writes to the terminal (text, and whether the line ends); `line` takes lines of
+    the terminal. `outside` has all devices except the disk; `missed` is called for a device that cannot be opened.
     """
 
     disk: Disk
@@ -30,13 +30,13 @@ class Devices(Struct, eq=False):
     _missing: set[str] = field(default_factory=set)
     _status: int = effects.SUCCESS
     _length: int = 0
-    _typed: list[int] = field(default_factory=list)  # what GETC has before it: characters, and the end of the input
-    _taken: list[int] = field(default_factory=list)  # of that by the present step
-    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same of devices
+    _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, and the end of the input
+    _taken: list[int] = field(default_factory=list)  # part of that input that the present step has read
+    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same for devices, by task and unit
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
-        """Carry out a unit effect of a task. Return the answer, or that the task waits. Raises UnitNotAttached,
-        FileOutside.
+        """Carry out a unit effect of a task. Return the answer, or a value that tells that the task waits. Raises
+        UnitNotAttached, FileOutside.
         """
         if isinstance(effect, effects.AttachUnit):
             return self._attach(task, effect)
@@ -64,7 +64,7 @@ class Devices(Struct, eq=False):
         raise errors.UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
-        """Attach a device, also one that cannot be opened: then each use of it has its error as status."""
+        """Attach a device; if it cannot be opened, each use of the unit returns the error as its status."""
         there = self._devices.get((task, unit))
         if there is not None and there.attached == name and there.fault is None:
             there.status = effects.SUCCESS
@@ -141,14 +141,14 @@ class Devices(Struct, eq=False):
     @staticmethod
     @contextmanager
     def _attempt(device: Device) -> Iterator[None]:
-        """Make an error of the device its status. Raises errors of the program."""
+        """Set the status of the device to an error that the device raises. Raises errors of the program."""
         try:
             yield
         except errors.FileError as error:
             device.status, device.length = error.code, 0
 
     def expire(self, task: int, effect: effects.UnitEffect) -> None:
-        """End the wait of a task, whose time has passed."""
+        """End the wait of a task whose time has passed."""
         self._devices[task, effect.unit].expire(of_getc=isinstance(effect, effects.AwaitLine))
 
     def status(self, task: int, unit: int) -> int:
@@ -169,7 +169,7 @@ class Devices(Struct, eq=False):
     # --- what arrives ---
 
     def arrive(self, now: float) -> None:
-        """Give arrivals from outside to their devices."""
+        """Pass data that has arrived from outside to its devices."""
         for arrival in self.outside.take(now):
             for device in self._devices.values():
                 if device.open and device.name == arrival.device:
@@ -187,7 +187,9 @@ class Devices(Struct, eq=False):
         self._taken_of = {}
 
     def character(self, task: int, unit: int, wait: bool) -> int:
-        """Return the code of the next character, or of the error. The terminal has whole lines. Raises LineMissing."""
+        """Return the code of the next character, or of the error. The terminal is read by whole lines. Raises
+        LineMissing.
+        """
         if (device := self._devices.get((task, unit))) is not None:
             try:
                 byte = device.character(wait)
@@ -212,7 +214,9 @@ class Devices(Struct, eq=False):
         )
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
-        """Take a line of the terminal, None at its end; drop characters that GETC has left of a line before."""
+        """Take a line of the terminal, None at the end of the input; drop characters of an earlier line that GETC has
+        not read.
+        """
         come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
         self._status, self._length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))
@@ -221,17 +225,17 @@ class Devices(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """Note that a task has stopped and may go on: its connections stay open."""
+        """Note that a task has stopped but may continue: its connections stay open."""
         self.disk.rest(task)
 
     def release(self, task: int) -> None:
-        """Close all that a task has open, and free its units: it has ended."""
+        """Close all units of a task that has ended, and free them."""
         self.disk.release(task)
         for place in [place for place in self._devices if place[0] == task]:
             self._devices.pop(place).close()
 
     def close_all(self) -> None:
-        """Close everything: no task runs any more."""
+        """Close all units: no task runs any more."""
         self.disk.close_all()
         self._devices.clear()
         self.outside.close_all()

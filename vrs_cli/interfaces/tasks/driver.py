@@ -1,9 +1,10 @@
-"""The driver runs programs: it does what they ask for, at the times of the robot's clock.
+"""The driver runs programs: it carries out their requests, at the times of the robot's clock.
 
 Program and motion run side by side: a motion begins and the program goes on; the next motion waits until it may begin.
 Several programs run side by side too, each a task with a number; a line of the prompt comes before all programs. Each
-task has an instant at which it goes on. The task with the earliest instant goes on first, of equal ones the task with
-the lowest number, so that the same programs give the same timeline. The clock that was passed in sets the pace.
+task has an instant at which it continues. The task with the earliest instant continues first, of tasks with equal
+instants the one with the lowest number, so that the same programs give the same timeline. The clock that is passed in
+sets the pace.
 
 A task that waits for a condition tests it every tick, and at once when a signal changes.
 """
@@ -45,9 +46,10 @@ if TYPE_CHECKING:
 _P = TypeVar("_P", bound=tasks.Pending)
 
 
-ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: the cost is small beside that of steps
-AN_EVENT = 10  # elements that take as much memory as an event of the timeline
-MAX_ELEMENTS_A_STEP = 200  # elements that a step can add; a string has 128 characters
+# number of elements that may be counted again for each step carried out: little work beside the steps
+ELEMENTS_A_STEP = 20
+AN_EVENT = 10  # number of elements that take as much memory as an event of the timeline
+MAX_ELEMENTS_A_STEP = 200  # maximum number of elements that a step can add; a string has up to 128 characters
 
 
 def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals | None]:
@@ -75,15 +77,15 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
 
 
 class AskedInVain(Exception):
-    """Thrown into the request that shows a task's question to a user: the task no longer waits for the answer."""
+    """Raised in the request that shows a task's question to a user: the task no longer waits for the answer."""
 
 
 class _Run(Struct, eq=False):
     """A task whose end a user waits for, within limits.
 
-    `started`: when it began, `last`: when it must end [s]; `before`: the steps that all tasks had done before it.
-    `then` is called with its result if no request waits for it. `all_tasks`: the run lasts until the other tasks have
-    ended too. `look`: the number of its steps at which memory is counted again.
+    `started`: when it began, `last`: when it must end [s]; `before`: the number of steps of all tasks before the run.
+    `then` is called with the result if no request waits for it. `all_tasks`: the run lasts until the other tasks have
+    ended too. `look`: the number of steps of the run at which memory is counted again.
     """
 
     track: tasks.Track
@@ -99,11 +101,11 @@ class _Run(Struct, eq=False):
 class Driver:
     """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit.
 
-    `begin` names a task that is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits
-    until a task has stopped; `settle` does what is due. `answers` tells whether the present user gets a task's
-    questions. `then` returns the function to call at the end of a task whose user waits no longer, None if the task is
-    to stop at once. `lags` tells whether users are behind with reading what programs TYPE. `asking`: the numbers of the
-    questions that are shown to users.
+    `begin` sets a task to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a
+    task has stopped; `settle` carries out everything that is due. `answers` returns whether the present user gets a
+    task's questions. `then` returns the function to call at the end of a task whose user no longer waits, None if the
+    task must stop at once. `lags` returns whether users have not yet read what programs TYPE. `asking`: the numbers of
+    the questions that are shown to users.
     """
 
     def __init__(
@@ -119,7 +121,7 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.cell = NO_CELL
         self._living = LivingCell(NO_CELL)
-        self.world: World | None = None  # of the cell that the robot was put in last
+        self.world: World | None = None  # the world of the cell that the robot was put in last
         self._advice = advice
         self._transcript = TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
@@ -128,7 +130,8 @@ class Driver:
             self.disk,
             self._transcript.show,
             outside or Outside(),
-            lambda missing: terminal.show(Message(str(missing), Tone.WARNING)),  # the program goes on without it
+            # the program continues without the device
+            lambda missing: terminal.show(Message(str(missing), Tone.WARNING)),
         )
         self.devices.outside.tell = lambda text: terminal.show(Message(text))
         self.tasks = tasks.Tasks(engine, environment, self.devices)
@@ -147,7 +150,7 @@ class Driver:
 
     @property
     def awaited(self) -> tasks.Track | None:
-        """The task for whose end a request lets time go on. Any thread may ask."""
+        """The task for whose end a request lets time advance. May be read in any thread."""
         last = self._runs[-1:]
         return last[0].track if last and last[0].then is None else None
 
@@ -158,17 +161,19 @@ class Driver:
         return bool(self._runs)
 
     def interrupt(self) -> None:
-        """Stop the run before its next step and the robot as soon as it can. Safe in a signal handler."""
+        """Stop the run before its next step, and the robot as soon as possible. Safe in a signal handler."""
         self._interrupted = True
 
     @property
     def _ends(self) -> bool:
-        """Return whether the run is to end, whatever it waits for."""
+        """Return whether the run must end, whatever it waits for."""
         return self._interrupted or self._ended_by is not None
 
     @property
     def waits_for_users(self) -> bool:
-        """Return whether programs wait until users have received what they TYPE. Ending programs do not wait."""
+        """Return whether programs wait until users have received their output (TYPE). Programs that are ending do not
+        wait.
+        """
         return (
             self.lags()
             and not self._ends
@@ -177,15 +182,15 @@ class Driver:
 
     @property
     def stands(self) -> bool:
-        """Return whether a program without a waiting user stands until the clock goes on."""
+        """Return whether a program without a waiting user waits until the clock goes on."""
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
     # --- a user waits ---
 
     def run(self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Dialogue[RunResult]:
-        """Run until a task stops, or (`all_tasks`) until every task has. At each RUNNING the actor lets one thing
-        happen (`step`); the other tasks run beside it, and their questions are asked.
+        """Run until a task stops, or (`all_tasks`) until all tasks have. At each RUNNING the actor carries out one
+        event (`step`); the other tasks run beside it, and their questions are asked.
         """
         run = self.begin(track, limits)
         run.all_tasks = all_tasks
@@ -206,14 +211,16 @@ class Driver:
 
     def _foreground(self, run: _Run) -> tasks.Track | None:
         """Return the task that a run waits for now; None if the run is over."""
-        if run.track.outcome is None:  # asked for several times a step
+        if run.track.outcome is None:  # evaluated several times for each step
             return run.track
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
 
     def begin(
         self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[RunResult], None] | None = None
     ) -> _Run:
-        """Wait for a task from now on, within limits; `then` is called at its end if no request waits for it."""
+        """Begin to wait for a task, within limits; `then` is called at the end of the task if no request waits for
+        it.
+        """
         now = self.engine.now
         run = _Run(track, limits, now, now + limits.last, self.tasks.steps_done, then)
         self._runs.append(run)
@@ -225,7 +232,7 @@ class Driver:
         return run
 
     def _over(self, track: tasks.Track) -> _Run:
-        """Wait for a task no longer."""
+        """Stop waiting for a task."""
         run = next(run for run in self._runs if run.track is track)
         self._runs.remove(run)
         track.awaited = False
@@ -234,7 +241,7 @@ class Driver:
         return run
 
     def step(self) -> None:
-        """Let the next thing happen, or time go on towards it; a limit may be reached then."""
+        """Carry out the next event, or advance time towards it. This may reach a limit of the run."""
         if not self._runs:
             coming = self.peek()
             if coming < inf:
@@ -258,18 +265,18 @@ class Driver:
             self._exceed_time(run)
         elif self._let_time_pass(track, coming):
             most = run.limits.max_steps
-            # of the steps that may be done one more begins, and is not done
+            # after the last allowed step one more begins, and is not carried out
             self._happen(BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1)
             self._look()
         self._tell_ends()
 
     def abort(self, number: int) -> tasks.Track | None:
-        """Stop a task now, however late its own steps are. Return None if no task of this number runs."""
+        """Stop a task now, however far ahead its next step is. Return None if no task of this number runs."""
         self.engine.clock.advance(self.engine.clock.reached)
         return self.tasks.abort(number)
 
     def drop(self, foreground: tasks.Track | None = None) -> None:
-        """Stop the robot, the task that a user waited for, and the tasks that an error of vrs itself has broken."""
+        """Stop the robot, the task that a user waited for, and the tasks that an internal error of vrs has broken."""
         self.engine.clock.advance(self.engine.clock.reached)
         self.engine.stop()
         for track in self.tasks.running:
@@ -278,7 +285,7 @@ class Driver:
                 self.tasks.stop(track, RunOutcome.ABORTED)
 
     def broken_off(self, error: LimitReached) -> RunResult:
-        """Return the result of a run that `error` broke off in the middle of a step."""
+        """Return the result of a run that `error` ended in the middle of a step."""
         track = self.tasks.get(tasks.ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
@@ -314,8 +321,8 @@ class Driver:
         return sorted(waiting, key=lambda one: one[1].number)
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:
-        """Give a line to the task that asked this question; None at the end of the input, or the error. A task that
-        waits no longer gets nothing.
+        """Give a line to the task that asked this question; None at the end of the input, or the error. If the task no
+        longer waits, do nothing.
         """
         found = next((one for one in self.questions() if one[1].number == number), None)
         if found is None:
@@ -337,7 +344,7 @@ class Driver:
                 answer = yield asked.question
                 self.answer(asked.number, answer if isinstance(answer, str) else None)
             except AskedInVain:
-                pass  # where the task still waits, the question is asked again
+                pass  # if the task still waits, the question is asked again
             except VrsError as error:
                 self.answer(asked.number, error)
             except KeyboardInterrupt:
@@ -346,38 +353,38 @@ class Driver:
                 self.asking.discard(asked.number)
 
     def open_questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """Return the questions for the present user that are shown to no user yet."""
+        """Return the questions for the present user that no user sees yet."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
     def has_withdrawn(self) -> bool:
-        """Return whether a question is shown to a user whose task no longer waits for the answer."""
+        """Return whether a user sees a question although the task no longer waits for the answer."""
         return not self.asking <= {asked.number for _, asked in self.questions()}
 
     # --- limits ---
 
     def _end_vain_wait(self, run: _Run, track: tasks.Track) -> None:
-        """End the wait of a task for what will never happen."""
+        """End the wait of a task for an event that will never happen."""
         more = self._advice("signals")
         error = endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
         if track is run.track:
             self._fail(track, error)
-        else:  # the program is over, and nothing will ever happen in this task
+        else:  # the program is over, and nothing more will happen in this task
             place = f"task {track.number} is ended at {track.task.program} step {track.task.step}"
             self.terminal.show(Message(f"{place}: {error}", Tone.WARNING))
             self.tasks.abort(track.number)
 
     def _exceed_time(self, run: _Run) -> None:
-        """End a run at its limit of the robot's time."""
+        """End a run that has reached its limit of robot time."""
         self.engine.clock.advance(max(run.last, self.engine.now))
         what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
         late = (one.text for one in self.engine.book.records() if one.asked is not None and one.asked > run.last)
-        if text := next(late, None):  # the first motion that was asked for a later time is to blame
+        if text := next(late, None):  # the first motion that was requested for a later time is the cause
             what += f", and {text} was asked for later than that"
         self._end_at_limit(run, what, self._advice("max_time"))
 
     def _in_vain(self) -> bool:
-        """Return whether time could go on for ever, and nothing would happen."""
+        """Return whether time could pass for ever without any event."""
         engine = self.engine
         if engine.realtime or self._next_signal() < inf or engine.now < engine.end:
             return False
@@ -403,7 +410,7 @@ class Driver:
                     self._end_at_limit(run, what, self._advice("max_elements"))
 
     def _let_time_pass(self, foreground: tasks.Track, coming: float) -> bool:
-        """Let time go on; whether it has come so far. On a paused clock the foreground task fails."""
+        """Advance time. Return whether it has reached `coming`. On a paused clock the foreground task fails."""
         try:
             self.engine.clock.wait(coming)
         except ClockPaused as error:
@@ -411,14 +418,14 @@ class Driver:
         return self.engine.now >= coming
 
     def _check_held(self, characters: int) -> None:
-        """Check how many characters the files would hold that are open for reading. Raises LimitReached."""
+        """Check how many characters the files that are open for reading would hold. Raises LimitReached."""
         most = None if not self._runs else self._runs[-1].limits.max_elements
         if most is not None and characters > most:
             what = f"the files that are read hold {characters} characters, {most} at most"
             raise LimitReached(what, self._advice("max_elements"))
 
     def _end_at_limit(self, run: _Run, what: str, hint: str) -> None:
-        """End the task that is waited for at a limit, and all others that are waited for with it."""
+        """End the awaited task at a limit, together with all other awaited tasks."""
         foreground = self._foreground(run)
         if foreground is None:
             return
@@ -430,12 +437,12 @@ class Driver:
                 self.tasks.abort(track.number)
 
     def _fail(self, track: tasks.Track, error: VrsError) -> None:
-        """Raise an error in a task, in place of what it waits for."""
+        """Raise an error in a task, in place of the event that it waits for."""
         track.pending = None
         self._do(track, self._throw(track, error))
 
     def _whereabouts(self, foreground: tasks.Track) -> Iterator[str]:
-        """Yield where each task waits or is busy, the awaited task first."""
+        """Yield where each task waits or works, the awaited task first."""
         others = [track for track in self.tasks.in_order() if track.running and track is not foreground]
         for track in [foreground, *others]:
             task = track.task
@@ -447,7 +454,7 @@ class Driver:
     # --- no user waits ---
 
     def settle(self, until: float | None = None) -> None:
-        """Let the tasks do all that is due until an instant, which is the present one unless told otherwise."""
+        """Let the tasks do everything that is due until an instant, by default the present one."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
         while (coming := min(self.peek(), self._next_signal())) <= until and not self.waits_for_users:
@@ -458,7 +465,7 @@ class Driver:
         self._tell_ends()
 
     def _tell_ends(self) -> None:
-        """Tell of the ends of runs that no request waits for."""
+        """Report the ends of runs that no request waits for."""
         for run in tuple(self._runs):
             if run.then is not None and not run.track.running:
                 run.then(self._result(self._over(run.track)))
@@ -466,20 +473,20 @@ class Driver:
     # --- what happens next ---
 
     def peek(self) -> float:
-        """Return when the next thing happens [s]; infinity if nothing happens by itself."""
+        """Return when the next event happens [s]; infinity if there is none without a request."""
         track = self.tasks.next()
         if track is None:
             return inf
         return min(track.wake, self._next_signal(), self.devices.outside.due(self.engine.clock))
 
     def _next_signal(self) -> float:
-        """Return when the next input changes, or the next event stands on the timeline [s]."""
+        """Return the time of the next change of an input, or of the next event on the timeline [s]."""
         dated = self.environment.signals.follow_clock()
         return dated if self.inputs is NO_INPUTS else min(self.inputs.next_time, dated)
 
     def _happen(self, budget: int) -> None:
-        """Do what is due now: something arrives, a signal changes, or a task does steps until it wants something that
-        takes time, or another task may have its turn.
+        """Carry out what is due now: data arrives, a signal changes, or a task does steps until it requests something
+        that takes time, or another task may have its turn.
         """
         clock, signals = self.engine.clock, self.environment.signals
         signals.follow_clock()
@@ -492,12 +499,13 @@ class Driver:
             return
         track = self.tasks.next()
         if track is None or track.wake > self.engine.now:
-            return  # a signal has changed, for which nobody waits
+            return  # a signal has changed that no task waits for
         self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))
         self.tasks.current = tasks.PROMPT_LINE
-        signals.follow_clock()  # what the task has changed on the timeline is no change of the signals now
-        if track.reacts and self._left_now(track) > 0:  # to more than one signal: one after the other
+        signals.follow_clock()  # changes that the task has made on the timeline are not changes of the signals now
+        # if the task reacts to more than one signal: one after the other
+        if track.reacts and self._left_now(track) > 0:
             track.wake = self.engine.now
 
     def _do(self, track: tasks.Track, event: tasks.Pending) -> None:
@@ -513,7 +521,7 @@ class Driver:
                 event = self._throw(track, error)
 
     def _change_inputs(self) -> None:
-        """Change the inputs that change now; the cell's rules apply to each change."""
+        """Carry out the changes of inputs that are due now; the cell's rules apply to each change."""
         due, self.inputs = self.inputs.take_until(self.engine.now)
         for change in due:
             for name, value in change.values.items():
@@ -528,7 +536,7 @@ class Driver:
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:
-        """Put the robot in a cell, whose signals have names and whose rules apply by themselves."""
+        """Put the robot in a cell, whose signals have names and whose rules apply automatically."""
         self.cell, self._living = cell, LivingCell(cell)
         self.environment.signals.names = cell.names
         self.world, self.environment.signals.cell_inputs = world_of(self.engine, cell)
@@ -544,8 +552,8 @@ class Driver:
 
     @contextmanager
     def surrounding(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
-        """Put the robot in another cell meanwhile (None: the same one), and let inputs change at times [s] from now.
-        The changes that are not due by the end are dropped.
+        """Put the robot in another cell temporarily (None: the same one), and let inputs change at times [s] from now.
+        Changes that are not due by the end are dropped.
         """
         signals = self.environment.signals
         before, world = (self.cell, self._living, signals.names, signals.cell_inputs), self.world
@@ -558,14 +566,14 @@ class Driver:
         finally:
             stay = signals.computed_states() if cell is not None else ()
             self.cell, self._living, signals.names, signals.cell_inputs = before
-            self.world = world or self.world  # the parts of a call's own cell can still be looked at
-            signals.write(*stay, inputs=True, stamp=Stamp(self.engine.now))  # what the cell did last
+            self.world = world or self.world  # the parts of a call's own cell can be inspected afterwards
+            signals.write(*stay, inputs=True, stamp=Stamp(self.engine.now))  # the last changes by the cell
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
     def _event(self, track: tasks.Track, budget: int) -> tasks.Pending:
-        """Return what a task asks for now: what it was waiting for, or the next request of its program."""
+        """Return what a task requests now: the event that it waited for, or the next request of its program."""
         reacts, pending, track.pending = track.reacts, track.pending, None
         if pending is not None:
             if not reacts:
@@ -579,18 +587,19 @@ class Driver:
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
         looked_at = track.stepping is not None or self.tasks.breakpoints or self.tasks.watches
-        if (looked_at or self.engine.settings.switch("TRACE")) and not track.at_prompt:  # each step, before it is done
+        # inspect each step before it is carried out
+        if (looked_at or self.engine.settings.switch("TRACE")) and not track.at_prompt:
             return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
 
     def _throw(self, track: tasks.Track, error: VrsError) -> tasks.Pending:
-        """Raise an error in a task. Return what the task asks for next."""
+        """Raise an error in a task. Return the next request of the task."""
         track.asked = self.engine.now
         return self._asked_again(track, track.task.throw(error))
 
     @staticmethod
     def _asked_again(track: tasks.Track, event: _P) -> _P:
-        """Restore when an event was asked for first that a reaction had interrupted. Return the event."""
+        """Restore the request time of an event that a reaction had interrupted. Return the event."""
         for held in track.held:
             if held[0] is event:
                 track.asked = held[1]
@@ -599,13 +608,15 @@ class Driver:
         return event
 
     def _left_now(self, track: tasks.Track) -> int:
-        """Return how many steps a task may do at the present instant before time has to go on."""
+        """Return how many more steps a task may do at the present instant before time must advance."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return BUDGET - (track.task.steps_done - track.before)
 
     def _step_by_step(self, track: tasks.Track, answer: str | None) -> Event | tasks.Stopped | tasks.Onward:
-        """Do the present step of a task. Return its request, or whether the program stops before the next step."""
+        """Carry out the present step of a task. Return its request, or whether the program stops before the next
+        step.
+        """
         task, stepping = track.task, track.stepping
         if task.between:
             if self.engine.settings.switch("TRACE"):

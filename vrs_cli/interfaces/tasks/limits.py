@@ -1,5 +1,5 @@
-"""Limits of a run: stop a program that does not stop by itself, and keep programs of somebody else from the network
-and from other processes.
+"""Limits of a run: end programs that do not stop on their own, and deny programs from other people access to the
+network and to other processes.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from msgspec import Struct, structs
 from vrs_cli.errors import LimitReached
 
 GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"
-Advice = Callable[[str], str]  # what helps where the limit of that name is reached; "signals": an input never changes
+Advice = Callable[[str], str]  # returns advice for reaching the limit of that name; "signals": an input never changes
 
 
 def at_prompt(_option: str) -> str:
-    """Return the advice at a prompt, for any limit."""
+    """Return the advice for a user at a prompt, for any limit."""
     return GO_ON
 
 
 class Limits(Struct, frozen=True, kw_only=True):
-    """The limits of a run of programs, counted alike on every machine. None: no limit.
+    """The limits of a run of programs, counted in the same way on every machine. None: no limit.
 
     Robot's time [s], steps of all programs together, elements of arrays and characters of strings, bytes typed, and
     bytes written to files. The defaults are for programs that nobody watches, and end an endless program soon. Raises
@@ -43,7 +43,7 @@ class Limits(Struct, frozen=True, kw_only=True):
 
     @property
     def last(self) -> float:
-        """Seconds of the robot's time that a run may take."""
+        """The robot time that a run may take [s]."""
         return inf if self.max_time is None else self.max_time
 
 
@@ -55,7 +55,9 @@ OWN = structs.replace(ATTENDED, max_steps=100_000_000)
 
 
 class Spent(Struct):
-    """Bytes of one kind that a run has put out: typed, or written to files. `advice`: the hint at the limit."""
+    """Counts the bytes of one kind that a run has put out: typed, or written to files. `advice`: the hint at the
+    limit.
+    """
 
     option: str
     done: str
@@ -67,7 +69,7 @@ class Spent(Struct):
         self.limits, self.count = limits, 0
 
     def add(self, size: int) -> None:
-        """Count so many bytes. Raises LimitReached if that is more than the limit."""
+        """Add `size` bytes. Raises LimitReached if the total exceeds the limit."""
         most: int | None = getattr(self.limits, self.option)
         if most is not None and self.count + size > most:
             what = f"the program wanted to {self.done} more than {most} bytes"
@@ -79,8 +81,8 @@ REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os
 
 
 class Isolation:
-    """While it is entered, this process opens no connection and starts no other process: Python calls an audit hook
-    before that (`sys.audit`). A hook cannot be removed, so there is one for all.
+    """Context in which this process opens no connection and starts no other process: Python calls an audit hook before
+    such an act (`sys.audit`). A hook cannot be removed, so there is one for all contexts.
     """
 
     hooked = entered = False

@@ -1,8 +1,8 @@
 """Record on the timeline what programs read of outputs and inputs (WAIT, SIG, BITS, REACT), compare it with the
 timeline after an edit, and find waits that nothing can end.
 
-A step records a state once between two commands, and again when it reads another state: a loop that polls a signal
-records each change of the signal, not each look at it.
+A step records the state of a signal once between two commands, and again when the state has changed: a loop that polls
+a signal records each change of the signal, not each look at it.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ class Observations:
 
     def __init__(self, engine: Engine, tasks: Tasks, signals: Signals) -> None:
         self._engine, self._tasks, self._signals = engine, tasks, signals
-        self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}  # program, operation, signal
-        self._numbers = 0  # of motions and events, those that observations took
+        # readings by program, operation and signal
+        self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}
+        self._numbers = 0  # number of motions and events, and number of observations
         signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:
@@ -44,7 +45,7 @@ class Observations:
             self._record(track, self._signals.place, signal, on)
 
     def _record_reaction(self, track: Track, signal: int, on: bool) -> None:
-        """Record the signal that a reaction of a task has seen."""
+        """Record the signal to which a task has reacted."""
         if track.in_program:
             self._record(track, None, signal, on)
 
@@ -71,8 +72,8 @@ class Observations:
 
 
 def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineDelta]) -> float:
-    """Return a time [s] before which all readings still hold after some changes of a timeline; infinity if the changes
-    only add later motions and events.
+    """Return a time [s] before which all readings still hold after changes of a timeline; infinity if the changes only
+    add later motions and events.
     """
     since, latest = inf, before.event(before.event_count - 1).time if before.event_count else -inf
     for delta in changes:
@@ -91,8 +92,8 @@ def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineD
 
 
 def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue]:
-    """Find what programs read at a time [s] or later that no longer holds on the timeline of a book."""
-    wrong, instant, given = list[Event](), -inf, dict[int, float]()  # by the events of this instant so far
+    """Find readings of programs, at time `since` [s] or later, that no longer hold on the timeline of a book."""
+    wrong, instant, given = list[Event](), -inf, dict[int, float]()  # values set by events of this instant so far
     for event in book.timeline.events_between(since, inf):
         if event.time != instant:
             instant, given = event.time, {}
@@ -111,13 +112,13 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
 
 
 def _holds(signals: Signals, event: Event, given: float | None) -> bool:
-    """Return whether a reading is what the timeline says. `given`: what events of the same instant before it have set;
-    those after it change nothing that it could have seen.
+    """Return whether a signal reading agrees with the timeline. `given`: the value set by earlier events of the same
+    instant; later events of that instant cannot have affected the reading.
     """
     on, computed, t = event.value > 0.0, signals.cell_inputs, event.time
     changed = event.duration == 0.0
     if computed is not None and event.channel in computed.numbers:
-        if signals.on_at(event.channel, t) is not on:  # it may have been read before it changed at this instant
+        if signals.on_at(event.channel, t) is not on:  # the reading may precede the change at this instant
             return not changed and signals.on_at(event.channel, t - TICK) is on
     elif (signals.on_at(event.channel, t - TICK) if given is None else given > 0.0) is not on:
         return False
@@ -125,7 +126,9 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
 
 
 def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
-    """Return the place of each observation, and the motion commanded next, by the number of the observation."""
+    """Return the program position of each observation, and the motion commanded next, by the number of the
+    observation.
+    """
     places, commands, waiting = dict[int, str](), dict[int, str](), list[int]()
     for delta in book.deltas:
         number, text = delta.motion.number, delta.motion.text
@@ -140,11 +143,11 @@ def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
     return places, commands
 
 
-UNTIMED = (Wait, WaitEvent, AttachRobot)  # what may be waited for in vain
+UNTIMED = (Wait, WaitEvent, AttachRobot)  # requests that may wait in vain
 
 
 def in_vain(tracks: Iterable[Track], now: float) -> bool:
-    """Return whether all of them wait for what stays as it is while time goes on."""
+    """Return whether all tasks wait for states that do not change as time advances."""
     return all(track.wake > now and not track.reacts and _stays(track) for track in tracks)
 
 
@@ -158,7 +161,7 @@ def _stays(track: Track) -> bool:
 
 
 def _condition(track: Track) -> Expression | None:
-    """Return the condition of the WAIT that a task stands at."""
+    """Return the condition of the WAIT at which a task has stopped."""
     it = track.task.statement
     return it.arguments[0] if isinstance(it, Instruction) and it.word == "WAIT" and it.arguments else None
 
@@ -166,13 +169,13 @@ def _condition(track: Track) -> Expression | None:
 def _wait_is_over(wait: Wait) -> bool:
     try:
         return wait.condition()
-    except VrsError:  # the task is told of it when it looks
+    except VrsError:  # the task gets the error when it evaluates the condition
         return True
 
 
 def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> EndlessWait:
-    """Return the error for a task that waits in vain. `help_`: what lets an input change here; "" at a prompt, where
-    SIGNAL does, and RETRY goes on. `said`: writes a condition with the names of its signals.
+    """Return the error for a task that waits in vain. `help_`: how an input can be changed here; "" at a prompt, where
+    SIGNAL does that, and RETRY continues the task. `said`: writes a condition with the names of its signals.
     """
     if isinstance(track.pending, AttachRobot):
         return EndlessWait("waits for the robot, which another task keeps", "DETACH there, or ABORT it")
@@ -190,7 +193,7 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
 
 
 def _signal(condition: Expression | None) -> int | None:
-    """Return the one signal that is waited for: WAIT SIG(1003), or WAIT 3 as in VAL."""
+    """Return the single signal that a condition waits for: WAIT SIG(1003), or WAIT 3 as in VAL."""
     if condition is not None and (asked := channel(condition)) is not None:
         return asked
     if not isinstance(condition, Call) or condition.name != "SIG" or len(condition.arguments) != 1:

@@ -1,6 +1,5 @@
-"""Do what tasks ask for: requests to the robot, waits, the terminal, other tasks, the end (`ACTS`).
-
-What takes time leaves the task with an instant at which it goes on; nothing here lets time go on.
+"""Carry out the requests of tasks: requests to the robot, waits, the terminal, other tasks, the end (`ACTS`). An act
+that takes time gives the task an instant at which it continues; nothing here advances time.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands
 from vrs_cli.values.results import RunOutcome
 
-VAIN_READ = 100  # steps of the instant that a READ counts for where nothing has come: it takes the CPU as long
+VAIN_READ = 100  # number of steps that a READ without input counts as: it takes as much CPU time
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
 EVERYBODYS = (
     commands.SetChannels,
@@ -38,18 +37,18 @@ EVERYBODYS = (
     commands.SetSwitch,
 )  # requests that a task without the robot may make
 STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time
-STEPS_A_START = 100  # that the start of a task takes as long as
+STEPS_A_START = 100  # number of steps that take as long as the start of a task
 
 
 class TypedLine(NamedTuple):
-    """A line that programs typed, and the robot's time at which it ended [s]."""
+    """A line that programs typed, and the robot's time at its end [s]."""
 
     t: float
     text: str
 
 
 class TypedLines:
-    """What programs type. `lines` are the lines that have ended since the run began."""
+    """Output that programs type. `lines` are the lines that have ended since the run began."""
 
     def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
         self.lines: list[TypedLine] = []
@@ -62,7 +61,7 @@ class TypedLines:
         self._spent.begin(limits)
 
     def count(self, text: str, newline: bool = False) -> None:
-        """Count text that is about to be typed. Raises LimitReached."""
+        """Count text before it is typed. Raises LimitReached."""
         self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
@@ -78,13 +77,13 @@ class TypedLines:
         self.lines += [TypedLine(now, line) for line in lines]
 
     def end_line(self) -> None:
-        """End a line that has begun."""
+        """End an unfinished line."""
         if self._line:
             self._put("", newline=True)
 
 
 class Performer:
-    """Carries out the requests of the tasks of one robot. Each act raises VrsError if it cannot be done.
+    """Carries out the requests of the tasks of one robot. Each act raises VrsError if it fails.
 
     `asked`: a task has asked a question since questions were shown to users. `last`: when the run is stopped [s].
     """
@@ -129,13 +128,13 @@ class Performer:
             self._devices.expire(track.number, event)
 
     def _ask(self, track: Track, event: effects.Prompt | effects.ReadRecord | effects.AwaitLine) -> None:
-        """Ask a question; the task goes on with the answer."""
+        """Ask a question; the task continues with the answer."""
         self.asked = True
         track.until(inf, PendingInput(next(self._questions), event))
 
     def answer(self, track: Track, asked: PendingInput, answer: str | VrsError | None) -> None:
-        """Give a line to a task that has asked. If there is none and the task needs it, raises EndOfInput, or the error
-        of the line before.
+        """Give a line to a task that has asked. Raises EndOfInput, or the earlier error of the line, if there is no
+        line and the task needs one.
         """
         track.until(self._engine.now)
         event = asked.event
@@ -185,7 +184,7 @@ class Performer:
                 self._engine.perform(setting)
 
     def request(self, track: Track, request: commands.Request) -> None:
-        """Give a request to the robot once the robot is ready for it."""
+        """Pass a request to the robot once the robot is ready for it."""
         if not (self._tasks.owns(track) or isinstance(request, EVERYBODYS)):
             if isinstance(request, commands.Break | commands.Brake):
                 return
@@ -201,9 +200,7 @@ class Performer:
         request = request if in_program else by_robot_clock(request, track.times)
         track.until(engine.begin(request, program=in_program, issued=issued))
         for other in self._tasks.running if isinstance(request, commands.Brake) else ():
-            if isinstance(
-                other.pending, commands.Request
-            ):  # the robot will be at rest at another time than was thought
+            if isinstance(other.pending, commands.Request):  # the robot will be at rest at another time than expected
                 other.wake = engine.now
 
     def _check_in_bounds(self, stamp: commands.Stamp) -> None:
@@ -225,7 +222,7 @@ class Performer:
     # --- other tasks ---
 
     def _start_task(self, track: Track, event: effects.StartTask) -> None:
-        """Start a task. It may do the steps that are left to its starter at this instant, so that a program that starts
+        """Start a task. It may do the remaining steps of its starter at this instant, so that a program that starts
         itself over and over does not stop time.
         """
         number = self._tasks.free() if event.number is None else event.number
@@ -254,8 +251,8 @@ class Performer:
         track: Track,
         event: effects.ProgramCompleted | effects.Halt | effects.Pause | effects.Failed | Aborted | Stopped,
     ) -> None:
-        """End the task once the robot is at rest, where the task has the robot and is no line of the prompt. A task
-        that is stopped while the clock is paused does not wait for that.
+        """End the task; a task that has the robot and is not a line of the prompt ends once the robot is at rest. A
+        task that is stopped while the clock is paused does not wait for that.
         """
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
         stands = self._engine.clock.paused and isinstance(event, effects.Failed | Aborted)
@@ -270,14 +267,16 @@ class Performer:
 
 
 def by_robot_clock(request: commands.Request, times: HolderTimes) -> commands.Request:
-    """Return a request of a line of the prompt with its time, given by the user's clock, by the robot's clock."""
+    """Convert the time in a request of a line of the prompt from the user's clock to the robot's. Return the
+    request.
+    """
     if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):
         return request
     return structs.replace(request, stamp=commands.Stamp(times.robot_time(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:
-    """Return the line. Raises the error that says why there is none."""
+    """Return the line of an answer. Raises the error if the answer is one."""
     if isinstance(answer, VrsError):
         raise answer
     return answer
@@ -300,7 +299,7 @@ ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     effects.SetEvent: Performer._set_event,
     effects.EventSignal: Performer._event_signal,
     effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + TICK),
-    Onward: lambda _performer, _track, _event: None,  # the next step at once
+    Onward: lambda _performer, _track, _event: None,  # continue with the next step at once
     effects.CycleBegins: Performer._cycle_begins,
     effects.AttachRobot: Performer._attach,
     effects.DetachRobot: Performer._detach,

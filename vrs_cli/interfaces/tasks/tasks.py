@@ -1,7 +1,6 @@
-"""The tasks of one robot, by number: which run, which have stopped, what each waits for, and which has the robot.
-
-0 is the robot program, 1 the process control program of VAL-II, others those of V+; -1 is a line of the prompt. The
-robot belongs to one task at a time: to task 0 when it starts, or to the one that attaches it.
+"""The tasks of one robot, by number: which tasks run, which have stopped, what each waits for, and which has the robot.
+0 is the robot program, 1 the process control program of VAL-II, others are tasks of V+; -1 is a line of the prompt. The
+robot belongs to one task at a time: to task 0 when it starts, or to the task that attaches the robot.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.run.runtime import Task
 
 ROBOT_PROGRAM = 0
-PROMPT_LINE = -1  # the number of the task that a line of the prompt is
+PROMPT_LINE = -1  # the task number of a line of the prompt
 
 RUN_STATES = {
     effects.TaskState.RUNNING: EXECUTING,
@@ -51,11 +50,13 @@ NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  #
 
 
 class Aborted(Struct, frozen=True):
-    """A task is stopped from outside, and waits until the robot is at rest."""
+    """Tells that a task was stopped from outside, and waits until the robot is at rest."""
 
 
 class PendingInput(Struct, frozen=True):
-    """A task waits for a line of the terminal: `number` is that of the question, `event` what the task asked."""
+    """Tells that a task waits for a line of the terminal: `number` is the number of the question, `event` the request
+    of the task.
+    """
 
     number: int
     event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
@@ -70,8 +71,8 @@ class PendingInput(Struct, frozen=True):
 
 
 class Stopped(Struct, frozen=True):
-    """The program stands before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the change that was
-    watched.
+    """Tells that the program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the change
+    that was watched.
     """
 
     outcome: str
@@ -79,7 +80,7 @@ class Stopped(Struct, frozen=True):
 
 
 class Onward(Struct, frozen=True):
-    """The program stands before a step, and goes on at once."""
+    """Tells that the program is before a step, and continues at once."""
 
 
 Pending = effects.Event | Aborted | Stopped | Onward | PendingInput
@@ -92,7 +93,8 @@ ONWARD = Onward()
 class Stepping(Struct):
     """One step of a program, into a program that it calls or (`over`) over it.
 
-    `begun`: the step is being done, with `depth` programs on the stack; before that the task comes to the step.
+    `begun`: the step is being carried out, with `depth` programs on the stack; until then the task has not reached the
+    step.
     """
 
     over: bool
@@ -101,14 +103,15 @@ class Stepping(Struct):
 
 
 class Track(Struct, eq=False):
-    """A task in time: it goes on at `wake` [s], after `pending` is done unless that is None.
+    """A task in time: it continues at `wake` [s], after `pending` is carried out unless that is None.
 
-    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on;
-    `awaited`: a user waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
-    `held`: the events that reactions have interrupted, and when they were asked for. `driven_by`: the user who let it
-    go on last, and gets its questions; None if that user has gone. `times`: clock corrections of the user who typed its
-    line; `issued`: when that was, until its first request. `event`: whether it is set, `event_signal`: the input that
-    sets it; `run_signal`: the output that is on while the task runs.
+    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: the task takes the robot when it
+    continues; `awaited`: a user waits for its end. `instant`: when the task last continued, `before`: how many steps it
+    had done then. `held`: the events that reactions have interrupted, and when they were asked for. `driven_by`: the
+    user who last continued the task, and gets its questions; None if that user has gone. `times`: clock corrections of
+    the user who typed the line of the task; `issued`: when the line was typed, until its first request. `event`:
+    whether the event of the task is set, `event_signal`: the input that sets it; `run_signal`: the output that is on
+    while the task runs.
     """
 
     number: int
@@ -144,15 +147,16 @@ class Track(Struct, eq=False):
 
     @property
     def in_program(self) -> bool:
-        """Return whether it is more than a line of the prompt. A motion of such a line is over when the line returns,
-        and one with a time stamp leaves the clock alone; a program that the line CALLs runs as any other.
+        """Return whether the task is more than a line of the prompt. A motion of such a line is over when the line
+        returns, and a motion with a time stamp does not advance the clock; a program that the line CALLs runs as any
+        other.
         """
         return not self.at_prompt or len(self.task.stack) > 1
 
     @property
     def reacts(self) -> bool:
-        """Return whether a reaction is due that interrupts what the task waits for: a WAIT or a peer; for REACTI also
-        the robot.
+        """Return whether a reaction is due that interrupts the event that the task waits for: a WAIT or a peer; for
+        REACTI also the robot.
         """
         due = self.task.reactions.due
         if due is None:
@@ -162,7 +166,7 @@ class Track(Struct, eq=False):
         )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
-        """Go on at an instant [s], and no earlier."""
+        """Continue at an instant [s], and not earlier."""
         self.wake, self.pending = instant, pending
 
 
@@ -170,7 +174,7 @@ class Track(Struct, eq=False):
 
 
 class Watch(Struct):
-    """An expression, its text and the value that it had when it was last looked at; None: it had no value."""
+    """An expression, its text and its value at the last evaluation; None: it had no value."""
 
     text: str
     evaluate: Callable[[], Value]
@@ -178,7 +182,7 @@ class Watch(Struct):
     last: Value | None = None
 
     def change(self) -> str:
-        """Return the present value and the one before as text; empty if they are equal."""
+        """Return a text with the present and the previous value; empty if they are equal."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -192,9 +196,9 @@ class Watch(Struct):
 
 
 class Tasks(System):
-    """The tasks that run or have stopped. `current` is the number of the task that does its steps now. `who`: the user
-    who is served now, and drives what begins. `failed`: the tasks that stopped with an error while a user waited for
-    another task; `told` is called with each at once. `observed` is called when a signal lets a task react.
+    """The tasks that run or have stopped. `current` is the number of the task that is running steps now. `who`: the
+    user who is served now, and drives the tasks that begin. `failed`: the tasks that stopped with an error while a user
+    waited for another task; `told` is called with each at once. `observed` is called when a signal lets a task react.
     `breakpoints`: programs stop before these steps (program keys, and steps from 1), and when the value of one of the
     `watches` changes.
     """
@@ -205,7 +209,7 @@ class Tasks(System):
         self.failed: list[StoppedTask] = []
         self.breakpoints = set[tuple[str, int]]()
         self.watches = list[Watch]()
-        self._latch: tuple[Transform, Joints] | None = None  # where the robot was when LATCH.SIGNAL came last
+        self._latch: tuple[Transform, Joints] | None = None  # the position of the robot at the last LATCH.SIGNAL
         self._latched = False
         self.told: Callable[[StoppedTask], None] = lambda _beside: None
         self.observed: Callable[[Track, int, bool], None] = lambda _track, _signal, _on: None
@@ -233,9 +237,9 @@ class Tasks(System):
         return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
-        """Return the running task that goes on first."""
+        """Return the running task that continues first."""
         first: Track | None = None
-        for track in self._tracks.values():  # asked for twice a step
+        for track in self._tracks.values():  # evaluated twice for each step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
                 first = track
         return first
@@ -247,7 +251,9 @@ class Tasks(System):
     # --- beginning and going on ---
 
     def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """Start a task beside those that run. `folder`: of its files, if it has its own. Raises TaskActive."""
+        """Start a task beside the running ones. `folder`: the folder of its files, if it has its own. Raises
+        TaskActive.
+        """
         there = self.get(number)
         if there is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "{ABORT} stops it")
@@ -268,7 +274,7 @@ class Tasks(System):
         return min(free)
 
     def proceed(self, number: int, *, retry: bool = False) -> Track:
-        """Let a stopped task go on: at its next step, or (`retry`) again with the step where it stopped. Raises
+        """Continue a stopped task: at its next step, or (`retry`) again with the step where it stopped. Raises
         TaskNotActive, TaskActive.
         """
         track = self.get(number)
@@ -279,7 +285,7 @@ class Tasks(System):
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
-        track.task.state = effects.TaskState.RUNNING  # from now on, not from its turn
+        track.task.state = effects.TaskState.RUNNING  # set now, not when its turn comes
         track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
@@ -301,7 +307,7 @@ class Tasks(System):
         return track
 
     def only_waits(self, track: Track) -> bool:
-        """Return whether it is a line of the prompt in real time: the arm moves whether the line waits or not."""
+        """Return whether the task is a line of the prompt in real time: the arm moves whether or not the line waits."""
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
@@ -313,13 +319,13 @@ class Tasks(System):
         return track
 
     def stop(self, track: Track, outcome: RunOutcome) -> None:
-        """End a task, or let it pause: it releases the robot, its signal and its files."""
+        """End a task, or pause it: the task releases the robot, its signal and its files."""
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
         self._run_signal(track, running=False)
         if track.task.is_over and not track.at_prompt:
             self._devices.release(track.number)
-        else:  # it may go on: its files stay open, and have all that it wrote
+        else:  # the task may continue: its files stay open, and contain all of its output
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(StoppedTask(track.number, track.fault, self._engine.now))
@@ -343,7 +349,7 @@ class Tasks(System):
     # --- the robot ---
 
     def owns(self, track: Track) -> bool:
-        """Return whether a task has the robot; a line of the prompt has it while no task does."""
+        """Return whether a task has the robot; a line of the prompt has the robot if no task does."""
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
@@ -357,7 +363,7 @@ class Tasks(System):
         return RobotNotAttached(f"task {self._owner} has it", "DETACH there and ATTACH here, or send it a signal")
 
     def attach_robot(self, track: Track) -> bool:
-        """Give a task the robot; False while another task has it."""
+        """Give a task the robot. Return False if another task has it."""
         if self._owner not in (None, track.number):
             return False
         self._owner, track.mine = track.number, True
@@ -368,7 +374,7 @@ class Tasks(System):
             self._owner = track.number
 
     def release_robot(self, track: Track) -> None:
-        """Take the robot from a task that has it; the tasks that wait for it try again."""
+        """Take the robot from a task that has it; tasks that wait for the robot try again."""
         if self._owner != track.number:
             return
         self._owner = None
@@ -379,7 +385,7 @@ class Tasks(System):
     # --- units ---
 
     def look_at_units(self) -> None:
-        """Let the tasks that wait for a device look again: something has arrived."""
+        """Let the tasks that wait for a device check again: data has arrived."""
         for track in self.running:
             if isinstance(track.pending, effects.UnitEffect):
                 track.wake = self._engine.now
@@ -387,7 +393,7 @@ class Tasks(System):
     # --- signals ---
 
     def _signal_changed(self, signal: int, on: bool) -> None:
-        """Look now at the waits that a signal may end, and at reactions."""
+        """Check the waits that a signal may end, and reactions."""
         if on and signal == self._engine.settings.parameters["LATCH.SIGNAL"]:
             position = self._engine.position()
             self._latch, self._latched = (position.T_world_tool, position.joints), True
@@ -400,7 +406,7 @@ class Tasks(System):
                 track.wake = self._engine.now
 
     def set_event(self, track: Track) -> None:
-        """Set the event of a task (SET.EVENT), and look now at its WAIT.EVENT."""
+        """Set the event of a task (SET.EVENT), and check its WAIT.EVENT now."""
         track.event = True
         if isinstance(track.pending, effects.WaitEvent):
             track.wake = self._engine.now
@@ -413,7 +419,8 @@ class Tasks(System):
 
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
-            stamp = Stamp(self._engine.now)  # it follows the program, and is no command that UNDO takes back
+            # a stamp at the present time: this act belongs to the program, and is not a command that UNDO takes back
+            stamp = Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
     # --- what programs may ask of the system ---
