@@ -63,7 +63,7 @@ class Work:
 
 Said = Reply | Question | Slice | Work
 Dialogue = Generator[Said, Answer, R]
-"""What comes of a line: each Question is sent its answer, everything else None."""
+"""Yields replies and questions: each Question is sent its answer, everything else None."""
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
@@ -199,7 +199,7 @@ def no_answer(_question: Question) -> None:
 T = TypeVar("T")
 
 Reaction = Answer | BaseException
-"""What a user gives back for what was said: the answer to a question, or what went wrong with it."""
+"""A user's reaction to a reply or question: the answer, or the error in showing or asking it."""
 
 Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 """Called in the robot's thread with each reply and question of a request, and with None at its end."""

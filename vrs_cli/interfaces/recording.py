@@ -22,15 +22,15 @@ from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
-LOOK_STEP_S = 0.01  # [s] between two looks at the way
-STANDS = 1e-6  # [rad, m] a joint that has not moved
+LOOK_STEP_S = 0.01  # time between two samples of the path [s]
+STANDS = 1e-6  # a joint that moves by less counts as not moving [rad, m]
 DECIMALS = 4  # number of decimals of joints in a program [deg, mm]
 ATTEMPTS = 6
 FIRST_SHARE = 0.7  # fraction of the tolerance that is used for the path without rounded corners
 FINER_SHARE = 0.6  # factor on the tolerance from one attempt to the next
 SAME_POSE_SHARE = 0.2  # fraction of the tolerance: of two poses closer than this, one is enough
 NEAR_POINTS = 60  # number of points of a path among which the next point is searched
-MAX_RECORDING_S = 3600.0  # [s] of a way
+MAX_RECORDING_S = 3600.0  # longest duration of a recorded path [s]
 
 
 class Tolerance(NamedTuple):

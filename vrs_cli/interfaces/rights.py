@@ -85,7 +85,7 @@ def _inner(statement: Statement) -> Statement:
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement
 
 
-USUAL_LENGTH = 10.0  # [s] that a lease lasts after a heartbeat
+USUAL_LENGTH = 10.0  # time that a lease lasts after a heartbeat [s]
 
 
 class Granted(Spoken, frozen=True):
@@ -194,7 +194,7 @@ class RobotLease(Struct, frozen=True):
         return f"{self.holder} drives" if self.holder else "nobody drives"
 
 
-USUAL_ALLOWED = 10.0  # [s] that a command may have been on its way
+USUAL_ALLOWED = 10.0  # longest time that a command may have been on its way [s]
 
 
 class HolderTimes(Struct, frozen=True):

@@ -58,7 +58,7 @@ class Tempo(NamedTuple):
 
 STEERING = Tempo("STEER", 0.001, 0.5)
 DRAGGING = Tempo("DRAG", 0.001, 0.1)
-DRAG_TICK = 0.02  # [s] from one wish to the next, and before the first
+DRAG_TICK = 0.02  # time from one wish for the tool to the next, and before the first [s]
 
 
 def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
@@ -170,28 +170,27 @@ class Steering:
 
 # --- a dragged tool: from wishes to joints ---------------------------------------------------------------------------
 
-MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad]: a tool so near to the wish is there
+MISS_TOLERANCE = 1e-4, radians(0.05)  # distance within which the tool counts as being at the wish [m, rad]
 STALL_GAIN = 1e-3  # fraction of the remaining distance: a wish that gains less leads nowhere
-WRIST_PASS_SUM = sin(
-    radians(25.0)
-)  # fractions of the wrist's distance from straight, before and after it passes through straight
+# bound on the sum of the wrist's distances from straight, before and after it passes through straight
+WRIST_PASS_SUM = sin(radians(25.0))
 # bound on the measures of `Singularity`, from 0 to 1: below it a lagging joint is reported as near one
 NEAR_SINGULAR = 0.1
 MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead`, next to the axis of joint 1
 RETREAT_FACTOR = 5.0  # factor on the motion by which joints would pass over that axis; they go back that far
 COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more wishes arrive
-FLAT_SLOPE = 1e-3  # [m] for a turn of a joint by 1 rad, that does not bring the arm nearer to that axis
+FLAT_SLOPE = 1e-3  # a joint with a smaller effect does not bring the arm nearer to the axis of joint 1 [m/rad]
 SIDE_SHARE = 0.005  # fraction of the arm's length by which its end keeps from passing over the axis of joint 1
-ELBOW_MARGIN = 1e-4  # [rad] by which an elbow keeps from stretched, so that it stays as it is
+ELBOW_MARGIN = 1e-4  # distance of an elbow from its stretched position, so that the elbow keeps its side [rad]
 STALLS_BEFORE_WAYS = 5  # number of wishes that lead nowhere before the arm tries another of its known paths
 STALLS_BEFORE_SEARCH = 25  # number of wishes that lead nowhere before another path is searched
 # fraction of the remaining distance: a search that gains less in one wish restarts elsewhere at the next
 PROMISING_GAIN = 0.5
 SEARCH_STARTS = 16  # number of start points of a search, the nearest last to be removed first
-LAG_S = 0.1  # [s] at full speed by which a joint lags its goal at most, if it is not late
+LAG_S = 0.1  # the time at full speed by which a joint may lag its goal without being late [s]
 # factor on the time in which a joint reaches full speed: how far the goal may be ahead at full speed
 STOPPING_FACTOR = 1.5
-REST_TOLERANCE = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
+REST_TOLERANCE = 1e-7  # distance from its goal within which the arm need not move [rad, m]
 
 
 class Range(NamedTuple):

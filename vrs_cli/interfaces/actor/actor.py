@@ -48,14 +48,14 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.tasks.driver import Driver
 
 MAX_WAITING_REQUESTS = 10_000  # requests
-GROUP_COMMIT_S = 0.02  # [s] for which answers may wait for others, that go to the disk with them
+GROUP_COMMIT_S = 0.02  # longest time that answers wait for others, to be written to the disk together [s]
 MAX_WORK_THREADS = 3  # maximum number of threads for long work: more would keep the robot's own thread from its turn
-LAG_CHECK_S = 0.01  # [s] between two checks whether the users who see what programs TYPE have caught up
+LAG_CHECK_S = 0.01  # time between two checks whether the users have received the output of programs (TYPE) [s]
 T = TypeVar("T")
 
 
 _Given = tuple[Ticket[Any] | None, Callable[[], None]]
-"""What is given to the user of a ticket; without one, what the robot says by itself."""
+"""A function that delivers a reply to the user of a ticket; without a ticket, a message of the robot itself."""
 
 
 class Actor:
@@ -80,9 +80,9 @@ class Actor:
         self._look = False  # whether a program that other requests wait for may have stopped
         self._rests = self._stopped = False  # programs and motions are stopped; the clock was stopped because of that
         self._answers: list[_Given] = []  # replies to give once the changes that they report are on the disk
-        self._since = inf  # [s] of real time: when the first of them was made
+        self._since = inf  # real time at which the first of these answers was ready [s]
         self._beat: Callable[[], float | None] | None = None  # the periodic callback of the robot
-        self._beats_at = inf  # [s] of the robot's clock
+        self._beats_at = inf  # time of the next call of that function, by the robot's clock [s]
         self.internal_errors: list[Exception] = []
         self.worked = 0.0
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None

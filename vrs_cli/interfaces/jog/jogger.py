@@ -28,19 +28,22 @@ from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.questions import Jogging
 from vrs_cli.values.replies import Message, Tone
 
-NEXT_STEP_LEAD_S = 0.3  # [s] before the arm rests, the next step of a sequence may come, so that the arm does not stop
-MAX_JOINT_JUMP = radians(45.0)  # [rad, m]: if a joint would move more for a step, a singularity is too near
+# the next step of a sequence may begin this long before the arm stops, so that it does not stop [s]
+NEXT_STEP_LEAD_S = 0.3
+# greatest motion of a joint in a step [rad, m]: if it would be larger, a singularity is too near
+MAX_JOINT_JUMP = radians(45.0)
 MAX_HALVED_STEPS = 7  # maximum number of halvings of a step that would end in a contact
-SAME_JOINTS = 1e-9  # [rad] a smaller change of joints is no step
-INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
+SAME_JOINTS = 1e-9  # a smaller change of joints is not a step [rad]
+INCREMENT = 10.0  # size of the parts in which a long step is checked [mm, deg]
 JOG_JOINTS_HINT = "jog the joints away from there first"
-SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)  # [mm, deg] of a line at the end of the reach, until joints can follow
+# lengths by which a line at the end of the reach is shortened, until joints can follow [mm, deg]
+SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
 HALVINGS = 12  # number of halvings of the first increment out of reach, to find how far the arm can go in it
-MAX_STEP = 1000.0  # [mm, deg] a step
-MAX_TURN_DEG = 180.0  # [deg] a turn of the tool is less: one of more would be made the other way round
+MAX_STEP = 1000.0  # maximum size of a step [mm, deg]
+MAX_TURN_DEG = 180.0  # a turn of the tool must be smaller [deg]: a larger one would be made in the other direction
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
-START_SPEED = 10.0  # [%] with keys one begins so
+START_SPEED = 10.0  # speed at which jogging with keys begins [%]
 
 
 UNITS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -40,9 +40,9 @@ from vrs_cli.values.acts import Sketch, SketchBall
 from vrs_cli.values.replies import ReachReport
 from vrs_cli.values.results import ChainReport, MotionReport, Reach
 
-BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
-LINE_ERROR_M = 0.004  # [m] of its lines: less than a dot of a wide terminal
-SAME_PLACE_M = 1e-6  # [m] between two corners that are one
+BEFORE, AFTER = 10.0, 10.0  # durations of the past and the future path that are shown [s]
+LINE_ERROR_M = 0.004  # error of the lines of the path [m]: less than a dot of a wide terminal
+SAME_PLACE_M = 1e-6  # distance below which two corners count as one [m]
 
 Lines = tuple[tuple[transform.Vector, ...], ...]
 

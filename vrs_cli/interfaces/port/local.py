@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 T = TypeVar("T")
-LOOK_AGAIN_S = 0.005  # [s] between two looks whether another thread, which drives the robot, has done the request
+LOOK_AGAIN_S = 0.005  # time between two checks whether another thread, which runs the robot, has done the request [s]
 
 
 class KnownError(Refusal, frozen=True, kw_only=True):

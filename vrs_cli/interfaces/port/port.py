@@ -194,7 +194,7 @@ def answer_to(asked: messages.Asked, ask: Callable[[Question], Answered]) -> mes
         return messages.Answer(asked.number, how=messages.How.INTERRUPTED)
 
 
-FRESH = 3.0  # [s] that a flag is told of after the times that it is about
+FRESH = 3.0  # time for which a flag is shown after the interval that it is about [s]
 
 
 class Expected(Struct, frozen=True):

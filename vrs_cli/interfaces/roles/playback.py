@@ -20,7 +20,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.values.results import Position
 
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # rates of playback that faster and slower step through
-LIVE = 0.1  # [s] behind the robot, at most, is the present
+LIVE = 0.1  # greatest delay behind the robot that counts as live [s]
 
 
 class Playback(Struct, frozen=True):

@@ -26,7 +26,7 @@ from vrs_cli.trajectory.state import Target
 from vrs_cli.values.acts import Steer, rotating
 from vrs_cli.values.hand import DragState, Shortfall
 
-RELEASE_AFTER_S = 0.6  # [s] of real time without a wish
+RELEASE_AFTER_S = 0.6  # real time without a wish after which the tool is released [s]
 DRAG_TEXT = "to drag the tool"
 STOPPED = "something else has moved or stopped the robot"
 

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from vrs_cli.twin.divergence import DivergenceWatch
 
 
-SILENT = 3.0  # [s] without a report until the robot's joints count as unknown
-AHEAD = 10.0  # [s] that the time of a report may be ahead of the robot's clock: no clock is wrong by more
-PAST = 3600.0  # [s] that a report may be old
+SILENT = 3.0  # time without a report after which the robot's joints count as unknown [s]
+AHEAD = 10.0  # how far the time of a report may be ahead of the robot's clock [s]: no clock is wrong by more
+PAST = 3600.0  # greatest age of a report [s]
 MAX_GAPS = 100  # maximum number of stretches of missing numbers that are remembered
-RATE_WINDOW = 5.0  # [s] of arrivals that tell the rate of reports
-STANDS_FOR = 0.05  # [s] without motion after which a body that holds counts as standing
-STILL = 1e-3  # [rad, m] and less is no motion, but noise
+RATE_WINDOW = 5.0  # period of arrivals from which the rate of reports is computed [s]
+STANDS_FOR = 0.05  # time without motion after which a holding body counts as standing [s]
+STILL = 1e-3  # a change up to this size is noise and not motion [rad, m]
 
 
 def check_time(t: float, now: float) -> None:
@@ -56,7 +56,7 @@ class BodyChange(Struct, frozen=True):
 
 
 BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | Message
-"""What is told of a body. A message is of the robot itself: what it could not do for its body."""
+"""News of a body. A message comes from the robot itself, and tells what it could not do for its body."""
 
 
 class ClockSeen(Struct, frozen=True):
@@ -299,12 +299,12 @@ class RobotBody:
 
 
 PARAMETER = "DIVERGENCE"  # name of the parameter that selects an OnAlarm
-STANDS_WITHIN = 5.0  # [s] a body that is told to hold stands still, and its reports of that have come
+STANDS_WITHIN = 5.0  # longest time until a body that was ordered to hold has stopped and reported that [s]
 # an order to follow reaches the body within DELAYS times the delay of reports plus MARGIN [s]
 DELAYS, MARGIN = 2.0, 0.1
-SETTLES = 1.0  # [s] more for a body that enters, or is told to follow, to begin
-NEAR = 5e-3  # [rad, m] a body that enters so near to the timeline follows it at once
-AGAIN_AFTER = 10.0  # [s] an alarm that comes sooner after RESYNC is one that RESYNC does not help against
+SETTLES = 1.0  # additional time for a body to begin, after it has entered or was ordered to follow [s]
+NEAR = 5e-3  # a body that enters within this distance of the timeline follows it at once [rad, m]
+AGAIN_AFTER = 10.0  # an alarm sooner after RESYNC than this is one that RESYNC cannot resolve [s]
 # RESYNC corrects a body that differs for one of these reasons; a blocked joint or a payload would remain
 PASSING = frozenset(
     (
@@ -338,8 +338,8 @@ class DivergenceGuard:
         self._watch: DivergenceWatch | None = None
         self._last: measured.DivergenceAlarm | None = None
         self._due = False  # whether an automatic RESYNC is pending until the body is no longer stopped
-        self._entered = -inf  # [s] when a client became the body
-        self._synchronised = -inf  # [s] when RESYNC was done by itself last
+        self._entered = -inf  # time at which a client became the body [s]
+        self._synchronised = -inf  # time of the last automatic RESYNC [s]
         body.told.append(self._hear)
 
     @property

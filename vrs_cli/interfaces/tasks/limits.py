@@ -48,10 +48,10 @@ class Limits(Struct, frozen=True, kw_only=True):
 
 
 ATTENDED = Limits(max_time=86_400.0, max_steps=None, max_output=100_000_000, max_disk=1_000_000_000)
-"""For a user's own programs, where the user can stop them: at a prompt, and in real time."""
+"""Limits for a user's own programs that the user can stop: at a prompt, and in real time."""
 
 OWN = structs.replace(ATTENDED, max_steps=100_000_000)
-"""For a user's own program where nobody can stop it."""
+"""Limits for a user's own program that nobody can stop."""
 
 
 class Spent(Struct):

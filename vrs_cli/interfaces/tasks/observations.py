@@ -25,7 +25,7 @@ from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import Event, SetChannels
 from vrs_cli.values.results import Untrue
 
-SAME_INSTANT = 1e-5  # [s] sensors are computed again after an edit, to 1 us
+SAME_INSTANT = 1e-5  # tolerance of equal times [s]: sensors are computed again after an edit, to 1 us
 
 
 class Observations:

@@ -29,7 +29,7 @@ from vrs_cli.values import commands
 from vrs_cli.values.results import RunOutcome
 
 VAIN_READ = 100  # number of steps that a READ without input counts as: it takes as much CPU time
-LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
+LOOK = 1.0  # time between two checks of a unit while nothing arrives [s], so that a time limit is noticed
 EVERYBODYS = (
     commands.SetChannels,
     commands.SetMonitorSpeed,
