@@ -134,9 +134,11 @@ def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.Sig
 # --- the table -------------------------------------------------------------------------------------------------------
 
 _AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)
-_MM = Key("mm", _millimetres, "how far from the place it may be [mm]", REQUIRED)
-_DEG = Key("deg", _degrees, "how far its orientation may be off [deg]; without it, any orientation", None)
-_OFFSET = Key("offset", ExerciseText.place, "from the place to where it is to be, in the world [mm]", checks.NO_OFFSET)
+_MM = Key("mm", _millimetres, "the greatest distance from the place [mm]", REQUIRED)
+_DEG = Key("deg", _degrees, "the greatest error of orientation [deg]; without it, any orientation", None)
+_OFFSET = Key(
+    "offset", ExerciseText.place, "the offset of the target from the place, in the world [mm]", checks.NO_OFFSET
+)
 _FROM = Key("from", _known_place, "the place where the way begins", REQUIRED, "begin")
 _TO = Key("to", _known_place, "the place where it ends", REQUIRED, "end")
 _ALLOW = Key("allow", _pairs, "pairs that may touch: parts, fixtures, floor, base, link 1, ..., hand", ())
@@ -149,7 +151,7 @@ _ONLY_WHERE = (
 )
 _NEAR = "half the points up to five times as far"
 _MORE = "half the points up to a tenth more"
-_EACH = "as many of the points as are right, in order"
+_EACH = "points in proportion to the correct items, in order"
 
 KINDS: Mapping[str, CheckKind] = {
     "tool_at": CheckKind(checks.ToolAtCheck, "where the tool's tip is at the end", _NEAR, (_AT, _MM, _DEG, _OFFSET)),
@@ -163,7 +165,7 @@ KINDS: Mapping[str, CheckKind] = {
         checks.HeldCheck,
         "what the hand holds at the end",
         "",
-        (Key("part", ExerciseText.part, "the part; without it, the hand is to hold none", ""),),
+        (Key("part", ExerciseText.part, "the part; without it, the hand must be empty", ""),),
     ),
     "places": CheckKind(
         checks.PlacesCheck,
@@ -171,7 +173,7 @@ KINDS: Mapping[str, CheckKind] = {
         _EACH,
         (
             Key("places", _places, "the places", REQUIRED),
-            Key("mm", _millimetres, "how far from each the tip may pass [mm]", REQUIRED),
+            Key("mm", _millimetres, "the greatest distance of the tip from each place [mm]", REQUIRED),
         ),
     ),
     "path": CheckKind(
@@ -190,7 +192,7 @@ KINDS: Mapping[str, CheckKind] = {
         checks.NoStopCheck,
         "that the arm goes from one place to another without a stop",
         "",
-        (_FROM, _TO, Key("mm", _millimetres, "how far from both places the tip may pass [mm]", REQUIRED)),
+        (_FROM, _TO, Key("mm", _millimetres, "the greatest distance of the tip from both places [mm]", REQUIRED)),
     ),
     "keep_out": CheckKind(
         checks.KeepOutCheck,
@@ -237,7 +239,7 @@ KINDS: Mapping[str, CheckKind] = {
         _EACH,
         (
             Key("changes", _changes, "outputs (-1: 1 goes off), or {signal, after, before, since, near, mm}", REQUIRED),
-            Key("only", ExerciseText.switch, "whether these outputs may not change besides", False),
+            Key("only", ExerciseText.switch, "whether these outputs may have no other changes", False),
         ),
     ),
     "typed": CheckKind(
@@ -257,10 +259,10 @@ KINDS: Mapping[str, CheckKind] = {
     "words": CheckKind(
         checks.WordsCheck,
         "words of the language that must be used, or must not be",
-        "as many of the points as words are right",
+        "points in proportion to the correct words",
         (
             Key("use", _words, "words, or beginnings of instructions, that must be used", ()),
-            Key("avoid", _words, "those that must not be used", ()),
+            Key("avoid", _words, "words, or beginnings of instructions, that must not be used", ()),
         ),
     ),
     "dialect": CheckKind(
@@ -274,8 +276,8 @@ KINDS: Mapping[str, CheckKind] = {
         "that the tip goes where it goes in the model's run",
         _NEAR,
         (
-            Key("mm", _millimetres, "how far from the model's path it may be [mm]", REQUIRED),
-            Key("times", ExerciseText.switch, "whether it is to be there at the same times", False),
+            Key("mm", _millimetres, "the greatest distance from the model's path [mm]", REQUIRED),
+            Key("times", ExerciseText.switch, "whether the tip must be there at the same times", False),
             Key("deg", _degrees, "how far the tool may be turned otherwise [deg]; with times", None),
         ),
     ),
@@ -285,7 +287,7 @@ KINDS: Mapping[str, CheckKind] = {
 COMMON_KEYS = (
     Key("name", ExerciseText.text, "what students see; without it, the kind", ""),
     Key("points", _points, "its weight", 1.0),
-    Key("hint", ExerciseText.text, "what helps where it fails", ""),
+    Key("hint", ExerciseText.text, "advice for students whose program fails the check", ""),
     Key("hidden", ExerciseText.switch, "whether students see neither its name nor its reason", False),
     Key("partial", ExerciseText.switch, "whether a part of the points can be earned", True),
     Key("needs", ExerciseText.texts, "names of checks that must earn something, or this one earns nothing", ()),
