@@ -1,7 +1,7 @@
 """Follow the path of a tool with the joints, in one constant configuration.
 
 The path is sampled, more finely where the joints change quickly. The velocities of neighbouring samples must explain
-the way between them, so that no joint jumps unseen. What the samples ask of the joints: `load`.
+the motion between them, so that no jump of a joint is missed. `load` computes what the samples demand of the joints.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.trajectory.polynomial import bisect_interval
 from vrs_cli.trajectory.segment import CartesianPath
 
-FIRST_INTERVALS = 8  # intervals of a stretch before it is refined
-FINEST_INTERVAL = 2.0**-10  # fraction of a stretch: the finest interval
+FIRST_INTERVALS = 8  # number of intervals of a stretch before refinement
+FINEST_INTERVAL = 2.0**-10  # finest interval, as a fraction of a stretch
 SINGULAR_MEASURE = (
     1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
 )
-MAX_GUESSED_PART = 0.2  # fraction of a way: on longer parts a guess that leads nowhere is not worth a search
-MIN_INTERVAL = 1e-9  # fraction of a stretch: the least interval between samples
+MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts a wrong guess is not worth a search
+MIN_INTERVAL = 1e-9  # least interval between samples, as a fraction of a stretch
 CLOSER_PARTS = tuple(
     2.0**-k for k in range(12, 3, -1)
 )  # fractions of a stretch at which samples next to a singular pose lie
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
-HOPELESS_SLOWING = 2.0  # factor of the allowed slowing: a line that asks for more is refused in any case
+HOPELESS_SLOWING = 2.0  # factor on the allowed slowing, above which a line is refused in any case
 MAX_JUMP = 2e-3  # [rad] the greatest change that the velocities of two neighbours leave unexplained
 MIN_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are close
-OVERSHOOT = 4.0 / 27.0  # fraction of velocity times duration: the greatest overshoot of a cubic
-RANGE_STEPS = 24  # halvings of the way between two samples, to check the ranges of joints
+OVERSHOOT = 4.0 / 27.0  # greatest overshoot of a cubic, as a fraction of velocity times duration
+RANGE_STEPS = 24  # maximum number of halvings between two samples, to check the ranges of joints
 STANDING_SPEED = 1e-9  # [m/s, rad/s] a slower tool stands
-NEAR_SINGULAR = 0.2  # singular measure of a pose below which a refusal names the singularity
+NEAR_SINGULAR = 0.2  # singular measure of a pose below which an error names the singularity
 SINGULAR_HINT = "use {MOVE} there, or a via point farther from the singularity"
 WAYS_ROUND = {  # hints by singularity
     "shoulder": "use {MOVE} there, or a via point that keeps the wrist farther from the axis of joint 1",
@@ -54,7 +54,7 @@ WAYS_ROUND = {  # hints by singularity
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # joints that turn far at a singularity
 MAX_SEED_STEP = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
-EDGE_STEPS = 12  # halvings of the way between two samples, to find where a line becomes impossible
+EDGE_STEPS = 12  # number of halvings between two samples, to find where a line becomes impossible
 
 _new = tuple.__new__
 
@@ -85,7 +85,7 @@ class Follower:
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
         self.hopeless = HOPELESS_SLOWING * slowest  # factor of the limit of a joint
-        self._path: CartesianPath | None = None  # the last path, and its states
+        self._path: CartesianPath | None = None  # the last path, and the function that returns its states
         self._states: Callable[[float], tuple[Transform, Twist]]
 
     def samples(
@@ -104,7 +104,7 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST_INTERVAL
-        if self.singular(samples[0]):  # there a joint may turn back at once
+        if self.singular(samples[0]):  # there a joint may reverse abruptly
             for part in CLOSER_PARTS:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
@@ -114,7 +114,7 @@ class Follower:
             if until - last.s <= MIN_INTERVAL * duration:
                 continue
             sample = None if self.arm.guesses else self._sample(path, until, last.joints)
-            if sample is not None and self._close(last, sample):  # as most are
+            if sample is not None and self._close(last, sample):  # true for most samples
                 samples.append(sample)
             else:
                 self._refine(path, samples, until, min(finest, steps * FINEST_INTERVAL * (until - last.s)))
@@ -134,8 +134,8 @@ class Follower:
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
-        """Append samples up to time `until`, halving the way while neighbours differ too much. A sample that is found
-        beyond such a way is kept until the samples before it are there.
+        """Append samples up to time `until`, halving intervals while neighbours differ too much. A sample at the end of
+        such an interval is kept until the samples before it are found.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
         short = MAX_GUESSED_PART * (until - samples[-1].s) if self.arm.guesses else inf
@@ -158,8 +158,8 @@ class Follower:
     def _next_sample(
         self, path: CartesianPath, samples: list[Sample], s: float, *, halves: bool, soon: bool
     ) -> Sample | None:
-        """Return the next sample, at time s. If the arm guesses, search first where the joints will be about; a guess
-        may lie beyond a fold of the arm. `soon`: search by Newton's method only, since the way is long.
+        """Return the next sample, at time s. If the arm uses guesses, search first near the extrapolated joints, which
+        may lie beyond a fold of the arm. `soon`: search by Newton's method only, since the interval is long.
         """
         last, sample = samples[-1], None
         if self.arm.guesses:
@@ -179,7 +179,9 @@ class Follower:
         return self._refusal(path, first, good.joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
-        """Return whether two samples explain each other: small steps, and no way that the velocities do not explain."""
+        """Return whether two samples explain each other: the steps are small, and the velocities explain the motion
+        between them.
+        """
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
@@ -195,7 +197,7 @@ class Follower:
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
-        # the greatest way of a joint between two samples that are `_close`
+        # the greatest distance of a joint between two samples that are `_close`
         way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + MAX_JUMP
         columns = zip(*[sample.joints for sample in samples], strict=True)
@@ -205,7 +207,9 @@ class Follower:
                 self._check_between(path, a, b)
 
     def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
-        """Check that no joint leaves its range between two samples: the way between them is halved where one may."""
+        """Check that no joint leaves its range between two samples: the interval is halved where a joint may leave its
+        range.
+        """
         lasting = b.s - a.s
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True)
         for p, q, v, w, low, high in rows if left else ():
@@ -225,7 +229,7 @@ class Follower:
             self._check_no_jump(a, b, path, min(MAX_JUMP, MIN_JUMP + moved))
 
     def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
-        """Return the error for a path on which a joint would have to change its speed at once, at a boundary."""
+        """Return the error for a path on which a joint would have to change its speed abruptly at a boundary."""
         changes = self.changes(path, at, inside, near)
         joint = changes.index(max(changes)) + 1
         return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
@@ -259,8 +263,8 @@ class Follower:
         return pose if self.no_tool else compose(pose, self.T_tool_flange)
 
     def _check_no_jump(self, a: Sample, b: Sample, path: CartesianPath, most: float = MAX_JUMP) -> None:
-        """Check that no joint jumps between two samples. At a singularity joints may change at once, though their
-        velocities are small.
+        """Check that no joint jumps between two samples. At a singularity joints may jump although their velocities are
+        small.
         """
         half = 0.5 * (b.s - a.s)
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
@@ -269,19 +273,19 @@ class Follower:
             raise self.refuse_jump(path, b.s, jumps)
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
-        """Return where the tool is at a time, with the singularity nearby if there is one, and the way round it ("":
-        none).
+        """Return the position of the tool at a time, with a nearby singularity if there is one, and a hint how to avoid
+        it ("": no hint).
         """
         which, text = self.singularity(path, s), self.place_text(path.pose(s))
         return (f"{text} ({which} singularity)", WAYS_ROUND[which]) if which else (text, "")
 
     def place_text(self, pose: Transform) -> str:
-        """Return the place of T_robot_tool in the world, as people read it."""
+        """Return the position of T_robot_tool in the world, as text for the user."""
         x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # no -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 
     def singularity(self, path: CartesianPath, s: float) -> str:
-        """Return which singularity the arm is close to at a time, if one is: shoulder, elbow or wrist."""
+        """Return the singularity that the arm is close to at a time: shoulder, elbow or wrist; "" if there is none."""
         joints = self.joints(path, s, path.seed(s))
         if joints is None:
             return ""
@@ -296,8 +300,8 @@ class Follower:
         return sample
 
     def _sample(self, path: CartesianPath, s: float, near: Joints, *, soon: bool = False) -> Sample | None:
-        """Return the sample at a time; None out of reach or of a range. `soon`: also None if Newton's method does not
-        find it next to `near`.
+        """Return the sample at a time; None if the path is out of reach or a joint out of range. `soon`: also None if
+        Newton's method does not find it next to `near`.
         """
         if path is not self._path:
             self._path, self._states = path, path.states()
@@ -354,7 +358,7 @@ class Follower:
         return LocationOutOfRange(leaves + what, f"use {{MOVE}}, or {hint}", place=position(pose))
 
     def _less_turned(self, path: CartesianPath) -> str:
-        """Return what to do if the arm cannot turn the tool as the line asks."""
+        """Return a hint for a line on which the arm cannot turn the tool as requested."""
         count = self.arm.model.joint_count
         if self.arm.steady is not None:
             return f"a location with the tool turned as {count} joints can have it: {{MOVE}} there, and {{HERE}}"
@@ -394,12 +398,12 @@ def _ahead(samples: Sequence[Sample], s: float) -> Joints:
 
 
 def _overshoot(change: float, before: float, after: float) -> float:
-    """Return by how much a joint goes beyond both ends of a short way [rad, m]. `before`, `after`: its velocity there
-    times the duration.
+    """Return how far a joint overshoots the ends of a short interval [rad, m]. `before`, `after`: the velocity at each
+    end times the duration.
 
     The bound is the overshoot of the cubic with these velocities, 0 if the cubic is monotonic (Fritsch and Carlson,
-    1980), plus half of what the velocities do not explain. The cubic is off by less than that, since its error falls
-    with a higher power of the time.
+    1980), plus half of the change that the velocities do not explain. The error of the cubic is smaller than this,
+    since it falls with a higher power of the time.
     """
     unexplained = 0.5 * abs(change - 0.5 * (before + after))
     rising = before * change >= 0.0 <= after * change and max(abs(before), abs(after)) <= 3.0 * abs(change)
@@ -407,7 +411,9 @@ def _overshoot(change: float, before: float, after: float) -> float:
 
 
 def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
-    """Return joints at equal intervals from the first sample to the last, so many that neighbours are within `step`."""
+    """Return joints at equal intervals from the first sample to the last, as many as needed to keep neighbours within
+    `step`.
+    """
     columns = zip(*[sample.joints for sample in samples], strict=True)
     if max([max(column) - min(column) for column in columns]) < step:
         return samples[0].joints, samples[-1].joints

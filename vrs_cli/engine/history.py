@@ -1,11 +1,11 @@
-"""Keep what can be taken back and done again: the motion commands of one robot, and the list of those that were undone.
+"""Keep the motion commands of one robot for UNDO, and the undone commands for REDO.
 
-A step holds the delta that took place and the one that takes it back, not the timelines between them, so a day of
-commands costs only its deltas. If even that is too much, the steps of old changes are forgotten.
+A step holds a delta and the inverse delta, not the timelines between them, so a day of commands costs only its deltas.
+To save more memory, the steps of old changes can be forgotten.
 
-Recorded events (inputs from outside, observations of programs) are steps, but no commands. In virtual time UNDO takes
-them along with the command before them. In real time they have happened: UNDO leaves them and takes back only the
-commands.
+Recorded events (inputs from outside, observations of programs) are steps but not commands. In virtual time UNDO takes
+recorded events back together with the command before them. In real time UNDO keeps them, since they have happened, and
+takes back only the commands.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
 EVENT_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # commands that change only events
-WIDE_DROP = 64  # segments: the inverse of a step that drops more is made when somebody asks for it
+WIDE_DROP = 64  # number of dropped segments above which the inverse of a step is made only on demand
 
 
 class HistoryStep(Struct, frozen=True, gc=False):
-    """A command that took place: its delta, the inverse of it, the clock before it [s], the policy INSERT, and what
-    ALTER has displaced with it.
+    """A command that took effect: its delta, the inverse delta, the clock before the command [s], the policy INSERT,
+    and the displacement of ALTER.
 
-    `back` is the inverse of the delta; or, if that would be long, the timeline before it; or None if the delta only
-    adds events. `earlier`: how many events have been put in before its own since then.
+    `back` is the inverse of the delta; or, if the inverse would be long, the timeline before the delta; or None if the
+    delta only adds events. `earlier`: the number of events that were later inserted before the events of this step.
     """
 
     delta: TimelineDelta
@@ -54,11 +54,11 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
     @property
     def is_record(self) -> bool:
-        """Whether the step records events, and is no command."""
+        """Whether the step records events and is not a command."""
         return self.delta.motion.kind is MotionKind.RECORDED
 
     def taking_back(self, version: int) -> TimelineDelta:
-        """Return the delta that undoes the command, for the timeline of that version."""
+        """Return the delta that undoes the command, for the timeline `version`."""
         back = self.back
         if back is None:
             assert self.delta.events is not None
@@ -69,16 +69,17 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return back._replace(version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
-        """Return the delta of the command, for the timeline of that version."""
+        """Return the delta of the command, for the timeline `version`."""
         return self.delta._replace(version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
-        """Return an edit of events with the place that it has now."""
+        """Return an edit of events with its present index."""
         return edit and edit._replace(keep=edit.keep + self.earlier)
 
     def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
-        """Return both steps as if the recorded one had come before this one. This one is done, or `undone`, when the
-        other came. None if that is impossible, since the recorded one came after this one had begun.
+        """Return this step and a recorded step in exchanged order, as if the recorded step had come first. `undone`:
+        this step was undone when the recorded step came. Return None if that is impossible because the recorded step
+        came after this step had begun.
         """
         edit, events = self.delta.events, record.delta.events
         if record.delta.executed > begins(self.delta):
@@ -95,12 +96,12 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
 
 def begins(delta: TimelineDelta) -> float:
-    """Return when a command begins to change what the robot does [s]."""
+    """Return the time [s] from which a command changes what the robot does."""
     return delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
 
 
 class Undone(Struct, frozen=True):
-    """A step that was taken back, and the clock before that [s]."""
+    """A step that was undone, and the clock before the undo [s]."""
 
     step: HistoryStep
     clock: float
@@ -108,7 +109,7 @@ class Undone(Struct, frozen=True):
 
 class History:
     """`done`: the steps in force, oldest first, without the `forgotten` ones before them. `undone`: the steps that were
-    taken back, the next to redo last; None for a forgotten one.
+    undone, the next step to redo last; None for a forgotten step.
     """
 
     def __init__(
@@ -120,7 +121,7 @@ class History:
 
     @property
     def known_commands(self) -> list[HistoryStep]:
-        """The steps that hold and are commands, oldest first."""
+        """The known steps in force that are commands, oldest first."""
         return [step for step in self.done if not step.is_record]
 
     @property
@@ -133,7 +134,7 @@ class History:
         return History(self.done, self.undone, self.forgotten)
 
     def forget(self, version: int) -> None:
-        """Forget the commands that were given before that version. They can no longer be taken back or done again."""
+        """Forget the commands that were given before timeline `version`. They can no longer be undone or redone."""
         old = 0
         while old < len(self.done) and self.done[old].delta.version < version:
             old += 1
@@ -144,8 +145,8 @@ class History:
             self.undone.clear()
 
     def add(self, step: HistoryStep) -> None:
-        """Add a new command: what was undone before it cannot be done again. Recorded events leave it possible, if they
-        come before all that was undone.
+        """Add a new command, after which earlier undone commands cannot be redone. Recorded events keep them redoable
+        if they come before all undone commands.
         """
         self.done.append(step)
         if not self.undone:
@@ -161,9 +162,9 @@ class History:
         self.undone = undone[::-1]
 
     def last_done(self, count: int, *, leaves_recorded: bool = False) -> Sequence[HistoryStep]:
-        """Return the steps that UNDO takes back, the last one first: `count` commands and the recorded events after
-        them, which stay if UNDO `leaves_recorded`. Raises UsageError if there are fewer, TooLate for a command that had
-        begun before events which stay.
+        """Return the steps that UNDO takes back, the last step first: `count` commands and the recorded events after
+        them, unless UNDO `leaves_recorded`. Raises UsageError if there are fewer commands, TooLate for a command that
+        had begun before events that stay.
         """
         hint = f"at most {{UNDO {len(self.known_commands)}}}"
         older = "what is older cannot be taken back any more" if self.forgotten else ""
@@ -182,8 +183,8 @@ class History:
         return taken
 
     def last_undone(self, count: int) -> Sequence[Undone]:
-        """Return the steps that REDO does again, the next one first: `count` commands, and the recorded events that
-        were taken back with them. Raises UsageError if there are fewer.
+        """Return the steps that REDO repeats, the next step first: `count` commands, and the recorded events that were
+        undone with them. Raises UsageError if there are fewer commands.
         """
         known = [one for one in reversed(self.undone) if one is not None]
         commands = [place for place, one in enumerate(known) if not one.step.is_record]
@@ -192,8 +193,8 @@ class History:
         return known[: (*commands, len(known))[count]]
 
     def take_back(self, clock: float, motion: Motion | None = None) -> None:
-        """Undo the step of a motion (default: the last one), which may be forgotten; `clock` is the time now [s].
-        Raises UsageError if there is none.
+        """Undo the step of a motion (default: the last one), which may be forgotten; `clock` is the present time [s].
+        Raises UsageError if there is no step.
         """
         place = len(self.done) - 1
         while motion is not None and place >= 0 and self.done[place].delta.motion.number != motion.number:
@@ -209,7 +210,7 @@ class History:
             _check_count(0, 1, "undo", "", "")
 
     def do_again(self, motion: Motion | None = None) -> None:
-        """Put the step that was taken back last in force again. Raises UsageError if there is none."""
+        """Put the step that was undone last in force again. Raises UsageError if there is no such step."""
         if not self.undone:
             self.last_undone(1)
         last = self.undone.pop()
@@ -220,7 +221,7 @@ class History:
 
     def lengthen_last(self, timeline: Timeline) -> None:
         """End the stream of targets that is the last command, so that UNDO takes back all segments since it began."""
-        if not self.done:  # the command is forgotten: it began too long ago
+        if not self.done:  # the command began so long ago that it is forgotten
             return
         step = self.done[-1]
         segments, back = Row(islice(timeline, step.delta.keep, None)), step.back
@@ -230,7 +231,9 @@ class History:
 
 
 def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
-    """Return a step, and the recorded ones behind it, as if those had come before it. Raises TooLate."""
+    """Return a step and the recorded steps after it in exchanged order, as if the recorded steps had come first. Raises
+    TooLate.
+    """
     stay: list[HistoryStep] = []
     for record in behind:
         passed = step.passed_by(record, undone=False)
@@ -243,7 +246,7 @@ def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistorySte
 
 
 def _check_count(known: int, count: int, what: str, most: str, none: str) -> None:
-    """Raise UsageError if so many commands cannot be undone or done again."""
+    """Raise UsageError if `count` commands cannot be undone or redone."""
     if not known:
         raise UsageError(f"there is no motion to {what}", none)
     if not 0 < count <= known:
@@ -251,7 +254,7 @@ def _check_count(known: int, count: int, what: str, most: str, none: str) -> Non
 
 
 def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
-    """Return the deltas of the commands that are in force after a row of deltas, without their segments."""
+    """Return the deltas of the commands that are in force after a sequence of deltas, without their segments."""
     done: list[TimelineDelta] = []
     undone: list[TimelineDelta] = []
     for delta in deltas:
@@ -261,7 +264,7 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
             undone.append(done.pop())
         elif delta.cause is Cause.REDO:
             done.append(undone.pop())
-        elif not done or delta.motion.number != done[-1].motion.number:  # otherwise it is one more target of a stream
+        elif not done or delta.motion.number != done[-1].motion.number:  # otherwise one more target of a stream
             done.append(delta._replace(segments=()))
             undone.clear()
     return done

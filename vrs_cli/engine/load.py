@@ -1,8 +1,6 @@
-"""Measure what a stretch of a straight line asks of the joints: velocity, acceleration and jerk, as parts of their
-limits.
-
-The stretch is known at samples. What lies between two samples is bounded by how well they explain each other. Near a
-limit, where that is not enough, further samples are taken.
+"""Measure what a stretch of a straight line demands of the joints: velocity, acceleration and jerk, as fractions of
+their limits. The stretch is known at samples. Values between two samples are bounded by how well the samples explain
+each other. Near a limit, where the bound is not tight enough, further samples are taken.
 """
 
 from __future__ import annotations
@@ -24,28 +22,28 @@ from vrs_cli.trajectory.segment import CartesianPath
 
 R = TypeVar("R")
 
-MARGIN = 1.01  # factor of sampled velocities, for what lies between samples
+MARGIN = 1.01  # factor on sampled velocities, to cover greater values between samples
 SMALL_MARGIN = 1.0005
-ROUNDING = 1e-6  # fraction of a limit: a velocity above it by less is at its limit
+ROUNDING = 1e-6  # fraction of a limit: a velocity that exceeds the limit by less counts as at the limit
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
-CALM_PART = 0.8  # fraction of an acceleration or jerk limit: less by the differences of velocities is inside it
+CALM_PART = 0.8  # fraction of an acceleration or jerk limit: an estimate by differences below it is within the limit
 NEAR_LIMIT = 0.9  # fraction of an acceleration or jerk limit: samples above it may hide a peak above the limit
 NEAR_PEAK = 0.95  # fraction of the worst joint's load: the peaks of joints above it are searched between samples
 BENT_PART = 0.01  # fraction of the greatest jerk: a larger bend between two samples is sampled more closely
 FAST_PART = 0.8  # fraction of a velocity limit: a joint that is slower at all samples stays below it between them
 AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins above it is at its limit
 SLOWS_DOWN = 0.1  # [1/s] a joint that loses this part of its velocity is fastest at the beginning
-CLOSER_STEPS = 8  # halvings of the way between two samples
+CLOSER_STEPS = 8  # maximum number of halvings between two samples
 PEAK_STEPS = 14
-AS_EXPECTED = 1e-4  # fraction of a velocity limit: the precision of a peak
-LOST_MEASURE = 1e-6  # singular measure of a pose in which the rates of joints are only rounding
+AS_EXPECTED = 1e-4  # precision of a peak, as a fraction of a velocity limit
+LOST_MEASURE = 1e-6  # singular measure of a pose in which joint rates are only rounding errors
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
 class Load(Struct, frozen=True):
-    """The greatest joint velocity, acceleration and jerk as parts of their limits, the joint that asks most, and the
-    path and time [s] of it.
+    """The greatest joint velocity, acceleration and jerk as fractions of their limits, the joint with the greatest
+    fraction, and the path and time [s] where it occurs.
     """
 
     velocity: float = 0.0
@@ -104,7 +102,7 @@ class StretchLoad:
         return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
 
     def smooth(self, start: Joints) -> Load:
-        """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; only the velocity if
+        """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; only the load by velocity if
         acceleration and jerk cannot matter.
         """
         clear = self._clear()
@@ -117,7 +115,7 @@ class StretchLoad:
         return load if calm else load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     def _moments(self, samples: list[Sample]) -> list[Moment]:
-        """Return the rates at those samples that are in no singular pose."""
+        """Return the rates at all samples that are not in a singular pose."""
         known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
@@ -144,14 +142,14 @@ class StretchLoad:
     # --- velocity ---
 
     def _fast(self) -> bool:
-        """Return whether a joint is so fast somewhere that its velocity counts."""
+        """Return whether any joint is anywhere so fast that its velocity counts."""
         columns = zip(*[sample.velocity for sample in self.samples], strict=True)
         rows = zip(columns, self.limits.max_velocity, strict=True)
         return any(max(column) > FAST_PART * most or min(column) < -FAST_PART * most for column, most in rows)
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
-        """Return the load by velocity: at all samples but the first, which is given; between these two; and where a
-        joint is fastest.
+        """Return the load by velocity: at all samples but the first, whose velocity is given; between the first two
+        samples; and where a joint is fastest.
         """
         samples = self.samples
         columns = list(zip(*[sample.velocity for sample in samples], strict=True))
@@ -179,8 +177,8 @@ class StretchLoad:
         return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
 
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
-        """Yield samples where joints that may be too fast are fastest. Past a singularity they are so only for a
-        moment.
+        """Yield samples where joints that may be too fast are fastest. Past a singularity this peak may be very
+        short.
         """
         samples = self.samples
         for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
@@ -190,9 +188,9 @@ class StretchLoad:
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
         """Return the sample at which a joint is fastest between two samples. The top of a parabola through three
-        samples is sampled until the joint is as fast there as the parabola says (successive parabolic interpolation;
-        Brent, "Algorithms for Minimization without Derivatives", 1973, 5.2). If the parabola rises towards one of the
-        two, it is that one.
+        samples is sampled until the joint is as fast there as the parabola predicts (successive parabolic
+        interpolation; Brent, "Algorithms for Minimization without Derivatives", 1973, 5.2). If the parabola rises
+        towards one of the two samples, return that sample.
         """
         limit = self.limits.max_velocity[joint]
         found = [before, self.follower.sample(self.path, 0.5 * (before.s + after.s), before.joints), after]
@@ -225,7 +223,7 @@ class StretchLoad:
 
     def _near_limit(self, means: list[Rates], counts: float) -> Iterator[Rates]:
         """Yield the joint accelerations at both samples of the greatest mean of a joint, if that mean is near the limit
-        and may hide an acceleration that counts. Those at the ends are known.
+        and may hide an acceleration that counts. The accelerations at the ends of the stretch are known.
         """
         columns = zip(*[rates for _, rates in means], strict=True)
         near = dict[int, None]()  # the samples, each once
@@ -242,7 +240,9 @@ class StretchLoad:
                 yield sample.s, rates
 
     def _bends(self) -> Iterator[Rates]:
-        """Yield the joint accelerations at all samples, and between two samples that do not explain the mean there."""
+        """Yield the joint accelerations at all samples, and between two samples that do not explain the mean
+        acceleration between them.
+        """
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(self._clear())][::-1]
         while pending:
             a, b, left = pending.pop()
@@ -263,7 +263,7 @@ class StretchLoad:
     def _rates_at(
         self, rates: Callable[[RobotArm, CartesianPath, float, Joints, Joints, Transform], R], sample: Sample
     ) -> R | None:
-        """Return the rates of the joints at a sample; None in a singular pose, where none are defined."""
+        """Return the rates of the joints at a sample; None in a singular pose, where rates are not defined."""
         try:
             return rates(self.arm, self.path, *sample, self.follower.tool)
         except StraightLineSingular:
@@ -282,7 +282,7 @@ class StretchLoad:
 
     def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
         """Return the load by acceleration: at the samples, and where the jerk changes its sign between two of them. The
-        first is given: the interrupted motion may have been at its limit.
+        acceleration at the first sample is given: the interrupted motion may have been at its limit.
         """
         rates = [*((moment.sample.s, moment.acceleration) for moment in moments), *means]
         load = self._acceleration(rates, SMALL_MARGIN)
@@ -331,8 +331,8 @@ class StretchLoad:
 
 
 def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> tuple[float, float] | None:
-    """Return where a parabola through three places in order is highest, and how high it is there; None if it is not
-    bent downwards.
+    """Return the position and value of the maximum of a parabola through three points in order; None if the parabola
+    has no maximum.
     """
     (x, u), (y, v), (z, w) = a, b, c
     if not x < y < z:
@@ -347,10 +347,8 @@ def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
 
 def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:
     """Return a bound of each rate between two samples, at which the rates are a and b, and whether it may exceed both.
-    `before`, `after`: the quantities of which these are the rates.
-
-    The parabola has the rates at both ends and the right mean. It is farthest from its chord in the middle, by one and
-    a half times what the mean is.
+    `before`, `after`: the integrals of these rates. The parabola has the rates at both ends and the right mean. Its
+    distance from its chord is greatest in the middle, one and a half times the distance of the mean from the chord.
     """
     found = []
     for x, y, v, w in zip(a, b, before, after, strict=True):

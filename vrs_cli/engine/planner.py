@@ -1,14 +1,14 @@
 """The trajectory generation function f: a motion command edits the timeline.
 
 f(theta; p, t, v; tau[k]) -> TimelineDelta. The motion in force at the execution time is truncated there. The new motion
-takes its place, and starts from the present position and velocity. Motions that are scheduled later stay: the next one
-is planned again from the new place to its own target, and so on while one blends into the next. From the first boundary
-on whose position and velocity are as they were, segments are only shifted in time.
+takes its place, and starts from the present position and velocity. Motions that are scheduled later stay: the next
+motion is planned again from the new position to its own target, and so on while motions blend into each other. From the
+first boundary with unchanged position and velocity, segments are only shifted in time.
 
 Events up to the cut stay. A tied event keeps its distance to the start of its motion, or to the end of the interrupted
-motion. An event with a time of its own keeps that time, but comes no later than the tail begins. The tail shifts whole,
-with its events. Inputs from outside never shift. If nothing is inserted (INSERT OFF, BRAKE, JOG, steering), all events
-after the cut are dropped.
+motion. An event with a time of its own keeps that time, but comes no later than the tail begins. The tail is shifted as
+a whole, with its events. Inputs from outside are never shifted. If nothing is inserted (INSERT OFF, BRAKE, JOG,
+steering), all events after the cut are dropped.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from vrs_cli.values.measured import ResyncReport
 
 RESYNC = "RESYNC"
 SAME_PLACE = 1e-9  # [rad, m] two places closer than that are one
-Anchors = list[tuple[float, float]]  # instants [s] of the old and the new timeline that belong together, in order
+Anchors = list[tuple[float, float]]  # pairs of corresponding instants [s] of the old and the new timeline, in order
 
 
 def plan(
@@ -52,8 +52,8 @@ def plan(
     """f: return the change of the timeline that lets `motion` start at `executed` [s].
 
     Cut the timeline there, plan the motion, plan the following ones again, shift the rest. `insert` false: drop all
-    that was scheduled later. `event`: comes with the motion, when that begins. Raises MotionError if the motion, or a
-    later one that is planned again, is impossible; the message names the latter.
+    later motions. `event`: an event at the start of the motion. Raises MotionError if the motion, or a later one that
+    is planned again, is impossible; the message names that later motion.
     """
     cut = cut_at(arm, timeline, executed)
     cut, segments = _plan_from_cut(timeline, cut, Problem(arm, cut.here, motion, executed, slowest))
@@ -75,13 +75,11 @@ def plan_resync(
     slowest: float = SLOWEST,
 ) -> tuple[TimelineDelta, ResyncReport]:
     """f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of the
-    motion under way. If it `stops`, stay there and drop what was scheduled.
-
-    The body holds meanwhile, so the way to the measured joints is that of the virtual robot alone, as fast as its
-    limits allow. At its end both are in one place, and the body follows again. All of it is one command with one delta.
-    `times`: issued and executed [s]. `leaves`: the robot stands at the measured joints until then at least [s], so that
-    the body hears of it in time. `resting`: the motion to use if none is under way; its goal is replaced. Raises
-    MotionError.
+    motion under way. With `stops`, stay at the measured joints and drop all scheduled motions. The body holds
+    meanwhile, so only the virtual robot moves to the measured joints, as fast as its limits allow. Then both have the
+    same joints, and the body follows again. RESYNC is one command with one delta. `times`: issued and executed [s].
+    `leaves`: the robot stands at the measured joints until then at least [s], so that the body learns of the motion in
+    time. `resting`: the motion to use if none is under way; its goal is replaced. Raises MotionError.
     """
     issued, begin = times
     under_way, index = timeline.locate(begin)[0].motion, timeline.index_at(begin)
@@ -115,7 +113,7 @@ def plan_resync(
         return edit.delta(motion, *times), ResyncReport(begin, arrival, distances, text)
 
     if on.kind is MotionKind.STRAIGHT:
-        with suppress(MotionError):  # from another place the line may leave the reach; then the joints go there
+        with suppress(MotionError):  # the line may leave the reach; then the motion is joint-interpolated
             return plan_by_way(on._replace(goal=None))
     return plan_by_way(by_joints)
 
@@ -123,7 +121,7 @@ def plan_resync(
 def drop_rest(
     timeline: Timeline, keep: int, segments: tuple[Segment, ...], motion: Motion, issued: float, executed: float
 ) -> TimelineDelta:
-    """Return the delta that puts segments behind the first `keep` ones and drops all that was scheduled later."""
+    """Return the delta that puts segments behind the first `keep` ones and drops all later segments."""
     count, events = len(timeline), None
     if timeline.event_count:
         events = edit_events(timeline, keep, count, segments, 0.0, inserts=False)
@@ -136,8 +134,8 @@ def drop_rest(
 class CutPlace(Struct, frozen=True):
     """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
 
-    The interrupted motion is that of the first segment that ends later, also if that segment would begin just then: the
-    later command counts. It is None in a gap and after the end.
+    The interrupted motion is that of the first segment that ends later, even if that segment begins at that time: the
+    later command counts. The interrupted motion is None in a gap and after the end.
     """
 
     keep: int
@@ -150,7 +148,7 @@ def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
     keep = timeline.index_at(t) + 1
     segment = timeline[keep - 1]
     while keep > 1 and segment.start >= t and segment.duration > 0.0:
-        keep -= 1  # segments of no length at t are in the past
+        keep -= 1  # segments without duration at t are in the past
         segment = timeline[keep - 1]
     here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
@@ -169,7 +167,7 @@ def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple
     if not rounds:
         with suppress(NoRoomToStop):
             return cut, plan_motion(problem)
-    keep = cut.keep  # find the first place at which the robot stands after these segments have begun
+    keep = cut.keep  # find the first segment boundary after the cut at which the robot is at rest
     while True:
         segment = timeline[keep - 1]
         if keep == len(timeline) or (after := timeline[keep]).start > segment.finish:
@@ -199,7 +197,7 @@ class _Tail(Struct, frozen=True):
         return cls(old, index, old[index - 1], old[index] if index < len(old) else None)
 
     def after(self, motion: Motion | None) -> _Tail:
-        """Return the tail without the segments of a motion that it begins with."""
+        """Return the tail without the segments of a given motion at its start."""
         index, before, following = self.index, self.before, self.next
         while motion is not None and following is not None and following.motion.number == motion.number:
             index, before = index + 1, following
@@ -229,18 +227,18 @@ class _Edit(Struct, frozen=True, dict=True):
         inserts: bool = True,
         event: Event | None = None,
     ) -> _Edit:
-        """Put segments in the place of the motion that a cut interrupts; drop what follows unless it `inserts`."""
+        """Replace the motion that a cut interrupts by segments; drop later motions unless the motion `inserts`."""
         tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if inserts else _Tail.of(timeline, len(timeline))
         return cls(arm, slowest, cut, segments, tail, inserts, event)
 
     @cached_property
     def place(self) -> Here:
-        """The state in which the planned segments leave the robot, at rest."""
+        """The state of the robot at the end of the planned segments, at rest."""
         return rest_after(self.arm, self.segments[-1])
 
     @property
     def changes_next(self) -> bool:
-        """Return whether the next motion now begins in another place than before, or began in motion before."""
+        """Return whether the next motion now begins at other joints than before, or began in motion before."""
         if self.tail.next is None:
             return False
         before = state_at(self.arm, self.tail.next, 0.0).joints
@@ -254,7 +252,7 @@ class _Edit(Struct, frozen=True, dict=True):
         return end + first.start - self.tail.before.finish
 
     def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
-        """Return the change as a delta that a motion causes; the tail is shifted to where the segments end."""
+        """Return the change as a delta that a motion causes; the tail is shifted to the end of the segments."""
         old, following, events = self.tail.old, self.tail.next, None
         shift = 0.0 if following is None else self._begin(following) - following.start
         keep, segments = self.cut.keep, self.segments
@@ -267,7 +265,7 @@ class _Edit(Struct, frozen=True, dict=True):
         )
 
     def plan_next_again(self) -> _Edit:
-        """Plan the next motion again, from its new place to its own target. Raises MotionError."""
+        """Plan the next motion again, from its new start to its own target. Raises MotionError."""
         first = self.tail.next
         assert first is not None
         tail = self.tail.after(first.motion)
@@ -284,8 +282,8 @@ class _Edit(Struct, frozen=True, dict=True):
         return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
-        """Plan a motion again whose first old segment is `first`. It starts in the middle of the motion before if it
-        blends into that one, or if its own time lies there; otherwise from rest.
+        """Plan a motion again whose first old segment is `first`. The motion starts in the middle of the motion before
+        if it blends into that motion, or if its execution time lies there; otherwise it starts from rest.
         """
         resting = Problem(self.arm, self.place, motion, self._begin(first), self.slowest)
         if motion.start is Start.BLEND and self.segments[-1].phase is Phase.DECELERATE:
@@ -320,9 +318,8 @@ def edit_events(
     inserts: bool,
     own: Event | None = None,
 ) -> EventEdit | None:
-    """Return the events' part of a delta that keeps `keep` segments, puts `new` behind them, and shifts those from
-    index `tail` on by `shift` [s]; None if no event changes. `own`: an event that comes with the new motion, when that
-    begins.
+    """Return the events' part of a delta that keeps `keep` segments, puts `new` after them, and shifts those from index
+    `tail` on by `shift` [s]; None if no event changes. `own`: an event at the start of the new motion.
     """
     cut, count = new[0].start, old.event_count
     kept, coming = old.events_by(cut), () if own is None else (own._replace(time=cut),)
@@ -348,7 +345,7 @@ def edit_events(
         latest = max(latest, moved[-1].time)
     after = kept + len(gone)
     for event in old.event_slice(after, old.events_by(latest - shift, before=True)):
-        gone.append(event)  # an input from outside comes after it now
+        gone.append(event)  # an input from outside now comes after this event
         moved.append(event.shift_by(shift))
     after = kept + len(gone)
     moved.sort(key=lambda event: event.time)  # stable: events of one instant keep their order

@@ -1,6 +1,6 @@
 """The current position function g: where the robot is at any time, past or future.
 
-g(theta; tau[k], t). One time in plain floats (bisection and Horner), many times with arrays.
+g(theta; tau[k], t). A single time is evaluated in plain floats (bisection and Horner), many times with arrays.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from vrs_cli.values.results import Position
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
-TWIST_LENGTH = 6  # numbers of a twist
-POSES_AT_ONCE = 2048  # poses computed at once, so that their numbers stay in the cache
-SINGULAR_RATE = 1.5  # factor of a joint's limit, which no motion reaches
+TWIST_LENGTH = 6  # number of components of a twist
+POSES_AT_ONCE = 2048  # number of poses computed at once, so that they stay in the processor's cache
+SINGULAR_RATE = 1.5  # factor on a joint's velocity limit that no motion reaches
 
 
 class Watched(Protocol):
-    """A robot whose position can be computed while others move it. A timeline that was read does not change."""
+    """A robot whose position can be read while other threads move it, since a timeline never changes."""
 
     @property
     def arm(self) -> RobotArm: ...
@@ -85,7 +85,7 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
 
 
 def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
-    """Return what `position_at` returns of the joints alone [rad, m], for controllers that ask often."""
+    """Return only the joints of `position_at` and their rates [rad, m], for controllers that call often."""
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
     if _moves(timeline, segment, t):
@@ -99,12 +99,12 @@ def _moves(timeline: Timeline, segment: Segment, t: float) -> bool:
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """Return where the motion under way at t [s] ends, or where the robot stands."""
+    """Return the end position of the motion under way at t [s], or the position of a standing robot."""
     return position_at(arm, timeline, finish_after(timeline, t))
 
 
 def finish_after(timeline: Timeline, t: float) -> float:
-    """Return when the motion under way at t [s] ends, or when the last one has ended."""
+    """Return when the motion under way at t [s] ends, or when the last motion ended."""
     index = timeline.index_at(t)
     segment = timeline[index]
     number = segment.motion.number
@@ -114,7 +114,7 @@ def finish_after(timeline: Timeline, t: float) -> float:
 
 
 def start_before(timeline: Timeline, t: float) -> float:
-    """Return when the motion under way at t [s] has begun."""
+    """Return when the motion under way at t [s] began."""
     index = timeline.index_at(t)
     number = timeline[index].motion.number
     while index and timeline[index - 1].motion.number == number:
@@ -139,7 +139,7 @@ def rates_in(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple
         if any(twist):
             velocity = joint_velocity(arm, path, s, joints, twist, tool)
         return velocity, joint_acceleration(arm, path, s, joints, velocity, tool)
-    except StraightLineSingular:  # no rate is defined where a line begins or ends at rest in a singular pose
+    except StraightLineSingular:  # rates are not defined where a line begins or ends at rest in a singular pose
         return velocity, still
 
 
@@ -169,7 +169,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
 
 
 def _in_order(times: Floats) -> tuple[Floats, Rows | None]:
-    """Sort times; return them, and for each original time its place among them (None if they were sorted)."""
+    """Sort times; return them, and for each original time its index among them (None if the times were sorted)."""
     import numpy as np
 
     times = np.asarray(times, dtype=float)
@@ -228,13 +228,13 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
         )
     else:
         q = arm.holding(tool).batch.inverse_branch(poses, path.configuration, seeds)
-    for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone
+    for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many poses may end sooner than of one
         q[row] = segment_joints(arm, segment, float(s[row]))
     return q
 
 
 def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
-    """Return `positions_at` without the rates, which cost the most on straight lines."""
+    """Return `positions_at` without the rates, which are the most expensive part on straight lines."""
     return _sample_at(arm, timeline, times, PlaceArrays)
 
 
@@ -260,7 +260,7 @@ def poses_along(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats
 def _sample_at(
     arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled], joints: Floats | None = None
 ) -> Sampled:
-    """Return places, or positions, at times (N,) [s]; `joints`: use these instead of those of the timeline."""
+    """Return places, or positions, at times (N,) [s]; `joints`: joints to use instead of those of the timeline."""
     import numpy as np
 
     from vrs_cli.kinematics.arrays import compose_batch, stack
@@ -287,7 +287,7 @@ def _sample_at(
     if changes:
         begins, openings = zip((-inf, 0.0), *changes, strict=True)
         found.hand[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
-    for one, number in frames.items():  # many poses at once
+    for one, number in frames.items():  # each computes many poses at once
         T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
         rows_of_frame = np.flatnonzero(which == number)
         for chunk in np.split(rows_of_frame, range(POSES_AT_ONCE, len(rows_of_frame), POSES_AT_ONCE)):

@@ -1,4 +1,4 @@
-"""The state of the robot on a segment, and the problem of the planner: a motion out of such a state.
+"""Represent the state of the robot on a segment, and the planner's problem: a motion that starts in such a state.
 
 On the path of a tool the joints follow with their velocities, accelerations and jerks. If the turn of the flange about
 its own axis a does not count (`ArmTask.POINTING`), the path does not prescribe it: the arm turns faster by psi'. With
@@ -40,8 +40,8 @@ from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Path, Se
 from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.values.commands import Motion, MotionKind
 
-MAX_REMEMBERED_STATES = 128  # a plan asks several times for the state at the ends of its segments
-SLOWEST = 20.0  # the default of PARAMETER STRETCH: how many times a line may be slowed down
+MAX_REMEMBERED_STATES = 128  # number of cached states: a plan needs the state at the ends of its segments several times
+SLOWEST = 20.0  # the default of PARAMETER STRETCH: the factor by which a line may be slowed down
 
 
 class _FreeTurn(NamedTuple):
@@ -54,7 +54,9 @@ class _FreeTurn(NamedTuple):
 
 
 def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Transform, near: Joints) -> Joints | None:
-    """Return the joints [rad] next to `near`, at s seconds into a path, with the flange there; None out of reach."""
+    """Return the joints [rad] next to `near`, at s seconds into a path, with the flange there; None if the pose is out
+    of reach.
+    """
     if path.guides:
         return arm.guided_joints(T_robot_flange, near, path.demands(s))
     return arm.branch_joints(T_robot_flange, path.configuration, near)
@@ -64,7 +66,7 @@ def state_on(
     arm: RobotArm, path: CartesianPath, s: float, tool: tuple[Transform, Twist], T_robot_flange: Transform, near: Joints
 ) -> tuple[Joints, Joints] | None:
     """Return `joints_on` and their rates [rad/s] from one system of equations, for the pose and twist of the tool
-    there. None if the arm has no such system, or if it does not lead there from `near`.
+    there. None if the arm has no such system, or if the search from `near` does not converge.
     """
     pose, (vx, vy, vz, wx, wy, wz) = tool
     x, y, z = T_robot_flange.px - pose.px, T_robot_flange.py - pose.py, T_robot_flange.pz - pose.pz
@@ -77,7 +79,7 @@ def state_on(
 def joint_velocity(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, twist: Twist, T_flange_tool: Transform
 ) -> Joints:
-    """Return the joint velocities [rad/s] at s seconds into a path with this twist, where the joints are q. Raises
+    """Return the joint velocities [rad/s] at s seconds into a path with this twist, at the joints q. Raises
     StraightLineSingular.
     """
     if arm.steady is not None:
@@ -122,20 +124,20 @@ def joint_acceleration_and_jerk(
 
 
 def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
-    """Return a function from a time later than s [s] to the pose of the flange that a path asks for."""
+    """Return a function from a time later than s [s] to the requested pose of the flange on a path."""
     T_tool_flange = inverse(T_flange_tool)
     return lambda later: compose(path.pose(s + later), T_tool_flange)
 
 
 def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:
-    """Return how far the arm turns its flange beyond what the path asks."""
+    """Return the turn of the flange beyond the turn that the path prescribes."""
     flange, spin = arm.forward(q), path.twist(s)[3:]
     a = flange.ax, flange.ay, flange.az
     return _FreeTurn(a, cross(spin, a), spin, dot(vector_difference(arm.twist(q, qd)[3:], spin), a))
 
 
 def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
-    """Add to the rate of a path's twist what a free turn adds to it."""
+    """Add the contribution of a free turn to the rate of a path's twist."""
     return (*rate[:3], *vector_sum(rate[3:], scaled_vector(turn.axis_rate, turn.extra)))
 
 
@@ -172,7 +174,7 @@ class Here(Struct, frozen=True):
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
     """Return the joints at t_s + s of a segment [rad].
 
-    Raises PathWithoutJoints if none lead to the pose. For segments that were planned here some always do.
+    Raises PathWithoutJoints if no joints reach the pose, which does not occur for segments planned here.
     """
     path = segment.path
     if isinstance(path, JointPath):
@@ -190,8 +192,8 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
 def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     """Return position, velocity and acceleration at t_s + s of a segment; at rest from its end on if it ends at rest.
 
-    The acceleration is that of a jerk-limited motion, and the next motion continues it. That of a motion with parabolic
-    blends may jump, so it is not kept.
+    The acceleration is that of a jerk-limited motion, and the next motion continues it. The acceleration of a motion
+    with parabolic blends may jump, so it is omitted.
     """
     path, key = segment.path, (id(segment.path), s)
     smoothly, frame = LAWS[segment.motion.profile].smooth, segment.motion.frames.tool
@@ -199,7 +201,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     if known is not None and known[0] is path and known[1:4] == (arm, smoothly, frame):
         return known[4]
     here = _state_at(arm, segment, s, smoothly=smoothly)
-    if segment.motion.kind is MotionKind.STEERED:  # a tick is asked for its state once
+    if segment.motion.kind is MotionKind.STEERED:  # the state of a tick is needed only once
         return here
     if len(_REMEMBERED_STATES) >= MAX_REMEMBERED_STATES:
         _REMEMBERED_STATES.pop(list(_REMEMBERED_STATES)[0], None)  # noqa: RUF015 (other threads may add meanwhile)
@@ -208,7 +210,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
 
 
 def _state_at(arm: RobotArm, segment: Segment, s: float, *, smoothly: bool) -> Here:
-    """Compute the state that `state_at` remembers."""
+    """Compute the state that `state_at` caches."""
     path, joints = segment.path, segment_joints(arm, segment, s)
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
@@ -223,7 +225,7 @@ def _state_at(arm: RobotArm, segment: Segment, s: float, *, smoothly: bool) -> H
 
 
 def rest_after(arm: RobotArm, segment: Segment) -> Here:
-    """Return the place where a segment ends, at rest."""
+    """Return the state at the end of a segment, at rest."""
     return state_at(arm, segment, segment.duration).standing()
 
 
@@ -250,7 +252,7 @@ _REMEMBERED_STATES: dict[tuple[int, float], tuple[Path, RobotArm, bool, Transfor
 
 
 class NoWay(Exception):
-    """No way of a motion begins with the present velocities."""
+    """The motion cannot start with the present velocities."""
 
 
 class NotInTime(Exception):
@@ -258,4 +260,4 @@ class NotInTime(Exception):
 
 
 class NoRoomToStop(Exception):
-    """No way of braking keeps every joint in its range, so the interrupted motion must go on."""
+    """Braking cannot keep every joint in its range, so the interrupted motion must go on."""

@@ -1,7 +1,7 @@
 """Explain why a location is in reach or not: every configuration, the choice of MOVE, and the straight line from here.
 
-Of the line: whether it is possible, where it stops, and what would do instead. The findings are data, which WHY shows.
-Nothing is moved.
+For the line: whether it is possible, where it stops, and what would work instead. The findings are data, which WHY
+shows. The robot does not move.
 """
 
 from __future__ import annotations
@@ -59,12 +59,12 @@ class Standpoint(Struct, frozen=True):
         return compose(self.arm.forward(joints), self.before.frames.tool)
 
     def resolve_target(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
-        """Return where a motion to a target goes. Raises what `targets.resolve` raises."""
+        """Return the goal of a motion to a target. Raises the errors of `targets.resolve`."""
         return resolve(self.arm, self.settings, Move(target, straight), self.before.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
-        """Return the motion of MOVES to T_robot_tool, with the settings for the next motion (`once`) or with those
-        after it.
+        """Return the motion of MOVES to T_robot_tool, with the settings for the next motion (`once`) or with the
+        settings after that motion.
         """
         settings = self.settings
         duration = settings.duration.present if once else settings.duration.always
@@ -79,7 +79,9 @@ class Standpoint(Struct, frozen=True):
 
 
 def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineCheck:
-    """Check the straight line from here to T_robot_tool, as MOVES would plan it. `reachable`: MOVE goes to its end."""
+    """Check the straight line from here to T_robot_tool, as MOVES would plan it. `reachable`: whether MOVE reaches the
+    end of the line.
+    """
     begin = stand.tool(stand.here)
     long = dist(position(begin), position(end))
     try:
@@ -95,7 +97,7 @@ def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineChe
 
 
 def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable: bool) -> Iterator[WayOut]:
-    """Yield what would do instead: another configuration for the whole line, a via point, a MOVE."""
+    """Yield what would work instead: another configuration for the whole line, a via point, a MOVE."""
     ways = filter(None, (other.words_beside((stand.configuration,)) for other in stand.arm.ways))
     found = [words for words in ways if _leads_as(stand, words, begin, end)]
     if found:
@@ -111,7 +113,7 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
 
 
 def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Transform) -> bool:
-    """Return whether the line is possible after some configuration words and a MOVE to where it begins."""
+    """Return whether the line is possible after some configuration words and a MOVE to its start."""
     settings = stand.settings
     for flag in stand.arm.words:
         if flag.name in words:
@@ -142,7 +144,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     """Return whether a line to a via point, and another one from there, are possible."""
     near: Joints | None = stand.here
     arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
-    for pose in (via, end):  # quicker than a plan
+    for pose in (via, end):  # a check that is quicker than a plan
         flange = compose(pose, inverse(stand.before.frames.tool))
         near = near and arm.branch_joints(flange, way, near)
     if near is None:
@@ -187,7 +189,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     try:
         stand.resolve_target(target, straight=True)
         line = check_line(stand, pose, reachable=chosen is not None)
-    except MotionError as error:  # no line goes there from anywhere
+    except MotionError as error:  # no line can reach it from any position
         far = dist(position(stand.tool(stand.here)), position(pose))
         line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
     T_world_robot = inverse(stand.before.frames.base)
@@ -233,7 +235,7 @@ def _choice(
         return chosen, "the nearest joints that were found"
     asked = stand.settings.configuration
     reasons = [f"{asked} asked"] if asked != NONE else []
-    if not stand.arm.lines_keep_words:  # a MOVE does not keep them either
+    if not stand.arm.lines_keep_words:  # a MOVE does not keep the configuration words either
         return chosen, ", ".join((*reasons, "the nearest of all solutions"))
     if not Configuration(have.arm, have.elbow).words_beside((chosen,)):
         reasons.append("arm and elbow stay as they are" if chosen.elbow else "arm as it is")
@@ -243,7 +245,7 @@ def _choice(
 
 
 def _why_this_wrist(stand: Standpoint, chosen: Configuration, options: Sequence[Option]) -> Iterator[str]:
-    """Yield why MOVE takes this wrist and not the other."""
+    """Yield the reasons why MOVE takes this wrist and not the other."""
     if chosen.wrist is None:
         return
     both = [one for one in options if (one.configuration.arm, one.configuration.elbow) == (chosen.arm, chosen.elbow)]

@@ -1,4 +1,4 @@
-"""The settings of a robot, and the tables of switches, parameters and number ranges.
+"""Define the settings of a robot, and the tables of switches, parameters and number ranges.
 
 The settings are one value that holds for the coming motions; a change makes a new value. Program settings hold for the
 next motion only, or ALWAYS (V+ Keyword Reference, SPEED).
@@ -22,11 +22,11 @@ from vrs_cli.values.commands import JointTarget, Mode, NamedTarget, SpeedUnit
 V = TypeVar("V")
 
 FULL_SPEED = 100.0  # [%]
-SLOWEST_PERCENT = 0.01  # of full speed and of full acceleration: a slower motion would take days
+SLOWEST_PERCENT = 0.01  # least speed and acceleration, in percent of the full values: a slower motion would take days
 
 
 class Range(Struct, frozen=True):
-    """The numbers that an instruction accepts: `what` they are, and their least and greatest."""
+    """The range of numbers that an instruction accepts. `what`: the words for the number in a message."""
 
     word: str
     what: str
@@ -47,7 +47,7 @@ class Range(Struct, frozen=True):
 
 MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327 is the limit of VAL
 PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
-    unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # motions go no faster than the robot can
+    unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # higher speeds are limited to what the robot can do
     for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
 }
 ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
@@ -69,8 +69,8 @@ class Switch(Struct, frozen=True):
 
 
 class Idle(Struct, frozen=True):
-    """A switch or a parameter of V+ that means nothing to a virtual robot. It can be set and read, and changes nothing.
-    It may have an index, for example of a robot: `SCALE.ACCEL[1]`.
+    """A switch or a parameter of V+ that means nothing to a virtual robot. Such a setting can be set and read, but has
+    no effect. It may have an index, for example of a robot: `SCALE.ACCEL[1]`.
     """
 
     name: str
@@ -94,7 +94,7 @@ class ParameterRow(Struct, frozen=True):
     def check(self, value: float | str) -> float | str:
         """Return the value in the form that is kept. Raises IllegalValue for a value that the parameter cannot have."""
         if self.words and (isinstance(value, str) or not self.numbers):
-            # for true and false the language has -1 and 0
+            # the language writes true and false as -1 and 0
             word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
             if word in self.words:
                 return word
@@ -207,7 +207,7 @@ IDLE_PARAMETERS: Mapping[str, Idle] = _table(
 SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, Idle]]] = {
     "switch": (SWITCHES, IDLE_SWITCHES),
     "parameter": (PARAMETERS, IDLE_PARAMETERS),
-}  # by the name in the tables of words: settings of the robot, and those that mean nothing to it
+}  # settings of the robot, and settings without effect, by their names in the tables of words
 
 
 def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
@@ -219,7 +219,7 @@ NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of older names kee
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
-    """Return the row of a name, or of a prefix that fits one name only, or one name that is not `NEW_NAMES`. Raises
+    """Return the row of a name, or of a prefix that matches only one name, or only one name outside `NEW_NAMES`. Raises
     UsageError.
     """
     upper = name.upper()
@@ -233,7 +233,7 @@ def row_of(table: Mapping[str, V], name: str, what: str) -> V:
 
 
 def name_in(table: Mapping[str, Switch | ParameterRow], idle: Mapping[str, Idle], name: str, what: str) -> str:
-    """Return the whole name of a setting, also of one that means nothing here. Raises UsageError as `row_of` does."""
+    """Return the whole name of a setting, also of a setting without effect. Raises UsageError as `row_of` does."""
     return row_of(table, name, what).name if idle_of(idle, name) is None else name.upper()
 
 
@@ -241,7 +241,7 @@ MM = 1e-3  # [m]
 
 
 class Setting(Struct, Generic[V], frozen=True):
-    """A program setting: its lasting value, and a value for the next motion only."""
+    """A program setting with a lasting value, and perhaps a value for the next motion only."""
 
     always: V
     once: V | None = None
@@ -332,7 +332,7 @@ class Settings(Struct, frozen=True):
 
     @property
     def moves(self) -> bool:
-        """Whether motions are carried out."""
+        """Whether motions are executed."""
         return not self.switches["DRY.RUN"]
 
     @property
@@ -349,12 +349,12 @@ class Settings(Struct, frozen=True):
 
     @property
     def inserts(self) -> bool:
-        """Whether motions stay that are scheduled after a new one."""
+        """Whether inserting a new motion keeps the motions that are scheduled after it."""
         return self.parameters["INSERT"] == "ON"
 
     @property
     def slowest(self) -> float:
-        """How many times a straight line near a singularity may be slowed down."""
+        """The factor by which a straight line near a singularity may be slowed down."""
         return float(self.parameters["STRETCH"])
 
     # --- changing: a new value ---
@@ -396,8 +396,8 @@ class Settings(Struct, frozen=True):
                 return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: commands.Target) -> Settings:
-        """Return the settings without the values that one motion has used up. A motion to joints also ends the
-        configuration words.
+        """Return the settings after a motion, without the values that held for this motion only. A motion to joints
+        also ends the configuration words.
         """
         said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration
         settings: tuple[Setting[Any], ...] = (self.speed, self.duration, self.swivel, *self.modes.values())

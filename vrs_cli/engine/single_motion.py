@@ -22,7 +22,7 @@ from vrs_cli.trajectory.state import JointLimits
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-REMEMBERED_PLANS = 512  # a program that goes round plans each of its motions once
+REMEMBERED_PLANS = 512  # number of cached plans: a program with a loop plans each of its motions once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
 ROUNDING_PRECISION_S = 1e-6  # [s] the precision of the instant at which a corner is near
 MAX_ROUNDING_DELAY_S = 1e-3  # [s] rounding a corner may take this much longer than stopping in it
@@ -30,8 +30,8 @@ SAME_PLACE = 1e-9  # [m] places closer than that are one
 
 
 def plan_motion(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a motion to rest. If its own way does not start from the present velocities, the arm first comes to rest
-    inside all limits: on the straight line that the tool moves on, if it moves on one and can.
+    """Plan a motion to rest. If the motion cannot start with the present velocities, the arm first comes to rest within
+    all limits, if possible on the straight line that the tool moves on.
 
     Raises MotionError, NoRoomToStop, NotInTime.
     """
@@ -47,10 +47,8 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
 
 
 def plan_directly(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a motion on its own way. Raises MotionError, NoWay, NotInTime.
-
-    A motion that has nothing to do rests for no time. So it keeps its place on the timeline: it may have something to
-    do once an earlier motion changes.
+    """Plan a motion on its own path. Raises MotionError, NoWay, NotInTime. A motion without any movement becomes a rest
+    of no duration. So it keeps its place on the timeline, since it may need to move after an earlier motion changes.
     """
     state, motion, begin, lasting = problem.here.joints, problem.motion, problem.begin, 0.0
     segments: tuple[Segment, ...] = ()
@@ -103,8 +101,8 @@ class _PlanKey:
 
 @lru_cache(REMEMBERED_PLANS)
 def _remembered_plan(key: _PlanKey) -> tuple[Segment, ...] | MotionError | NotInTime | NoWay:
-    """Return the segments of a motion as if it began at time 0, or why there are none. A remembered refusal is never
-    raised itself, since it would keep alive the frames in which it was raised.
+    """Return the segments of a motion as if it began at time 0, or the error that prevents it. A cached error is never
+    raised itself, since its traceback would keep stack frames alive.
     """
     problem = key.problem
     state, motion = problem.here.joints, problem.motion
@@ -140,7 +138,7 @@ def hardest_limits(arm: RobotArm) -> JointLimits:
 
 
 def plan_stop(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a stop that stays inside all limits; an arm at rest stays. Raises NoRoomToStop."""
+    """Plan a stop within all limits; an arm at rest stays where it is. Raises NoRoomToStop."""
     limits, motion, state = hardest_limits(problem.arm), problem.motion, problem.here.joints
     if state.at_rest:
         return (rest(state.joints, 0.0, problem.begin, motion),)
@@ -164,10 +162,8 @@ def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
 
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
-    """Return when a motion begins that blends into one that slows down [s]: at once, or when the tip is within
-    `rounding` [m] of the place where the other motion would end.
-
-    The path changes at that instant, at which the tip is that near.
+    """Return when a motion begins that blends into a motion that slows down [s]: immediately, or when the tip is within
+    `rounding` [m] of the end of the other motion. The path changes at that instant.
     """
     last = slowing[-1]
     if rounding is None:

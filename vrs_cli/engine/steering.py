@@ -1,4 +1,4 @@
-"""f for targets that come one after the other: one target and a tick of time, or a chunk of time-stamped joints."""
+"""Plan the motion for streamed targets: one target for each tick of time, or a chunk of time-stamped joints."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 
 CUBIC = 3  # degree of a path of constant jerk
 TICK = on_grid(0.02)  # [s] between the targets that are taken from a chunk
-TICKS_AT_ONCE = 40  # planned at once: about 8 ms of CPU
-SAMPLES_AT_ONCE = 300  # compared with the plan at once: about 8 ms of CPU
+TICKS_AT_ONCE = 40  # number of ticks planned at once: about 8 ms of CPU
+SAMPLES_AT_ONCE = 300  # number of samples compared with the plan at once: about 8 ms of CPU
 MAX_SAMPLES = 2000
-MAX_SECONDS = 120.0  # from the first sample to the last
+MAX_SECONDS = 120.0  # maximum duration from the first sample to the last [s]
 
 
 def plan_steering(
     arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
 ) -> TimelineDelta:
-    """f for a moving target: the joints chase it from `executed` on, for a tick [s]. All that was scheduled later is
-    dropped. Raises NoRoomToStop if the motion under way has to go on.
+    """Plan the motion for a moving target: the joints move towards it from `executed` on, for a tick [s]. Later motions
+    are dropped. Raises NoRoomToStop if the motion under way has to go on.
     """
     cut = cut_at(arm, timeline, executed)
     steer, coming = LAWS[motion.profile].steer, partial(_coming_rows, timeline, cut.keep, executed)
@@ -51,8 +51,8 @@ def plan_steering(
 
 
 def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
-    """Return the cubics that each joint was to follow from t [s] on until the robot rests. None if it rests already, or
-    if that motion is not jerk-limited or not in joint space.
+    """Return the cubics that each joint was to follow from t [s] on until the robot rests. None if the robot rests
+    already, or if the motion is not jerk-limited or not in joint space.
     """
     ways: list[list[Row]] = []
     for segment in _segments_under_way(timeline, keep, t):
@@ -90,10 +90,10 @@ def _segments_under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Seg
 
 
 class Chunk:
-    """Samples at increasing `times` (N,) [s]: `joints` (N, n) [rad, m], put inside the ranges of a robot; `held`: how
-    many of the samples were outside. Between samples the joints follow cubics through them (Catmull-Rom).
+    """Samples at increasing `times` (N,) [s]: `joints` (N, n) [rad, m], put inside the ranges of a robot; `held`: the
+    number of samples that were outside. Between samples the joints follow cubics through them (Catmull-Rom).
 
-    Raises IllegalValue for samples that are no chunk for this robot.
+    Raises IllegalValue for samples that do not fit this robot.
     """
 
     def __init__(self, model: RobotModel, times: Sequence[float], joints: Sequence[Joints]) -> None:
@@ -123,8 +123,8 @@ class Chunk:
             self._slopes = np.gradient(self.joints, self.times, axis=0)
 
     def since(self, now: float) -> tuple[float, int]:
-        """Return when the chunk begins if it is followed from `now` on, and how many samples are too late for that.
-        Raises TooLate if all are.
+        """Return when the chunk begins if it is followed from `now` on, and how many samples are too late by then.
+        Raises TooLate if all samples are.
         """
         late = bisect_left(self.times.tolist(), now)
         if late == len(self.times):
@@ -133,7 +133,9 @@ class Chunk:
         return max(float(self.times[0]), now), late
 
     def at(self, times: Sequence[float] | Floats) -> Floats:
-        """Return the joints at times (M,) [s], those of the ends before the first and after the last sample: (M, n)."""
+        """Return the joints at times (M,) [s], as an array (M, n): before the first and after the last sample, the
+        joints of that sample.
+        """
         import numpy as np
 
         t = np.clip(times, self.times[0], self.times[-1])
@@ -155,8 +157,8 @@ def tick_count(chunk: Chunk, begin: float) -> int:
 def plan_chunk(
     arm: RobotArm, timeline: Timeline, motion: Motion, issued: float, begin: float, chunk: Chunk, ticks: range
 ) -> TimelineDelta:
-    """f for a part of a chunk that is followed from `begin` [s] on. The joints chase its samples tick by tick, and
-    after the last tick come to rest at the last sample. All that was scheduled later than the start of the part is
+    """Plan the motion for a part of a chunk that is followed from `begin` [s] on. The joints follow its samples tick by
+    tick, and after the last tick come to rest at the last sample. Motions scheduled after the start of the part are
     dropped. Raises NoRoomToStop if the motion under way has to go on.
     """
     ends = ticks.stop == tick_count(chunk, begin)

@@ -1,8 +1,8 @@
 """Plan straight lines for the tool, and slow them down until every joint can follow.
 
-A line that asks too much of the joints is slowed down as a whole. A line that would have to be slowed down beyond a
-bound, near a singularity, is refused before it starts, with the place. If the arm has more joints than the line needs,
-guides tell what the redundant joints do.
+A line that demands too much of the joints is slowed down as a whole. A line that would have to be slowed down beyond a
+bound, near a singularity, is refused before it starts, with an error that names the position. If the arm has more
+joints than the line needs, guides determine the redundant joints.
 """
 
 from __future__ import annotations
@@ -43,18 +43,18 @@ from vrs_cli.values.commands import Motion
 
 NEARLY_SINGULAR = 0.02  # singular measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] from the start of a line: a refusal nearer than that blames the singular pose at the start
-SLOWING_MARGIN = 1.001  # factor: a line is slowed a little more than needed, so that once is enough
+SLOWING_MARGIN = 1.001  # factor by which a line is slowed more than needed, so that slowing once is enough
 SAME_VELOCITY = 5e-7  # [rad/s] joint velocities closer than that are one
-SLOWING_FACTOR = 1.05  # factor: a line that starts in motion is slowed more than its load asks
-MAX_SLOWINGS = 6  # to slow down a line that starts in motion
-INSTANT_STEPS = 50  # to find when a part of a line is done
+SLOWING_FACTOR = 1.05  # factor by which a line that starts in motion is slowed more than its load demands
+MAX_SLOWINGS = 6  # maximum number of attempts to slow down a line that starts in motion
+INSTANT_STEPS = 50  # number of bisection steps, to find when a part of a line is done
 SAME_TURN = 1e-6  # [rad] a smaller turn is none
 NO_LENGTH = 1e-9  # [m] a shorter line only turns
 Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
 WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] of a walk along a line
-MIN_WALK_STEPS = 6  # steps of a walk at least
-WALK_FACTORS = (1, 5)  # factors of the steps, tried if the walks before have led to no line
+MIN_WALK_STEPS = 6  # minimum number of steps of a walk
+WALK_FACTORS = (1, 5)  # factors on the number of steps; the next factor is tried if no walk has led to a line
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
@@ -77,10 +77,9 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _turned_as_it_can_be(problem: Problem) -> Transform | None:
-    """Return the goal of an arm that turns its tool as nearly as it can, as its ranges let the tool be there.
-
-    An even turn to that goal may pass where the least turn on the way does not. None for other arms, and if the goal is
-    in reach as it is.
+    """Return the goal with the nearest orientation that the joint ranges allow, for an arm that turns its tool as
+    nearly as it can. An even turn to that goal may be possible where the least turn at each point of the line is not.
+    None for other arms, and if the goal itself is in reach.
     """
     motion, tool = problem.motion, problem.motion.frames.tool
     steady = problem.arm.holding(tool).steady
@@ -109,7 +108,7 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
     assert problem.motion.pose is not None
     T_robot_flange = compose(problem.motion.pose, inverse(problem.motion.frames.tool))
     if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
-        try:  # no way round helps if the end of the line is out of reach
+        try:  # no alternative helps if the end of the line is out of reach
             arm.holding(problem.motion.frames.tool).select(T_robot_flange, joints)
         except LocationOutOfRange as beyond:
             raise beyond.reworded(place=failure.place) from None
@@ -125,7 +124,7 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
     pose = problem.motion.pose or state.pose
     if problem.arm.model.task.turns:
         return pose
-    return at_position(state.pose, *position(pose))  # the tool turns as the joints have it, and no line asks for a turn
+    return at_position(state.pose, *position(pose))  # the joints determine the turn of the tool; no line prescribes it
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
@@ -162,7 +161,7 @@ class _Line:
         self.goal = straighten_wrist(self.follower, state.pose if stops else _goal(problem, state))
 
     def segments(self) -> tuple[Segment, ...]:
-        """Plan the segments. Out of motion the line is planned again, with lower limits, until the joints can
+        """Plan the segments. A line that starts in motion is planned again with lower limits until the joints can
         follow.
         """
         if self.state.at_rest:
@@ -178,7 +177,7 @@ class _Line:
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
-            # lower the limits of that which asked too much: the blend, slowing down, or the speed
+            # lower the limits of the phase that demanded too much: the blend, slowing down, or the speed
             blend, cruise, slow = (
                 _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
                 for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
@@ -193,7 +192,7 @@ class _Line:
             slowed *= by_velocity
             if slowed > self.problem.slowest:
                 break
-        self._marks_in_motion(stretches)  # raises the refusal if something stands in the way
+        self._marks_in_motion(stretches)  # raises the error if the line is impossible
         raise self._too_singular(load)
 
     def _from_rest(self) -> tuple[Segment, ...]:
@@ -211,7 +210,7 @@ class _Line:
             kinks = Kinks(self.follower, way, found.touches) if found.touches else None
             stops = kinks.stops(self.joints.joints) if kinks else []
         except MotionError:
-            self._follow(stretches)  # this may be refused sooner on the way
+            self._follow(stretches)  # this may raise an error for an earlier point of the line
             raise
         if stops:
             return self._in_parts(stops)
@@ -226,7 +225,7 @@ class _Line:
             factor = load.slowing * SLOWING_MARGIN
             self.least *= factor
             stretches = self._stretches(self.limits.slow_down(factor, factor * factor, factor * factor * factor))
-            if len(stretches) != len(seeds):  # a very short cruise has come or gone
+            if len(stretches) != len(seeds):  # a very short cruise has appeared or disappeared
                 seeds, _ = self._follow(stretches, self._instants(stretches, found.marks))
         return self._segments(stretches, seeds)
 
@@ -256,7 +255,7 @@ class _Line:
             path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
             found = survey(self.follower, path, lasting)
             for touch in found.touches:
-                # a rest at a singular wrist shows in the samples
+                # the samples show a rest at a singular wrist
                 rests = stretch is stretches[-1] and touch[1:] == (lasting, WRIST)
                 if touch[:2] != (0.0, lasting) and not rests:  # otherwise all of the stretch is on the boundary
                     raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
@@ -291,8 +290,8 @@ class _Line:
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        """Return the stretches of the tool's motion within limits. Raises NotInTime: the joints can only make it
-        longer.
+        """Return the stretches of the tool's motion within limits. Raises NotInTime if the motion is too long already,
+        since the joints can only make it longer.
         """
         try:
             if self.stops:
@@ -340,7 +339,7 @@ class _Line:
         return seeds, loads
 
     def _too_singular(self, load: Load) -> StraightLineSingular:
-        """Return the error for a line that would have to be slowed down too much: where, by which joint, what to do."""
+        """Return the error for a line that would have to be slowed down too much: with position, joint and hint."""
         assert load.at is not None
         path, s = load.at
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
@@ -376,8 +375,8 @@ def _worst(loads: Iterable[Load]) -> Load:
 
 
 def _easing(load: float) -> float:
-    """Return by how much to slow down for a load. Out of motion the start stays as it is, so this is more than in
-    proportion.
+    """Return the factor by which to slow down for a load. For a line that starts in motion, its start stays fixed, so
+    the factor is more than proportional.
     """
     return load * SLOWING_FACTOR if load > 1.0 + ROUNDING else 1.0
 
@@ -428,7 +427,7 @@ def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
 
 
 def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: ToolLimits) -> ToolLimits:
-    """Return the limits with those of guides, at the motion's fractions: what the joints can if nothing else moves
+    """Return the limits with those of guides, at the motion's fractions: the limits of the joints if nothing else moves
     them.
     """
     if not state.guides:

@@ -59,12 +59,12 @@ from vrs_cli.values.commands import (
 MAX_DISTANCE = 100.0  # [m] of a location, a tool or a base: farther away the numbers of an arm are lost in rounding
 HALF_TURN = pi + 1e-9  # [rad] with a margin for rounding
 Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
-MIN_SPEED = 1e-4  # fraction of nominal speed: slower counts as no motion
+MIN_SPEED = 1e-4  # minimum speed, as a fraction of nominal speed; a slower motion counts as none
 INCH = 0.0254  # [m]
 
 
 def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here: Joints, destination: Joints) -> Goal:
-    """Return where a motion goes that begins in joints `here`, after one that ends at `destination`.
+    """Return the goal of a motion that begins at joints `here`, after a motion that ends at `destination`.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint, IllegalValue, UndefinedValue.
     """
@@ -117,7 +117,7 @@ def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> Locatio
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raise `refusal` for a place, tool or base that is too far away. `what` is formatted with the distance."""
+    """Raise `refusal` for a location, tool or base that is too far away. `what` is formatted with the distance."""
     away = hypot(*T[3::4])
     if not away <= MAX_DISTANCE:
         right = f"at most {MAX_DISTANCE * 1000.0:g} mm"
@@ -150,9 +150,8 @@ _AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0
 
 
 def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
-    """Return the motion with the target that it has if the motion before it ends at `destination`.
-
-    A joint-interpolated one keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
+    """Return the motion with its target for the case that the motion before it ends at `destination`. A
+    joint-interpolated motion keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
     """
     target = motion.relative
     if target is None or motion.kind is MotionKind.REST:
@@ -173,7 +172,7 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
 def _relative_pose(
     arm: RobotArm, target: ToolOffsetTarget | AlignedTarget, destination: Joints, frames: Frames
 ) -> Transform:
-    """Return T_robot_tool of a target that depends on the destination before it."""
+    """Return T_robot_tool of a target that is relative to the destination of the motion before."""
     T_robot_destination = compose(arm.forward(destination), frames.tool)
     if isinstance(target, ToolOffsetTarget):
         return compose(T_robot_destination, target.T_destination_target)
@@ -181,7 +180,7 @@ def _relative_pose(
 
 
 def align(T: Transform) -> Transform:
-    """Return the pose at the same place, turned the shortest way until its Z lies along the nearest axis of the
+    """Return the pose at the same position, turned the shortest way until its Z lies along the nearest axis of the
     frame.
     """
     a = (T.ax, T.ay, T.az)
@@ -217,7 +216,7 @@ def check_flag(arm: RobotArm, flag: Flag) -> None:
 
 
 def check_swivel(arm: RobotArm, swivel: Swivel | None) -> None:
-    """Raise NotAvailable for an arm without a joint too many, IllegalJoint, or JointOutOfRange."""
+    """Raise NotAvailable for an arm without a redundant joint, IllegalJoint, or JointOutOfRange."""
     model = arm.model
     if not arm.redundancy:
         raise NotAvailable(
@@ -251,9 +250,7 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
 
 
 class Speed(NamedTuple):
-    """A motion's fraction of nominal speed, its `rotation` fraction on a line, and the `tip` speed [m/s] if one was
-    given.
-    """
+    """A motion's fraction of nominal speed, its `rotation` fraction on a line, and the `tip` speed [m/s] if given."""
 
     fraction: float
     tip: float | None = None
@@ -264,7 +261,7 @@ FULL = Speed(1.0)
 
 
 class After(Struct, frozen=True):
-    """What a new motion follows: the motion `before` it on the timeline. Also its own number and the settings."""
+    """The context of a new motion: the motion `before` it on the timeline, its own number, and the settings."""
 
     before: Motion
     number: int

@@ -38,8 +38,8 @@ _begin, _end = attrgetter("begin"), attrgetter("end")
 
 
 class _Between(NamedTuple):
-    """Says that a time lies `s` seconds after the report at `place` of `chunk`; the next report, `next`, is `h` seconds
-    later. `next` is None if there is none within GAP; then `s` is 0.
+    """A time `s` seconds after the report at index `place` of `chunk`; the next report, `next`, is `h` seconds later.
+    `next` is None if there is none within GAP; then `s` is 0.
     """
 
     chunk: ReportColumns
@@ -50,15 +50,17 @@ class _Between(NamedTuple):
 
 
 class MeasuredTimeline(Sequence[Report]):
-    """All reports up to some moment, in order of time. It never changes. The module says when the joints are known."""
+    """All reports up to some moment, in order of time. It never changes. The module's docstring tells when the joints
+    are known.
+    """
 
     __slots__ = ("_chunks", "_firsts", "_last", "joint_count")
 
     def __init__(self, joint_count: int, chunks: tuple[ReportColumns, ...] = ()) -> None:
         self.joint_count = joint_count
-        self._last = chunks[-1].count if chunks else 0  # later reports of the last chunk are not of this timeline
+        self._last = chunks[-1].count if chunks else 0  # later reports of the last chunk do not belong to this timeline
         self._chunks = chunks
-        self._firsts: list[int] | None = None  # index of the first report of each chunk, and the number of all
+        self._firsts: list[int] | None = None  # index of the first report of each chunk, and the number of all reports
 
     # --- reports ---
 
@@ -121,8 +123,8 @@ class MeasuredTimeline(Sequence[Report]):
         return self._chunks[-1].report(self._last - 1) if self._chunks else None
 
     def parts(self, begin: float | None = None, end: float | None = None) -> Iterator[tuple[ReportColumns, int, int]]:
-        """Yield the columns with reports from time `begin` to time `end` [s], both included, each with the places of
-        its first such report and of the one after its last.
+        """Yield the columns with reports from time `begin` to time `end` [s], both included, each with the index of its
+        first report in this interval and the index after its last.
         """
         for index, chunk in enumerate(self._chunks):
             count = self._last if index == len(self._chunks) - 1 else chunk.count
@@ -147,7 +149,7 @@ class MeasuredTimeline(Sequence[Report]):
     # --- the function g of the measured robot ---
 
     def joints_at(self, t: float) -> Joints | None:
-        """Return the joints at time t [rad, m], those of the report at its time; None where they are unknown."""
+        """Return the joints at time t [rad, m], interpolated between reports; None where the joints are unknown."""
         found = self._around(t)
         if found is None:
             return None
@@ -165,9 +167,9 @@ class MeasuredTimeline(Sequence[Report]):
         return tuple([a + w * (b - a) + (c0 * va + c1 * vb) for a, b, va, vb in rows])
 
     def velocity_at(self, t: float) -> Joints | None:
-        """Return the velocity of the joints at time t [rad/s, m/s]: at a report what it told, else the derivative of
-        what `joints_at` interpolates. None where the joints are unknown, and at a report without a velocity that no
-        other follows within GAP.
+        """Return the velocity of the joints at time t [rad/s, m/s]: at a report its velocity, else the derivative of
+        the interpolation of `joints_at`. None where the joints are unknown, and at a report without a velocity if no
+        report follows within GAP.
         """
         found = self._around(t)
         if found is None:
@@ -233,10 +235,10 @@ class MeasuredTimeline(Sequence[Report]):
     # --- as a timeline of segments ---
 
     def as_timeline(self, begin: float, end: float, like: Timeline | None = None) -> Timeline | None:
-        """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this one does, so that
-        all that reads timelines also reads measured ones. It stands still while the joints are unknown. BASE, TOOL and
-        events are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if there is
-        no report.
+        """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this timeline does, so
+        that code for timelines also reads measured ones. The robot stands still while the joints are unknown. BASE,
+        TOOL and events are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if
+        there is no report.
         """
         reports = list(self.between(begin, end))
         if not reports:
@@ -255,8 +257,8 @@ class MeasuredTimeline(Sequence[Report]):
 
 
 class MeasuredRecord:
-    """Collects the reports of one robot. One thread puts them in; any may take `view`. `listeners` are given the
-    reports that were put in, in the order of arrival.
+    """Collects the reports of one robot. One thread adds reports; any thread may read `view`. `listeners` are called
+    with the added reports in the order of arrival.
     """
 
     def __init__(self, joint_count: int) -> None:
@@ -274,15 +276,15 @@ class MeasuredRecord:
         """All reports so far, as a view that later reports do not change."""
         version, view = self._view
         if version != self._version:
-            version = self._version  # read before the reports, so that a view that misses some is made anew
+            version = self._version  # read before the reports, so that a view that misses some reports is made again
             view = MeasuredTimeline(self.joint_count, tuple(self._chunks))
             self._view = version, view
         return view
 
     def add(self, reports: Iterable[Report]) -> ReportCounts:
-        """Put reports in their places, and return how many were late, duplicate or reordered. Of one time the first
-        report stays; one that is more than LATE seconds older than the newest is dropped. Raises IllegalValue for a
-        malformed report, and then adds nothing.
+        """Insert reports in order of time, and return how many were late, duplicate or reordered. Of several reports at
+        one time the first stays; a report more than LATE seconds older than the newest is dropped. Raises IllegalValue
+        for a malformed report, and then adds nothing.
         """
         rows = [self._check_report(report) for report in reports]
         late = duplicate = reordered = 0
@@ -330,7 +332,9 @@ class MeasuredRecord:
             self._chunks[-1].put(report)
 
     def _insert(self, report: Report) -> bool:
-        """Put a report before others; False if there is one of its time. Readers keep the columns that they have."""
+        """Insert a report before later ones; return False if there is a report at its time. Readers keep their
+        columns.
+        """
         index = max(bisect_right(self._chunks, report.t, key=_begin) - 1, 0)
         chunk = self._chunks[index]
         place = bisect_left(chunk.times, report.t, 0, chunk.count)
@@ -340,8 +344,8 @@ class MeasuredRecord:
         return True
 
     def add_columns(self, columns: ReportColumns) -> None:
-        """Put reports in their places that were checked before, such as those of a file; none is too late here. Of one
-        time the first report stays.
+        """Insert reports in order of time that were checked before, such as those of a file; no report counts as late.
+        Of several reports at one time the first stays.
         """
         later = not self._chunks or columns.begin > self._chunks[-1].end
         for report in () if later else map(columns.report, range(columns.count)):
@@ -361,14 +365,14 @@ class MeasuredRecord:
         self._version += 1
 
     def take(self, other: MeasuredTimeline) -> None:
-        """Put in all reports of a measured timeline, as `add_columns` does."""
+        """Insert all reports of a measured timeline, as `add_columns` does."""
         for columns, first, last in other.parts():
             part = ReportColumns(self.joint_count, last - first)
             part.extend(columns, first, last)
             self.add_columns(part)
 
     def forget_before(self, t: float) -> None:
-        """Let go of columns whose reports are all earlier than t [s], except the last."""
+        """Drop columns whose reports are all earlier than t [s], except the last column."""
         gone = min(bisect_left(self._chunks, t, key=_end), len(self._chunks) - 1)
         if gone > 0:
             del self._chunks[:gone]

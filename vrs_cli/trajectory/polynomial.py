@@ -85,7 +85,7 @@ def parabola(p0: float, v0: float, v1: float, duration: float) -> Polynomial:
 
 
 def zeros(a: Polynomial, lasting: float) -> list[float]:
-    """Return the times between 0 and `lasting` at which p(t) is zero, in order; an odd multiple zero once."""
+    """Return the times between 0 and `lasting` at which p(t) is zero, in order; a zero of odd multiplicity once."""
     if len(a) <= 3:
         c0, c1, c2 = (*a, 0.0, 0.0)[:3]
         return sorted([t for t in turns(c0, c1, 2.0 * c2) if 0.0 < t < lasting])
@@ -97,9 +97,8 @@ def zeros(a: Polynomial, lasting: float) -> list[float]:
 
 
 def _zero_between(a: Polynomial, low: float, high: float) -> float:
-    """Return the zero between two times with different signs, between which p(t) rises or falls all the way.
-
-    It takes Newton's steps. The interval is halved if a step leaves it, or is not half as long as the step before.
+    """Return the zero between two times with different signs, between which p(t) is monotonic. The search takes
+    Newton's steps, but halves the interval if a step leaves it or is more than half as long as the step before.
     """
     rising = value(a, high) > 0.0
     t, step = 0.5 * (low + high), high - low
@@ -118,7 +117,7 @@ def _zero_between(a: Polynomial, low: float, high: float) -> float:
 
 def bisect_interval(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
     """Halve the interval between a value at which a condition holds and one at which it does not; return both ends of
-    the rest.
+    the remaining interval.
     """
     for _ in range(steps):
         middle = 0.5 * (low + high)

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats, Rows, Singles
 
 CHUNK_REPORTS = 2048  # reports
-MAX_NUMBER = 1e6  # the greatest number of a report [rad, m, rad/s, m/s, N m, N]: more is no measurement
+MAX_NUMBER = 1e6  # greatest number in a report [rad, m, rad/s, m/s, N m, N]; a greater number is an error
 MODES = tuple(BodyMode)
-MODE, VELOCITY, EFFORT = 3, 4, 8  # bits of a flag: the place of its mode in MODES; whether it has these
+MODE, VELOCITY, EFFORT = 3, 4, 8  # bits of a flag: index of the mode in MODES; whether there are velocities, efforts
 
 
 class ReportArrays(NamedTuple):
     """N reports of n joints in order of time: times (N,) [s], joints (N, n) [rad, m], velocity (N, n) [rad/s, m/s] and
-    effort (N, n) [N m, N], which are NaN where a report has none, and the places (N,) of modes in MODES.
+    effort (N, n) [N m, N], which are NaN where a report has none, and the indices (N,) of their modes in MODES.
     """
 
     times: Floats
@@ -36,8 +36,8 @@ class ReportArrays(NamedTuple):
 
 
 class ReportColumns:
-    """Up to `room` reports of n joints, side by side in memory. A row is never changed once it is there, so readers may
-    read the first rows while others are appended.
+    """Up to `room` reports of n joints, side by side in memory. A row never changes, so readers may read the first rows
+    while later rows are appended.
     """
 
     __slots__ = ("begin", "count", "end", "flags", "joint_count", "positions", "rates", "times")
@@ -54,7 +54,7 @@ class ReportColumns:
         return self.count == len(self.flags)
 
     def put(self, report: Report) -> None:
-        """Append a report that is later than all that are here."""
+        """Append a report that is later than all reports in the columns."""
         place, n = self.count, self.joint_count
         row = slice(place * n, place * n + n)
         flag = MODES.index(report.mode)
@@ -71,13 +71,15 @@ class ReportColumns:
         self.count = place + 1
 
     def _column(self, bit: int) -> array[float]:
-        """Return the column of velocities or efforts, which is made once a report has one."""
+        """Return the column of velocities or efforts, which is made for the first report that has a value."""
         if bit not in self.rates:
             self.rates[bit] = array("f", bytes(4 * len(self.positions)))
         return self.rates[bit]
 
     def with_report(self, report: Report) -> ReportColumns:
-        """Return columns that also have a report which is earlier than the last one here; no report has its time."""
+        """Return columns with an additional report that is earlier than the last report; no other report has its
+        time.
+        """
         place = bisect_left(self.times, report.t, 0, self.count)
         made = ReportColumns(self.joint_count, max(len(self.flags), self.count + 1))
         made.extend(self, 0, place)
@@ -86,8 +88,8 @@ class ReportColumns:
         return made
 
     def extend(self, other: ReportColumns, first: int, last: int) -> None:
-        """Append the reports from `first` up to, but not including, `last` of other columns; all are later, and there
-        is room.
+        """Append the reports from `first` up to, but not including, `last` of other columns; all are later than the
+        present ones, and there is room.
         """
         if first >= last:
             return

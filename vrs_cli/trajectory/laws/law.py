@@ -1,9 +1,9 @@
-"""What the planner asks of a velocity profile, `LAWS[profile]`, and the common course of LSPB and SCURVE. The file
-named after a profile has its `LAW`.
+"""Define the functions that the planner needs of a velocity profile, `LAWS[profile]`, and the course that LSPB and
+SCURVE share. The file named after a profile has its `LAW`.
 
 In a course the velocity changes, stays the same, and goes to zero. The laws differ in how a velocity changes (`Blend`,
-`Change`) and in how the times are found. What joints and tools do in these times is the same. The formulas of `Change`
-stand in `scurve`.
+`Change`) and in how the times are found. The motion of joints and tools in these times is computed the same way.
+`scurve` explains the formulas of `Change`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, T
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-VERSION = 2  # changes when a law plans otherwise from the same state. 1: SCURVE had common times out of motion
+VERSION = 2  # increases when a law plans other motions from the same state. 1: SCURVE had common times out of motion
 SLIVER = 1e-6  # [s] a shorter cruise is left out
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
 # an instant of the time grid, the same in seconds, and the cubic from there on
@@ -41,14 +41,14 @@ Coming = Callable[[], Sequence[Sequence[Row]] | None]
 
 
 class NoTimes(ValueError):
-    """No times within the limits bring the motion to its target from the state that it starts in."""
+    """The motion cannot reach its target from its start state within the limits."""
 
 
 class Law(NamedTuple):
-    """How motions of a profile gain and lose velocity.
+    """The functions with which motions of a profile gain and lose velocity.
 
-    `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: into how many intervals each stretch
-    of a straight line is sampled at first. All motions end at rest:
+    `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: the number of intervals in which each
+    stretch of a straight line is sampled at first. All motions end at rest:
 
     `joint_motion(state, goal, limits, start, motion, least)`: the segments of a joint-interpolated motion to `goal`;
     `least`: the least duration [s]. Raises NoTimes.
@@ -64,7 +64,7 @@ class Law(NamedTuple):
     stop; `hardest`: the limits of braking. Empty if neither a tick nor the `coming` motion keeps the limits.
 
     `replay_steering(state, rates, limits, tick, start, motion)`: the same segments again, from the rate of each joint
-    that `steering_of(segments)` returns; None if those are not enough.
+    that `steering_of(segments)` returns; None if the rates do not determine the segments.
     """
 
     smooth: bool
@@ -80,7 +80,7 @@ class Law(NamedTuple):
 
 class _Laws(dict[Profile, Law]):
     def __missing__(self, profile: Profile) -> Law:
-        """Read the file that is named after the profile, which most programs do for one profile alone."""
+        """Import the module that is named after the profile; most programs need only one."""
         law: Law = import_module(f"{__package__}.{profile.value}").LAW
         return self.setdefault(profile, law)
 
@@ -102,13 +102,13 @@ class Blend(NamedTuple):
         return 0.5 * self.lasts
 
     def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
-        """Return the part of a way that the velocity after the change must cover; the state at the start covers the
-        rest.
+        """Return the part of a distance that the velocity after the change must cover; the state at the start covers
+        the remainder.
         """
         return way - 0.5 * v0 * self.lasts
 
     def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
-        """Return the way of a change to rest."""
+        """Return the distance of a change to rest."""
         return 0.5 * v0 * self.lasts
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
@@ -116,7 +116,7 @@ class Blend(NamedTuple):
         return [parabola(p, v0, v1, self.lasts)]
 
     def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
-        """Return the changes of several joints, out of no acceleration: their polynomials for each stretch."""
+        """Return the changes of several joints from zero acceleration: their polynomials for each stretch."""
         return [tuple(map(parabola, p, v0, v1, repeat(self.lasts)))]
 
 
@@ -133,12 +133,12 @@ class Change(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """R of the formula in `scurve`: the velocity by each unit of the level."""
+        """R of the formula in `scurve`: the velocity gained for each unit of the level."""
         return 0.5 * self.rise + self.hold + 0.5 * self.fall
 
     @property
     def ways(self) -> tuple[float, float]:
-        """K0 and K1: the way by each unit of the acceleration at the start, and of the level."""
+        """K0 and K1: the distance for each unit of the acceleration at the start, and for each unit of the level."""
         rise, hold, fall = self
         by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
         by_level = (
@@ -171,7 +171,7 @@ class Change(NamedTuple):
         return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
-        """Return the change from v0 to v1 from position p on: a polynomial for each of its times that lasts."""
+        """Return the change from v0 to v1 from position p on: a polynomial for each of its times that is not 0."""
         level = self.level(v0, a0, v1)
         polynomials: list[Polynomial] = []
         a, v = a0, v0
@@ -183,7 +183,7 @@ class Change(NamedTuple):
         return polynomials
 
     def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
-        """Return the changes of several joints, out of no acceleration: their polynomials for each stretch."""
+        """Return the changes of several joints from zero acceleration: their polynomials for each stretch."""
         return list(zip(*map(self.polynomials, p, v0, repeat(0.0), v1), strict=True))
 
     @property
@@ -218,7 +218,7 @@ class Course(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """S of the formula in `lspb`, 1/u in `scurve`: the way ahead by the cruise velocity [s]."""
+        """S of the formula in `lspb`, 1/u in `scurve`: the distance ahead divided by the cruise velocity [s]."""
         lag = self.change.lag if self.change.lasts else 0.0
         return lag + self.cruise + 0.5 * self.slow.lasts
 
@@ -238,8 +238,8 @@ class Course(NamedTuple):
         return [(duration, first) for duration in self.change.durations] + cruise + slowing
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
-        """Return a way from position p at cruise velocity v1: a polynomial for each stretch. `after`: where the change
-        ends, if the caller has it.
+        """Return a motion from position p at cruise velocity v1: a polynomial for each stretch. `after`: the position
+        at the end of the change, if the caller knows it.
         """
         rows = self.change.polynomials(p, v0, a0, v1)
         p = value(rows[-1], self.change.durations[-1]) if after is None else after
@@ -267,9 +267,9 @@ def joint_stretches(
 
 
 class ToolMotion:
-    """A straight line from a state to a target, with its rotation: the present spin dies while one turn makes the rest.
-
-    `dying`: the turns by which the spin dies, each with its axis, and its speed and acceleration at the start.
+    """A straight line from a state to a target, with its rotation: the present spin decays while one turn makes the
+    remaining rotation. `dying`: the turns by which the spin decays, each with its axis, and its speed and acceleration
+    at the start.
     """
 
     acceleration: Vector = STILL  # of the tip at the start
@@ -281,18 +281,18 @@ class ToolMotion:
         self.displacement = vector_difference(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
-        """Return the orientation reached while the present spin dies."""
+        """Return the orientation that is reached while the present spin decays."""
         R = self.state.pose
         for axis, rate, acceleration in self.dying:
             R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
         return R
 
     def turn(self, change: VelocityChange) -> tuple[Vector, float]:
-        """Return axis and angle of the turn that is left after the spin has died."""
+        """Return axis and angle of the turn that remains after the spin has decayed."""
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
-        """Return the angle of a turn when the change to this spin ends; None: take the value of its polynomials."""
+        """Return the angle of a turn when the change to this spin ends; None: use the value of its polynomials."""
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
         """Yield the stretches of the line; none if the course has no length."""

@@ -3,7 +3,7 @@
 From rest the blend is the acceleration. One motion has several components, which start and stop together: all joints
 or, in Cartesian space, position and rotation of the tool tip. They blend from the present velocity v0 to the cruise
 velocity v1 in `blend` seconds, cruise, and slow down to rest in `slow` seconds, all at constant acceleration. With D
-the displacement still to go,
+the remaining displacement,
 
     D = blend (v0 + v1) / 2 + v1 cruise + v1 slow / 2,   v1 = (D - v0 blend / 2) / S,   S = blend/2 + cruise + slow/2.
 
@@ -36,7 +36,7 @@ from vrs_cli.values.commands import Motion
 
 MARGIN = 1.0 + 1e-7  # keeps velocities inside limits after times are rounded to the grid
 BLEND_ROOM = 8 * TICK  # [s] added to a blend, since rounding the other times moves the limits a little
-SAME_QUOTIENT = 1e-9  # quotients closer than that are one
+SAME_QUOTIENT = 1e-9  # quotients that differ by less count as equal
 LONGER_BLEND = 1.2
 FIRST_STEPS = 2
 MAX_BLEND_S = 1e6  # [s]
@@ -47,8 +47,8 @@ def _course(blend: float, cruise: float, slow: float) -> Course:
 
 
 class Component(NamedTuple):
-    """A scalar part of a motion: the displacement to go, the present velocity, the limits of velocity, acceleration and
-    jerk.
+    """A scalar part of a motion: the remaining displacement, the present velocity, the limits of velocity, acceleration
+    and jerk.
     """
 
     displacement: float
@@ -81,12 +81,12 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
     square = least * least - 4.0 * by_acceleration  # the whole time is S + by_acceleration / S
     by_time = 0.5 * (least + sqrt(square)) if square > 0.0 else 0.0
     reach = MARGIN * max(by_velocity, sqrt(by_acceleration), by_time)
-    blend = up_to_grid(by_acceleration / reach)  # as long as slowing down
+    blend = up_to_grid(by_acceleration / reach)  # as long as the time of slowing down
     return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
 
 
 def _without_sliver(blend: float, cruise: float, slow: float) -> Course:
-    """Leave out a cruise of next to no time: slowing down takes twice that time longer, S stays the same."""
+    """Leave out a very short cruise: slowing down takes longer by twice that time, so S stays the same."""
     return _course(blend, cruise, slow) if cruise > SLIVER else _course(blend, 0.0, slow + 2.0 * cruise)
 
 
@@ -98,7 +98,7 @@ def from_motion(components: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def scalar_demands(components: Sequence[Component]) -> Demands:
-    """Return a function from the blend time to the bounds on u of components that each have their own limits."""
+    """Return a function from the blend time to the bounds on u, for components that each have their own limits."""
     parts = tuple((c.displacement, 0.5 * c.velocity, c.max_velocity, c.max_acceleration) for c in components)
 
     def demands(blend: float) -> Demand:
@@ -159,9 +159,9 @@ def search(
 ) -> Course:
     """Return the times of the shortest motion that the demands allow, by a search over the blend time.
 
-    `shortest`: a blend time [s] below which none is possible; `guess`: about how long the blend may be; `least`: the
-    least total time; `first_steps`: how closely the shortest possible blend is searched. Raises ValueError if there is
-    none.
+    `shortest`: a blend time [s] below which no motion is possible; `guess`: an estimate of the blend time; `least`: the
+    least total time; `first_steps`: the number of steps in the search for the shortest possible blend. Raises
+    ValueError if no motion is possible.
     """
 
     def try_blend(blend: float) -> Try:
@@ -181,7 +181,7 @@ def search(
 
 
 class Try(NamedTuple):
-    """A blend time [s], the total time with it (inf: impossible), and by how much the bounds on u leave room."""
+    """A blend time [s], the total time with this blend (inf: impossible), and the room between the bounds on u."""
 
     blend: float
     total: float
@@ -189,8 +189,10 @@ class Try(NamedTuple):
 
 
 def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
-    """Return a blend time of (nearly) the least total time: find the first possible one, and go downhill from there."""
-    for _ in range(first_steps):  # where the room would begin if it grew evenly; the middle if that is unknown
+    """Return a blend time of (nearly) the least total time: find the shortest possible blend, and go downhill from
+    there.
+    """
+    for _ in range(first_steps):  # where the room would start if it grew linearly; the middle if that is unknown
         known = -inf < low.room < 0.0 and best.room < inf
         part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
         middle = try_blend(low.blend + part * (best.blend - low.blend))
@@ -209,7 +211,7 @@ def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_step
 
 
 def _most(demand: Demand, blend: float) -> float:
-    """Return the greatest u within the demand whose cruise time is not negative; inf if no way is left to go."""
+    """Return the greatest u within the demand whose cruise time is not negative; inf if no distance remains."""
     _, high, slowing = demand
     if slowing <= 0.0:
         return high
@@ -223,16 +225,16 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
     while True:
         times = _on_grid(demands(blend), blend, least)
         if times is None:
-            blend = up_to_grid(blend * 1.001) + BLEND_ROOM  # rounding has used up the room
+            blend = up_to_grid(blend * 1.001) + BLEND_ROOM  # rounding left no room
         elif times.total < least - SLIVER:
-            # the motion is so fast that it would have to turn back to last that long
+            # the motion starts so fast that it would have to turn back to last that long
             blend = up_to_grid(blend * LONGER_BLEND)
         else:
             return times
 
 
 def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
-    """Return the times for a blend time; None if none on the grid is inside the demand. Times are rounded up, so u is
+    """Return the times for a blend time; None if no times on the grid meet the demand. Times are rounded up, so u is
     rounded down.
     """
     u = _most(demand, blend)
@@ -243,7 +245,7 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
     rest = least - 0.5 * blend
     square = rest * rest - 2.0 * demand.slowing
-    # with this u, or any, the whole, 1/u + (blend + slowing u) / 2, takes at least so long
+    # with any u, the total time 1/u + (blend + slowing u) / 2 is at least this long
     slow_enough = 2.0 / (rest + sqrt(square)) if rest > 0.0 and square > 0.0 else inf
     u = max(min(u, slow_enough), min(u, demand.low * (1.0 + BLEND_ROOM * u)))
     slow = up_to_grid(demand.slowing * u)
@@ -251,10 +253,10 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     return times if demand.low * times.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-LINE_FIRST_STEPS = 4  # steps towards the shortest blend of two lines, which is usually the quickest
+LINE_FIRST_STEPS = 4  # number of steps towards the shortest blend of two lines, which is usually the quickest
 RESPONSE_TICKS = 2.5  # D in ticks: quick, and steady for one target a tick
-COASTING_TICKS = 1.0  # ticks: how late the next target may come without a jolt
-LIMIT_MARGIN = 1.0 - 1e-9  # factor of limits, for rounding
+COASTING_TICKS = 1.0  # ticks: maximum delay of the next target without a jolt
+LIMIT_MARGIN = 1.0 - 1e-9  # factor on limits, to allow for rounding
 
 
 def joint_motion(
@@ -314,7 +316,7 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, shortest, guess, least, LINE_FIRST_STEPS)
 
     def _demands(self, blend: float) -> Demand:
-        """Return the bounds of position and rotation together; the dying spin and the new turn share the angular
+        """Return the bounds of position and rotation together; the decaying spin and the new turn share the angular
         acceleration.
         """
         low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
@@ -330,7 +332,7 @@ class _ToolMotion(ToolMotion):
 
 
 def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:
-    """Yield the ways to rest: all joints together, then each as fast as it can."""
+    """Yield the possible stops: all joints together, then each joint as fast as possible."""
     yield joint_stop(state, limits, start, motion)
     yield joint_stop_each(state, limits, start, motion)
 
@@ -348,10 +350,8 @@ def _stopping_times(state: JointState, limits: JointLimits) -> list[float]:
 
 
 def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Bring every joint to rest as fast as it can, each in its own time.
-
-    No joint goes farther than it would have to go anyway. So this stays inside joint limits if the interrupted motion
-    would have.
+    """Bring every joint to rest as fast as possible, each in its own time. No joint goes farther than necessary, so the
+    joints stay in range if the interrupted motion would have done so.
     """
     stops = _stopping_times(state, limits)
     q, v = list(state.joints), list(state.velocity)
@@ -412,7 +412,7 @@ def replay_steering(
     state: JointState, v1: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
     """Plan a tick in which the joints come to the velocities v1, then coasting, and braking to rest: all joints
-    together if there is room for that, else each in its own time.
+    together if there is enough room, else each in its own time.
     """
     path = JointPath(tuple(map(parabola, state.joints, state.velocity, v1, (tick,) * len(v1))))
     stretches: list[tuple[float, Phase, Path]] = [(tick, Phase.BLEND, path)]
@@ -432,7 +432,9 @@ def replay_steering(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the velocities with which `replay_steering` made the segments; None if it did not."""
+    """Return the velocities with which `replay_steering` made the segments; None if the segments were made
+    otherwise.
+    """
     path = segments[0].path
     if segments[0].phase is not Phase.BLEND or not isinstance(path, JointPath):
         return None
@@ -464,7 +466,8 @@ def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
 
     (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0.
 
-    It is 0 if there is none. Braking may take an instant of the time grid longer, which is added to the coasting.
+    Return 0 if there is no such velocity. Braking may take one instant of the time grid longer, which is added to the
+    coasting.
     """
     left = room - 0.5 * v * tick
     if left <= 0.0:

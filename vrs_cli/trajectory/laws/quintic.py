@@ -1,13 +1,14 @@
-"""Motions on one polynomial of degree 5: position, velocity and acceleration at both ends decide it.
+"""Motions on one polynomial of degree 5: position, velocity and acceleration at both ends determine the polynomial.
 
-From rest to rest, with the way D and the time T,
+From rest to rest, with the distance D and the time T,
 
     p = D (10 x^3 - 15 x^4 + 6 x^5),  x = t / T;   max v = 15/8 D/T,  max a = 10/sqrt(3) D/T^2,  max jerk = 60 D/T^3,
 
 so T follows from the limits. (Craig, Introduction to Robotics, 7.3; Biagiotti and Melchiorri, Trajectory Planning for
-Automatic Machines and Robots, 2.1.) Out of a motion T is the least that is found in which the extremes of all
-derivatives keep the limits. An acceleration at the start may leave none: such a motion brakes first. It brakes, and is
-steered, at limited jerk as SCURVE is. The second half of a motion slows down, so the next one may round its end.
+Automatic Machines and Robots, 2.1.) For a motion that starts in motion, T is the least time found for which the
+extremes of all derivatives keep the limits. With an acceleration at the start there may be no such T: the motion then
+brakes first. Braking and steering have limited jerk, as in SCURVE. The second half of a motion slows down, so the next
+one may round its end.
 """
 
 from __future__ import annotations
@@ -43,13 +44,13 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLi
 from vrs_cli.values.commands import Motion
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # factors of D/T, D/T^2 and D/T^3 from rest to rest
-TIME_FACTOR = 1.06  # factor from one tried time to the next
+TIME_FACTOR = 1.06  # ratio of each tried time to the one before
 MAX_TRIES = 160
-MIN_TIME_S = 1e-3  # the least time of a motion that begins in motion
-PEAK_TOLERANCE = 1.0 + 1e-6  # factor of a limit: a velocity below it is at its limit
-HALVINGS = 5  # halvings of the step from a time that is too short to one that is not
+MIN_TIME_S = 1e-3  # minimum time [s] of a motion that begins in motion
+PEAK_TOLERANCE = 1.0 + 1e-6  # factor on a velocity limit, below which a velocity counts as at the limit
+HALVINGS = 5  # number of halvings of the step from a time that is too short to a time that is long enough
 
-Part = tuple[float, float, float]  # displacement to go, velocity and acceleration now
+Part = tuple[float, float, float]  # remaining displacement, present velocity and acceleration
 
 
 class Bounds(NamedTuple):
@@ -61,7 +62,9 @@ class Bounds(NamedTuple):
 
 
 def quintic(p: float, part: Part, lasting: float) -> Polynomial:
-    """Return the polynomial from position p, with a part's velocity and acceleration, to rest at the end of its way."""
+    """Return the polynomial from position p, with a part's velocity and acceleration, to rest after the part's
+    displacement.
+    """
     way, v, a = part
     v, a = v * lasting, a * lasting * lasting
     c3, c4, c5 = 10.0 * way - 6.0 * v - 1.5 * a, -15.0 * way + 8.0 * v + 1.5 * a, 6.0 * way - 3.0 * v - 0.5 * a
@@ -71,7 +74,9 @@ def quintic(p: float, part: Part, lasting: float) -> Polynomial:
 
 
 def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
-    """Return the time [s] in which all ways from rest to rest keep their bounds; 0 if all ways are 0."""
+    """Return the time [s] in which all displacements from rest to rest keep their bounds; 0 if all displacements are
+    0.
+    """
     if max(abs(way) for way, _ in ways) <= NEGLIGIBLE:
         return 0.0
     times = [
@@ -136,7 +141,9 @@ def joint_motion(
 
 
 def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float, peak: float) -> Bounds:
-    """Return the limits of a joint, raised to the velocity that it has, with what its acceleration adds to it."""
+    """Return the limits of a joint; the velocity limit is raised to the velocity that the joint has or that its
+    acceleration leads to.
+    """
     _, v, a = part
     coming = abs(v) + (0.5 * a * a / jerk if a * v > 0.0 else 0.0)
     fastest = max(velocity, min(coming, peak), abs(v))
@@ -184,7 +191,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
 
 def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
-    """Return the tip's way along the line, and its velocity and acceleration along it and across."""
+    """Return the tip's displacement, velocity and acceleration, along the line and across it."""
     size = length(way)
     along = scaled_vector(way, 1.0 / size) if size > NEGLIGIBLE else (1.0, 0.0, 0.0)
     beside = vector_difference(state.velocity, scaled_vector(along, dot(state.velocity, along)))
@@ -196,7 +203,8 @@ def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
 
 
 def _tool_keeps(state: ToolState, target: Transform, limits: ToolLimits, tips: Sequence[Part], time: float) -> bool:
-    """Return whether a motion of that time keeps the limits: those of the blend in its first half, the others after it.
+    """Return whether a motion of duration `time` [s] keeps the limits: those of the blend in its first half, the other
+    limits in its second half.
 
     Vectors are bounded by the extremes of their parts.
     """
@@ -232,13 +240,15 @@ def _group_keeps(
 
 
 def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vector, Polynomial]]:
-    """Return the turns of a motion: the present spin dies, and one from rest to rest makes up for what is left."""
+    """Return the turns of a motion: the present spin decays, and one turn from rest to rest makes the remaining
+    rotation.
+    """
     spin, spin_rate = rotated_back(state.pose, state.spin), rotated_back(state.pose, state.spin_rate)
     turns, turned = list[tuple[Vector, Polynomial]](), state.pose
     for axis, rate, change in spin_turns(spin, spin_rate):
         gain = change * time
         cubic = -(rate + 2.0 * gain / 3.0) / (time * time)
-        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # to rest, wherever it ends
+        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # to rest, at any final angle
         turns.append((axis, angle))
         turned = compose(turned, rotation_about(axis, value(angle, time)))
     axis, left = axis_angle(compose(inverse(turned), target))

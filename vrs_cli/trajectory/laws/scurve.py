@@ -1,9 +1,8 @@
 """SCURVE: jerk-limited motions. Position, velocity and acceleration are continuous from the start of a motion to its
-end at rest.
-
-One motion of several components, all together, has up to seven stretches of constant jerk. A *change* takes the
-velocity from v0 to v1 in three of them: the acceleration goes from a0 to a level A in `rise` seconds, stays there for
-`hold`, and goes to zero in `fall`. So a motion may begin in the middle of an acceleration. With
+end at rest. A motion of several components, which share all times, has up to seven stretches of constant jerk. A
+*change* takes the velocity from v0 to v1 in three of them: the acceleration goes from a0 to a level A in `rise`
+seconds, stays there for `hold`, and goes to zero in `fall`. So a motion may begin in the middle of an acceleration.
+With
 
     R = rise/2 + hold + fall/2          v1 = v0 + a0 rise/2 + A R
     way of the change = v0 b + a0 K0 + A K1,   b = rise + hold + fall
@@ -45,9 +44,9 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState
 from vrs_cli.values.commands import Motion
 
 FIRST_STEP = 0.25
-LAST_STEP = 0.05  # fraction of the time of a change: the finest step
+LAST_STEP = 0.05  # finest step of the search, as a fraction of the time of a change
 MAX_TRIES = 240
-MAX_CHANGE_S = 1e4  # the longest change
+MAX_CHANGE_S = 1e4  # maximum duration of a change [s]
 DOUBLINGS = 40
 HALVINGS = 50
 
@@ -102,15 +101,15 @@ def _slow_time(bounds: Bounds, u: float) -> float:
 
 
 def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
-    """Leave out a cruise of next to no time: the ramps of slowing down take that time longer."""
+    """Leave out a very short cruise: the ramps of slowing down get longer by that time."""
     if cruise > SLIVER:
         return Course(change, cruise, slow)
     return Course(change, 0.0, Change(slow.rise + cruise, slow.hold, slow.fall + cruise) if slow.lasts else slow)
 
 
 def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
-    """Return the greatest u up to `high` whose cruise time is not negative. `lag` None: the change is from rest, and as
-    long as slowing down.
+    """Return the greatest u up to `high` whose cruise time is not negative. `lag` None: the change starts from rest,
+    and takes as long as slowing down.
     """
     fixed, halves = (0.0, 1.0) if lag is None else (lag, 0.5)
     high, m, n = bounds.high, bounds.by_acceleration, bounds.by_jerk
@@ -139,7 +138,7 @@ def _root(c2: float, c3: float) -> float:
 
 def _slower(total: Callable[[float], float], low: float, high: float, least: float) -> float:
     """Return a u in (low, high] at which the total time is (just) at least `least`; the slowest possible u if there is
-    none.
+    no such u.
     """
     slow, quick = max(low, high * 1e-9), high
     for _ in range(HALVINGS):
@@ -189,7 +188,7 @@ def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jer
 
 
 def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
-    """Return the interval of u in which u times `ray` is inside a sphere; an empty interval if it never is."""
+    """Return the interval of u in which u times `ray` is inside a sphere; an empty interval if there is no such u."""
     size = length(ray)
     if size <= NEGLIGIBLE:
         return (0.0, inf) if length(centre) <= radius else (1.0, 0.0)
@@ -201,7 +200,9 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
 
 
 def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
-    """Return the bounds on u for a turn by `angle` while a present spin (with its rate) dies. Both share the limits."""
+    """Return the bounds on u for a turn by `angle` while a present spin (with its rate) decays. Turn and spin share the
+    limits.
+    """
     blend_jerk = limits.blend_spin_jerk
     level = scaled_vector(vector_sum(spin, scaled_vector(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
     room = min(
@@ -218,7 +219,7 @@ def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, l
 
 
 def both(a: Bounds, b: Bounds) -> Bounds:
-    """Return the bounds of two parts together."""
+    """Return the common bounds of two parts."""
     return Bounds(
         max(a.low, b.low),
         min(a.high, b.high),
@@ -234,7 +235,7 @@ def both(a: Bounds, b: Bounds) -> Bounds:
 def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
     """Return the times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
 
-    `guess`: about what the change may be; `shortest`: the least time of its rise; `least`: the least total time.
+    `guess`: an estimate of the change; `shortest`: the least time of its rise; `least`: the least total time.
     """
 
     def total(change: Change) -> float:
@@ -253,7 +254,7 @@ def _total(bounds: Bounds, change: Change, u: float) -> float:
 
 def _quickest(bounds: Bounds) -> float | None:
     """Return the greatest u whose cruise time is not negative; 0 if the change itself ends at rest on the target; None
-    if none is possible.
+    if no u is possible.
     """
     if bounds.low > bounds.high:
         return None
@@ -318,7 +319,7 @@ def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
 
 
 def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
-    """Return the times for a change; None if none on the grid is inside the bounds. Times are rounded up, so u is
+    """Return the times for a change; None if no times on the grid are inside the bounds. Times are rounded up, so u is
     rounded down.
     """
     u = _quickest(bounds)
@@ -334,9 +335,9 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     return course if bounds.low * course.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-STOP_FACTOR = 1.02  # the likely times of a stop are tried multiplied by powers of this
+STOP_FACTOR = 1.02  # ratio of neighbouring trial times: the likely times of a stop times powers of this ratio
 STOP_POWERS = (-150, 150)  # the range of the powers, from short to long
-STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # fractions of a ramp
+STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # fractions of the last ramp, tried as the first ramp
 
 
 def joint_motion(
@@ -374,8 +375,8 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
 
 
 class _ToolMotion(ToolMotion):
-    """A line whose present spin dies as one turn about its axis and, if its rate points elsewhere, another turn about
-    an axis across.
+    """A line whose present spin decays as one turn about its axis and, if the spin's rate has another direction, a
+    second turn about a perpendicular axis.
     """
 
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
@@ -426,7 +427,7 @@ class _ToolMotion(ToolMotion):
         return min(found, key=lambda change: change.lasts)
 
     def _demands(self, change: Change) -> Bounds:
-        """Return the bounds of position and rotation together; the dying spin and the new turn share the angular
+        """Return the bounds of position and rotation together; the decaying spin and the new turn share the angular
         limits.
         """
         _, angle = self.turn(change)
@@ -437,7 +438,7 @@ class _ToolMotion(ToolMotion):
 
 
 def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
-    """Yield the turns by which a spin dies: axis, speed and acceleration at the start."""
+    """Yield the turns by which a spin decays: axis, speed and acceleration at the start."""
     size = length(spin)
     axis = scaled_vector(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)
     along = dot(spin_rate, axis)
@@ -450,7 +451,7 @@ def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float,
 
 LAW = Law(
     smooth=True,
-    samples=4,  # it has more stretches
+    samples=4,  # fewer than in LSPB, because SCURVE has more stretches
     joint_motion=joint_motion,
     joint_stops=joint_stops,
     straight_motion=straight_motion,

@@ -1,18 +1,19 @@
 """Jerk-limited joint motion out of a motion: each joint has its own phases, and all joints arrive together.
 
-A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. How far it gets in a time T,
+A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. The distance that it covers in a
+time T,
 
     x(v1) = way of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
 
 grows with v1, so Newton's rule finds the v1 with the right way. `fall` is the end of the first change, in which the
-acceleration goes to zero, `ramp` the start of the second. So a joint never has more velocity than its limit, unless its
-state at the start forces it. Where a joint slows down already, and is to come to rest a little farther than it could, a
-cruise without acceleration takes too long; it brakes less instead, in one change. (All cases, in closed form: Berscheid
-and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
+acceleration goes to zero, `ramp` the start of the second. So a joint never exceeds its velocity limit, unless its state
+at the start forces it to. If a joint slows down already, and its goal is a little farther than its quickest stop, a
+cruise without acceleration takes too long; the joint then brakes less, in one change. (All cases, in closed form:
+Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
 
-The instants between phases are real numbers, those between segments lie on the time grid. Each segment goes on from the
-nearest instant of the grid, on the very cubic of its phase. So jerks stay what they are, position and velocity are
-continuous to rounding, and the acceleration to the jerk times 0.5 ns.
+The instants between phases are real numbers, the instants between segments lie on the time grid. Each segment goes on
+from the nearest instant of the grid, on the very cubic of its phase. So jerks stay unchanged, position and velocity are
+continuous except for rounding, and the acceleration to the jerk times 0.5 ns.
 """
 
 from __future__ import annotations
@@ -31,16 +32,16 @@ from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 SAME_WAY = 1e-12  # [rad, m] a smaller rest of a way is no jump
 # [s] phases may last longer than their time by this, which is less than half an instant of the grid
 TIME_TOLERANCE = 0.4 * TICK
-NEWTON_STEPS = 15  # steps at most; five are usual
-SEARCH_STEPS = 60  # steps of other searches
-MIN_BRAKING = 1e-3  # fraction of the acceleration limit: the weakest braking
-MAX_RAISES = 20  # attempts to find the time in which all joints arrive
+NEWTON_STEPS = 15  # maximum number of Newton steps; five are usual
+SEARCH_STEPS = 60  # maximum number of steps of other searches
+MIN_BRAKING = 1e-3  # weakest braking, as a fraction of the acceleration limit
+MAX_RAISES = 20  # maximum number of attempts to find the time in which all joints arrive
 
 _new = tuple.__new__
 
 
 class Joint(NamedTuple):
-    """One joint: the way to go, the present velocity and acceleration, and the limits."""
+    """One joint: the remaining distance, the present velocity and acceleration, and the limits."""
 
     way: float
     velocity: float
@@ -51,9 +52,9 @@ class Joint(NamedTuple):
 
 
 class Phases(NamedTuple):
-    """The acceleration goes to `level` in `rise` seconds, stays there for `hold`, and is gone after `fall`. Then the
-    joint has the velocity `cruising`, until its deceleration grows for `ramp`, stays for `keep`, and is gone after
-    another `ramp`. `lasts`, `way`: of all phases without the cruise.
+    """Phases of a joint's motion: the acceleration goes to `level` in `rise` seconds, stays there for `hold`, and goes
+    to 0 in `fall`. Then the joint has the velocity `cruising`, until its deceleration grows for `ramp`, stays for
+    `keep`, and goes to 0 in another `ramp`. `lasts`, `way`: duration and distance of all phases without the cruise.
     """
 
     rise: float
@@ -70,7 +71,7 @@ class Phases(NamedTuple):
 def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[Phases]]:
     """Return how long it takes until all joints arrive, at least `least` [s], and the phases of each.
 
-    A joint has the instants of the slowest one if it can, which makes fewer segments. Raises NoTimes.
+    A joint uses the instants of the slowest joint if possible, which gives fewer segments. Raises NoTimes.
     """
     slowest = max(joints, key=_likely_time)
     alone, quick = _soonest_in_two(slowest)
@@ -90,7 +91,7 @@ def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[P
 
 
 def _likely_time(joint: Joint) -> float:
-    """Estimate how long a joint takes alone [s]: it stops, and goes on from there."""
+    """Estimate how long a joint takes alone [s], if it stops first and then moves to its target."""
     way, v, _, v_max, a_max, jerk = joint
     stop = abs(v) / a_max
     left = abs(way - 0.5 * v * stop)
@@ -105,12 +106,12 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
     """Return the quickest changes to velocity v1 and from there to rest, with accelerations up to a_max."""
     _, v0, a0, _, _, jerk = joint
     dv, a, sign = v0 - v1, a0, -1.0
-    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # it has to become faster than its acceleration makes it
+    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # the joint has to become faster than its present acceleration makes it
         dv, a, sign = -dv, -a, 1.0
     square = jerk * dv + 0.5 * a * a
     size, hold = sqrt(square) if square > 0.0 else 0.0, 0.0
     if size > a_max:
-        size, rise = a_max, abs(a + a_max) / jerk  # down to a_max if ACCEL is lower now
+        size, rise = a_max, abs(a + a_max) / jerk  # from a greater acceleration down to a_max, if ACCEL is lower now
         hold = (dv + 0.5 * (a - size) * rise) / size - 0.5 * size / jerk
         hold = hold if hold > 0.0 else 0.0
     else:
@@ -132,7 +133,9 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
 
 
 def _arriving(joint: Joint, whole: float) -> Phases | float:
-    """Return the phases with which a joint arrives in a given time [s]; if it cannot, the next time in which it can."""
+    """Return the phases with which a joint arrives in a given time [s]; if that is impossible, the next possible
+    time.
+    """
     found = _in_two(joint, whole, joint.max_velocity)
     if _arrives(joint, found, whole):
         return found
@@ -141,7 +144,7 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
         found = _in_two(joint, whole, abs(quick.cruising))
         if _arrives(joint, found, whole):
             return found
-        # slower than the solution that takes too long, and without a cruise
+        # slower than the solution that takes too long, without a cruise
         sign = 1.0 if found.cruising > 0.0 else -1.0
         speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(found.cruising))
         quick = phases(joint, sign * speed, joint.max_acceleration)
@@ -158,12 +161,12 @@ def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
 
 
 def _in_two(joint: Joint, whole: float, fastest: float) -> Phases:
-    """Return phases, with a velocity up to `fastest`, that have (nearly) the right way in a given time [s]."""
+    """Return phases, with a velocity up to `fastest`, that cover (nearly) the right distance in a given time [s]."""
     way, _, _, _, a_max, _ = joint
     found = phases(joint, 0.0, a_max)
     sign = 1.0 if way > found.way else -1.0
     low, high, speed = 0.0, fastest, 0.0
-    if found.lasts > whole:  # and all others last longer
+    if found.lasts > whole:  # and all other solutions last longer
         return found
     for _ in range(NEWTON_STEPS):
         cruise = whole - found.lasts
@@ -201,7 +204,7 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
     if sign * (way - top.way) >= 0.0:
         return top.lasts + (way - top.way) / top.cruising, top
     low, high, free = 0.0, v_max, sign * (v + 0.5 * a * abs(a) / jerk)
-    if 0.0 < free < v_max:  # below the velocity that is left once the acceleration is gone, the way jumps
+    if 0.0 < free < v_max:  # the distance jumps below the velocity that remains once the acceleration is 0
         low, high = (free, high) if sign * _past(joint, sign * free) <= 0.0 else (low, free)
     found = phases(joint, sign * _root(lambda speed: sign * _past(joint, sign * speed), low, high), a_max)
     return found.lasts, found
@@ -245,7 +248,7 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
     if quickest.lasts >= whole:
         return quickest if quickest.lasts <= whole + TIME_TOLERANCE else quickest.lasts
     sign, strong = 1.0 if quick.cruising > 0.0 else -1.0, joint.max_acceleration
-    for _ in range(SEARCH_STEPS):  # the more a joint brakes at first, the longer it takes to the end
+    for _ in range(SEARCH_STEPS):  # the more a joint brakes at first, the later it arrives
         level = 0.5 * (weak + strong)
         found = _change(joint, -sign * level)
         if abs(found.lasts - whole) <= MIN_PIECE_S:
@@ -255,12 +258,12 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
 
 
 def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
-    """Return the deceleration with which the quickest stop ends on the target; 0 if that is not sooner than
+    """Return the deceleration with which the quickest stop ends on the target; 0 if the stop is not sooner than
     `otherwise`.
     """
     way, v, a, _, a_max, jerk = joint
     sign = 1.0 if quick.cruising > 0.0 else -1.0
-    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # it need not brake on its way there
+    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # no braking before that velocity is reached
         return 0.0
     weak = strong = a_max
     while sign * (phases(joint, 0.0, weak).way - way) < 0.0:
@@ -272,11 +275,11 @@ def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
 
 
 def _change(joint: Joint, level: float) -> Phases:
-    """Return the phases of one change to rest on the target that holds a deceleration. It lasts forever if there is
-    none.
+    """Return the phases of one change to rest on the target that holds a deceleration. The phases last forever if there
+    is no such change.
 
-    With w the velocity and D the way that are left after the rise, W = w / level:
-    hold = W - s,  fall = 2 s,  s^2 = 6 D / level - 3 W^2.
+    With w the velocity and D the distance that remain after the rise, W = w / level: hold = W - s,  fall = 2 s,  s^2 =
+    6 D / level - 3 W^2.
     """
     way, v, a, _, _, jerk = joint
     rise = abs(level - a) / jerk
@@ -292,7 +295,9 @@ def _change(joint: Joint, level: float) -> Phases:
 
 
 def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
-    """Return the phases of a joint at the instants of another one; None if they do not keep its limits."""
+    """Return the phases of a joint at the instants of another joint; None if the phases do not keep the joint's
+    limits.
+    """
     way, v0, a0, v_max, a_max, jerk = joint
     rise, hold, fall, _, _, ramp, keep, lasts, _ = pace
     reach, held, slowing = 0.5 * rise + hold + 0.5 * fall, ramp + keep, 2.0 * ramp + keep
@@ -305,7 +310,7 @@ def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
     ahead = way - v0 * (rise + later) - a0 * by_start + lag * carried
     v1 = ahead / (lag + max(whole - lasts, 0.0) + 0.5 * slowing)
     level, slow = (v1 - carried) / reach, v1 / held
-    turned = v0 + 0.5 * a0 * a0 * rise / (a0 - level) if a0 * level < 0.0 else v0  # where the acceleration is zero
+    turned = v0 + 0.5 * a0 * a0 * rise / (a0 - level) if a0 * level < 0.0 else v0  # the velocity at zero acceleration
     if (
         max(abs(v1), abs(turned)) > v_max
         or max(abs(level), abs(slow)) > a_max

@@ -2,13 +2,13 @@
 
 Steering follows the rule of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
 joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE_TICKS, but no
-more than it can brake from on the way. It wants the acceleration that leads there and is gone again just then, as soon
-as its jerk allows. With n ticks to lose it in, D = w + g - q' - q'' tick / 2,
+more than it can brake from on the way. It wants the acceleration that leads to this velocity and is back at 0 at the
+same time, as soon as its jerk allows. With n ticks to reduce the acceleration to 0, D = w + g - q' - q'' tick / 2,
 
     q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2 |D| / (jerk tick^2).
 
-Behind the tick stands a stop, and a joint only does what leaves it room for one. If no constant jerk does, the joint
-goes on as it was planned before, at the latest to its stop. So it stays inside its limits whatever comes.
+A stop follows the tick, and a joint chooses only jerks that leave room for a stop. If no constant jerk does, the joint
+continues its previous plan, at the latest to its stop. So it stays inside its limits whatever the next targets are.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.commands import Motion
 
-RESPONSE_TICKS = 4.0  # ticks in which an error goes: the fewest without an overshoot
+RESPONSE_TICKS = 4.0  # number of ticks in which an error is removed: the fewest without an overshoot
 APPROACH_PART = 0.25  # fraction of acceleration and jerk used to approach a target
-STOPPING_PART = 0.8  # fraction of acceleration and jerk used to stop: the rest makes up for whole ticks
+STOPPING_PART = 0.8  # fraction of acceleration and jerk used to stop; the remainder allows for whole ticks
 HALVINGS = 24
 CUBIC = 3  # degree of a path of constant jerk
-MIN_PIECE_S = 1e-10  # a shorter piece changes nothing
+MIN_PIECE_S = 1e-10  # minimum duration of a piece [s]; shorter pieces are left out
 
 # --- stops: one joint alone -----------------------------------------------------------------------------------------
 
 
 def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """Return the quickest way to velocity and acceleration zero, in pieces (duration, jerk)."""
-    left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone
+    """Return the quickest change to velocity and acceleration zero, in pieces (duration, jerk)."""
+    left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is 0
     if abs(left) <= NEGLIGIBLE:
         return ((abs(a) / jerk, copysign(jerk, -a)),) if a else ()
     sign = copysign(1.0, left)
@@ -53,7 +53,7 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """Return the pieces of the shortest way to velocity zero, whatever the acceleration is then."""
+    """Return the pieces of the shortest motion to velocity zero, whatever the final acceleration."""
     sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)
@@ -65,7 +65,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces
 
 
 def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:
-    """Return the least and the greatest position on a way of pieces of constant jerk."""
+    """Return the least and the greatest position during pieces of constant jerk."""
     places = [q]
     for duration, jerk in pieces:
         places += [q + s * (v + s * (0.5 * a + s * jerk / 6.0)) for s in turns(v, a, jerk) if 0.0 < s < duration]
@@ -75,7 +75,7 @@ def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float
 
 
 def state_after(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
-    """Return the state s seconds later."""
+    """Return the state after s seconds at constant jerk."""
     return q + s * (v + s * (0.5 * a + s * jerk / 6.0)), v + s * (a + 0.5 * s * jerk), a + s * jerk
 
 
@@ -83,8 +83,8 @@ def state_after(q: float, v: float, a: float, s: float, jerk: float) -> tuple[fl
 
 
 def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:
-    """Yield the ways to rest: at limited jerk; if the acceleration may jump, also at constant acceleration, which needs
-    less room.
+    """Yield the possible stops: at limited jerk; if the acceleration may jump, also at constant acceleration, which
+    needs less room.
     """
     yield joint_stop(state, limits, start, motion)
     if not state.acceleration:
@@ -92,10 +92,8 @@ def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Mo
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Bring every joint to rest as fast as it can, each in its own time.
-
-    A joint that would leave its range so is turned back: the interrupted motion would have turned back too, or it would
-    not have been planned.
+    """Bring every joint to rest as fast as possible, each in its own time. A joint that would leave its range turns
+    back: the interrupted motion would have turned back too, or it would not have been planned.
     """
     rows = zip(
         state.joints,
@@ -139,12 +137,12 @@ def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
         q, v, a = state_after(q, v, a, duration, jerk)
         t += duration
-    yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # at rest, whatever rounding has left
+    yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # exactly at rest, without rounding errors
 
 
 def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
-    """Yield a stretch from each instant of any joint's rows to the next. What begins before `slows` [s] does not slow
-    down yet.
+    """Yield a stretch from each instant of any joint's rows to the next. Stretches that begin before `slows` [s] are
+    not marked as slowing down.
     """
     instants = sorted({row[0] for way in ways for row in way})
     paths, slowing = zip(*[_column(way, instants) for way in ways], strict=True), round(slows * TICKS_PER_SECOND)
@@ -170,7 +168,9 @@ def _column(way: Sequence[Row], instants: Sequence[int]) -> list[tuple[float, fl
 
 
 class Joint(NamedTuple):
-    """One joint: its state, its target, its limits [rad, rad/s, rad/s2, rad/s3]. `peak`: never to be exceeded."""
+    """One joint: its state, its target, its limits [rad, rad/s, rad/s2, rad/s3]. `peak`: the velocity that is never
+    exceeded.
+    """
 
     q: float
     v: float
@@ -197,7 +197,8 @@ def steer(
 ) -> tuple[Segment, ...]:
     """Plan a tick [s] towards the target, on the time grid, then a stop.
 
-    `coming`: what each joint was to do from now on, if that is cubics. Returns nothing if that is needed and not known.
+    `coming`: the previous plan of each joint from now on, if it consists of cubics. Return no segments if the previous
+    plan is needed but unknown.
     """
     joints = _joints(state, target, limits)
     jerks = [_jerk(one, tick) for one in joints]
@@ -217,13 +218,13 @@ def steer(
 def replay_steering(
     state: JointState, jerks: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
-    """Plan a tick with these jerks, then a stop."""
+    """Plan a tick with the given jerks, then a stop."""
     joints = _joints(state, Target(state.joints, state.velocity), limits)
     return segments_of(start, motion, _tick_and_stop(state, list(zip(joints, jerks, strict=True)), tick))
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the jerks with which `replay_steering` made the segments; None if it did not."""
+    """Return the jerks with which `replay_steering` made the segments; None if the segments were made otherwise."""
     chase, *after = (segment.path.coefficients for segment in segments if isinstance(segment.path, JointPath))
     if segments[0].phase is not Phase.BLEND or len(chase[0]) != CUBIC + 1:
         return None
@@ -233,9 +234,8 @@ def steering_of(segments: Sequence[Segment]) -> Joints | None:
 
 
 def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
-    """Return the jerk of a joint in a tick, to the bit; `then`: what it does after it.
-
-    Two numbers may have one sixth.
+    """Return the jerk of a joint in a tick, to the bit; `then`: the cubic after the tick. Two different numbers may
+    have the same sixth part.
     """
     q, v, half, sixth = row
     near = 6.0 * sixth
@@ -307,8 +307,8 @@ def _jerk(one: Joint, tick: float) -> float | None:
 
 
 def _brakable(way: float, acceleration: float, jerk: float) -> float:
-    """Return the velocity from which a joint comes to rest on a way: v / 2 (v / A + A / J) is the way, or sqrt(v^3 / J)
-    if that is less than full acceleration needs.
+    """Return the velocity from which a joint comes to rest on a way: v / 2 (v / A + A / J) is the distance, or sqrt(v^3
+    / J) if full acceleration is not reached.
     """
     ramp = acceleration / jerk
     if way < acceleration * ramp * ramp:
@@ -317,8 +317,8 @@ def _brakable(way: float, acceleration: float, jerk: float) -> float:
 
 
 def _beyond(one: Joint, jerk: float, tick: float) -> int:
-    """Return whether a tick with this jerk makes a joint too fast, or leaves it too little room to stop: 1 upwards, -1
-    downwards, 0 not at all.
+    """Return whether a tick with this jerk makes a joint too fast, or leaves too little room to stop: 1 upwards, -1
+    downwards, 0 if neither.
     """
     q, v, a = one.q, one.v, one.a
     _, v1, a1 = state_after(q, v, a, tick, jerk)
@@ -338,7 +338,9 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
 
 
 def _velocity_bound(one: Joint, v: float, a: float) -> float:
-    """Return the greatest velocity allowed: the one asked for, or more if the acceleration leads there anyway."""
+    """Return the greatest velocity allowed: the requested limit, or a higher velocity that the present acceleration
+    leads to anyway.
+    """
     coming = v + 0.5 * a * a / (STOPPING_PART * one.j_max) if a > 0.0 else v
     return max(min(max(one.v_max, coming), one.peak), v)
 
@@ -349,20 +351,22 @@ def _velocity_bound(one: Joint, v: float, a: float) -> float:
 def _tick_and_stop(
     state: JointState, steady: Sequence[tuple[Joint, float]], tick: float
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Plan a tick with the jerk of each joint, then a stop: all together if there is room for that, else each alone."""
+    """Plan a tick with the jerk of each joint, then a stop: all joints together if there is enough room, else each
+    joint alone.
+    """
     together = _together(steady, tick)
     return iter(together) if together else joint_pieces(state, [_pieces(*one, tick) for one in steady], tick)
 
 
 def _pieces(one: Joint, jerk: float, tick: float) -> Pieces:
-    """Return what a joint does alone: the tick, and a stop."""
+    """Return the pieces of one joint alone: the tick, then a stop."""
     _, v1, a1 = state_after(one.q, one.v, one.a, tick, jerk)
     return (tick, jerk), *stop(v1, a1, STOPPING_PART * one.a_max, STOPPING_PART * one.j_max)
 
 
 def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[float, Phase, Path]]:
-    """Plan the tick, then all joints lose their accelerations, coast, and come to rest together. Returns nothing if
-    there is no room for that.
+    """Plan the tick, then all joints lose their accelerations, coast, and come to rest together. Return no stretches if
+    there is not enough room.
     """
     joints = [one for one, _ in steady]
     after = [state_after(one.q, one.v, one.a, tick, jerk) for one, jerk in steady]
