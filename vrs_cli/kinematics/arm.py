@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 class Solution(NamedTuple):
-    """One branch of the inverse: its joints [rad, m], or None out of reach, and the joints outside their limits."""
+    """One branch of the inverse: its joints [rad, m], or None if out of reach, and the joints outside their limits."""
 
     configuration: Configuration
     joints: Joints | None
@@ -106,12 +106,12 @@ class RobotArm:
     """Geometry of a robot with n joints: joints are tuples of n [rad, m], poses are T_base_flange.
 
     `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose that needs what no
-    joint changes is out of reach. There is one object for each arm, so it may remember results.
+    joint changes is out of reach. There is one object for each arm, so it may cache results.
 
     `ways`: the configurations; one without words if there is no choice. `lines_keep_words`: the borders between
-    configurations are singular, so a straight line stays in one, and a MOVE too if it can. `seed_step`: `branch_joints`
-    finds the same branch from joints this near [rad, m]. `method`: how the inverse is found, in a few words for the
-    user.
+    configurations are singular, so a straight line stays in one, and a MOVE too if it can. `seed_step`: greatest
+    distance of joints from which `branch_joints` finds the same branch [rad, m]. `method`: how the inverse is found, in
+    a few words for the user.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
@@ -200,10 +200,10 @@ class RobotArm:
     step_names: tuple[str, ...] = ()  # variables of the formula of a closed form, in `render/symbols.py`
 
     def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
-        """Return the variables that `branch_joints` computes, as far as it comes; none without a closed form."""
+        """Return the variables that `branch_joints` computes before it ends; empty without a closed form."""
         return steps_of(self.branch_joints, self.step_names, T, configuration, near) if self.step_names else {}
 
-    redundancy = 0  # joints beyond those that the task needs: a straight line needs as many guides
+    redundancy = 0  # number of joints beyond those that the task needs, and of guides for a straight line
     still_joints: tuple[int, ...] = ()  # redundant joints, by index, that stand still without a guide
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
@@ -244,7 +244,7 @@ class RobotArm:
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
     def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (subclasses use T)
-        """Return whether T_base_flange is farther than all links in one line, if that is quick to tell."""
+        """Return whether T_base_flange is farther than all links in one line, if that can be checked quickly."""
         return False
 
     @cached_property
@@ -260,7 +260,7 @@ class RobotArm:
         """Return all solutions in the order of `ways`, each joint on the turn that suits its limits."""
         outside = self._outside
         return tuple(
-            [  # a list first: a generator costs a fifth more
+            [  # a list, because a generator takes a fifth more time
                 _new(Solution, (way, q, () if q is None else outside(q)))
                 for way, q in zip(self.ways, self.branches(T), strict=True)
             ]
@@ -286,7 +286,7 @@ class RobotArm:
 
         Words in `asked` are kept strictly. Without them arm and elbow stay as in `near`, and of the two wrists inside
         the limits the one that is reached sooner is taken (the slowest joint at its full velocity decides). Raises
-        LocationTooFar, LocationTooClose or JointOutOfRange, with the configuration that would do, if one would.
+        LocationTooFar, LocationTooClose or JointOutOfRange, with a configuration that would work, if there is one.
         """
         self.check_task(T)
         have = self.configuration(near)
@@ -307,7 +307,7 @@ class RobotArm:
     def _refusal(
         self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
     ) -> LocationOutOfRange | JointOutOfRange:
-        """Return why none of the wanted configurations reaches T, and which other one would."""
+        """Return the error if no wanted configuration reaches T, with a hint to another configuration that does."""
         q = self.branch_joints(T, wanted[0], near)
         hint = self._other_way(T, near, wanted)
         if q is None:
@@ -364,7 +364,8 @@ class RobotArm:
     def check_task(
         self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
     ) -> None:
-        """Raise LocationOutOfRange for a pose that needs what no joint changes, such as a tilt of a SCARA's tool.
+        """Raise LocationOutOfRange for a pose that needs a motion that no joint can make, such as a tilt of a SCARA's
+        tool.
 
         The refusal names the nearest right values of the user's location, T_world_tool = T_robot_world^-1 T
         T_flange_tool.
@@ -393,7 +394,7 @@ class RobotArm:
     boundary = Clearance()  # clearances below which a pose is on a boundary, or its wrist straight
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
-        """Return how far a pose is from where the closed form of one branch ends or is singular."""
+        """Return the distances of a pose from the poses where the closed form of one branch ends or is singular."""
         return Clearance()
 
     def least_clearance(
@@ -417,7 +418,7 @@ class RobotArm:
     def outward(self, q: Joints) -> float:  # noqa: ARG002 (subclasses use q)
         """Return the distance of the arm's end from axis 1 in the arm's plane [m], negative for RIGHTY.
 
-        Infinite where it does not tell configurations apart.
+        Infinite for arms whose configurations it does not distinguish.
         """
         return inf
 
@@ -453,7 +454,7 @@ class RobotArm:
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (see numeric)
-        """Return the joint rates for a twist of the tool, or for what `beyond` leaves of its derivatives."""
+        """Return the joint rates for a twist of the tool, or for the part of its derivatives that `beyond` returns."""
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
@@ -469,7 +470,7 @@ class RobotArm:
         )
 
     def rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
-        """Return the rows of J and of the twist that count; turns are about the axes of the flange."""
+        """Return the rows of J and of the twist that count for the task; turns are about the axes of the flange."""
         counts = self.model.counts
         if all(counts):
             return list(J), list(twist)
@@ -534,5 +535,5 @@ class RobotArm:
 
 
 def _within(x: float, low: float, high: float) -> float | None:
-    """Return a sliding joint inside its limits, or None. Rounding beyond a limit is forgiven."""
+    """Return a sliding joint inside its limits, or None. Values beyond a limit by rounding alone are accepted."""
     return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None

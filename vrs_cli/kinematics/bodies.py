@@ -17,7 +17,7 @@ from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import TURN, Vector, along, dot, inverse, moved_point, position, rotate, translation
 
-SHAPES = ROBOTS / "shapes"  # of built-in robots, in separate files because programs run without them
+SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without shapes
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
 UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
@@ -25,7 +25,7 @@ SHORT = 1e-6  # [m] shorter distances are not drawn
 
 
 def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
-    """Return the shapes from the robot's file, of a built-in robot with the same links, or capsules."""
+    """Return the shapes from the robot's file, else those of a built-in robot with the same links, else capsules."""
     if model.shapes:
         return model.shapes
     path = file_of_built_in(model, SHAPES)
@@ -33,7 +33,9 @@ def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
 
 
 def file_of_built_in(model: RobotModel, folder: Path) -> Path | None:
-    """Return the file in a folder of files named after robots of the built-in robot that has the links of this one."""
+    """Return the file in a folder for the built-in robot with the same links as this model; files are named after
+    robots.
+    """
     for path, known in _built_in_robots(folder):
         if (known.links, known.base, known.flange) == (model.links, model.base, model.flange):
             return path
@@ -65,7 +67,7 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
     reach, n = size_of(model), model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
     first, r = radii[0], radii[n]
-    if model.base.az < UPRIGHT:  # the first axis does not stand upright: a block
+    if model.base.az < UPRIGHT:  # the first axis is not upright: draw a block
         found = [LinkShape(0, Box((3.0 * first, 3.0 * first, 2.0 * first)), "dark")]
     else:  # a pedestal, down to the lowest point of the arm at READY or NEST
         frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
@@ -114,7 +116,7 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     return found
 
 
-DIRECTIONS = 32  # in a plane: between two of them the outline is at most 0.5 % too small
+DIRECTIONS = 32  # number of directions in a plane, for which the outline is at most 0.5 % too small
 
 
 Far = Callable[[Joints], float]  # how far joints bring the tip in one direction [m]
@@ -122,9 +124,8 @@ Far = Callable[[Joints], float]  # how far joints bring the tip in one direction
 
 @lru_cache(maxsize=8)
 def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
-    """Return the points of a tool tip's reach, p_robot [m], that are farthest out along Z and along Y.
-
-    Their convex outlines, seen from above and from the side, are those of the reach.
+    """Return the outermost points of a tool tip's reach, p_robot [m]. Seen from above and from the side, they have the
+    same convex outlines as the reach.
     """
     arm = arm_for(model)
     found = {moved_point(arm.forward(q), p_flange_tip): q for q in _spread_poses(model)}  # joints by their tip
@@ -167,7 +168,7 @@ def _far(arm: RobotArm, p_flange_tip: Vector, direction: Vector) -> Far:
 
 def _farthest(arm: RobotArm, far: Far, q: Joints) -> Joints:
     """Return joints that bring the tip farthest: turn or slide one joint after the other to its best."""
-    for _ in range(20):  # over all joints, for one direction
+    for _ in range(20):  # maximum number of rounds over all joints, for one direction
         before = far(q)
         for i in range(arm.model.joint_count):
             q = max((_with(q, i, x) for x in (q[i], *_candidates(arm, far, q, i))), key=far)

@@ -31,14 +31,16 @@ CONSTANT = 1e-9  # [m, sine] smaller changes are none
 
 
 class Forbidden(NamedTuple):
-    """The part of a pose that an arm cannot do, in words, and the nearest pose that it can."""
+    """The part of a pose that an arm cannot reach, in words, and the nearest pose that it can reach."""
 
     what: str
     right: Transform
 
 
 class Unchanging(NamedTuple):
-    """What no joint changes: positions of the flange along some directions [m], and where the flange points."""
+    """The parts of a pose that no joint changes: positions of the flange along some directions [m], and the direction
+    of the flange.
+    """
 
     places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
@@ -50,7 +52,7 @@ class Unchanging(NamedTuple):
         )
 
     def forbids(self, T: Transform) -> Forbidden | None:
-        """Return what a pose of the flange asks for that no joint changes."""
+        """Return the part of a pose of the flange that no joint can bring about; None if there is none."""
         approach, at = self.approach, transform.position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
@@ -93,7 +95,7 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """Return the angles or coordinates to give instead of those of a location, as the user writes them."""
+    """Return the angles or coordinates that must replace those of a location, in the user's notation."""
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
     if transform.angle_between(asked, instead) <= STRAIGHT:
         places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
@@ -116,7 +118,7 @@ def _angle(a: Vector, b: Vector) -> float:
 SINGULAR = 1e-10  # sine or [m] below which a joint's angle is noise
 BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at axis 1: rounding beyond the reach that is allowed
 ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundary, or two wrist axes as one
-UNKNOWN = -inf  # the least clearance if another one that it depends on may be 0
+UNKNOWN = -inf  # the least clearance if another clearance that it depends on may be 0
 
 
 class Hand(NamedTuple):
@@ -144,9 +146,9 @@ class HandPace(NamedTuple):
 class Clearance(NamedTuple):
     """The clearances of a pose, or the least on a path; infinite for edges that an arm does not have.
 
-    `shoulder` [m2]: the squared distance of the wrist from axis 1 less that of the arm's plane. `outer`, `inner` [m2]:
-    how far the squared distance from the shoulder is below and above the ends of the reach. `wrist`: the sine of the
-    angle between two wrist axes; `across` is their cross product.
+    `shoulder` [m2]: the squared distance of the wrist from axis 1 less that of the arm's plane from the axis. `outer`,
+    `inner` [m2]: how far the squared distance from the shoulder is below and above the ends of the reach. `wrist`: the
+    sine of the angle between two wrist axes; `across` is their cross product.
     """
 
     shoulder: float = inf
@@ -233,8 +235,8 @@ def turning(u: float, far: float, side: float, pace: HandPace) -> Turning:
 
 
 def turning_beside_axis(side: float, pace: HandPace) -> Turning:
-    """Return the bounds where u is 0 on the whole path: joint 1 follows the wrist centre, or stands if that is on
-    it.
+    """Return the bounds where u is 0 on the whole path: joint 1 follows the wrist centre, or stands still if the wrist
+    centre is on the axis.
     """
     if side <= ON_BOUNDARY:
         return Turning(0.0, 0.0, 0.0, 0.0)

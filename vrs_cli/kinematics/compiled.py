@@ -25,7 +25,7 @@ Entry = float | str  # a number that is known, or the name of a variable
 Column = tuple[Entry, Entry, Entry]
 
 STILL: Column = (0.0, 0.0, 0.0)
-NOTHING = 1e-15  # entries below it are rounding of right angles
+NOTHING = 1e-15  # greatest entry that counts as rounding of right angles
 
 
 class Formulas(NamedTuple):
@@ -60,7 +60,8 @@ def _angles(arrays: bool) -> dict[str, Any]:
 
 
 class Biases(NamedTuple):
-    """Parts of a tool's acceleration and jerk that the lower derivatives of the joints make: six entries like a twist.
+    """Parts of a tool's acceleration and jerk that come from the lower derivatives of the joints: six entries like a
+    twist.
 
     `acceleration(q, qd, tx, ty, tz)`: J' qd. `jerk(q, qd, qdd, tx, ty, tz)`: J'' qd + 2 J' qdd.
     """
@@ -273,13 +274,13 @@ def function(head: str, lines: Iterable[str]) -> str:
 LOST = 1e-10  # fraction of the largest coefficient: smaller pivots are rounding
 SMALL = 1e-4  # [m, 1] smaller pivots count as singular
 LARGE = 0.1  # [m, 1] pivots above it are taken without a search
-DEMAND = 1e-9  # greatest residual of an equation without unknowns, in its own unit
+DEMAND = 1e-9  # greatest allowed residual of an equation without unknowns, in the equation's unit
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
     """Return x with rows @ x = wanted; unknowns that no equation determines are 0.
 
-    None if an equation asks for what no unknown can give.
+    None if an equation cannot be satisfied.
     """
     if len(rows) == len(rows[0]):
         found = squares(rows, wanted)
@@ -323,7 +324,9 @@ def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[
 
 @cache
 def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
-    """Return the elimination of n equations written out, which takes a third of the time of loops over tables."""
+    """Return the elimination of n equations written out, as code without loops, which takes a third of the time of
+    loops over lists.
+    """
     rows = ", ".join(f"({comma_list(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]
     lines += [f"{comma_list(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
@@ -380,7 +383,7 @@ def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], dampi
 
 
 def volume(rows: Sequence[Sequence[float]]) -> float:
-    """Return the volume that rows span, sqrt(det(rows @ rows^T)); 0 if they depend on each other."""
+    """Return the volume that rows span, sqrt(det(rows @ rows^T)); 0 if the rows are linearly dependent."""
     return cast(float, _written_of_gram("volume", len(rows), len(rows[0]))(rows))
 
 
@@ -476,7 +479,7 @@ def over_arrays(formula: Callable[..., Any], **others: Any) -> Callable[..., Any
 
 
 def steps_of(formula: Callable[..., Any], names: Sequence[str], *arguments: Any) -> Steps:
-    """Return those variables of a formula with these names that it computes before it ends."""
+    """Return the variables with the given names that a formula computes before it ends."""
     found = _variant(formula, _WithSteps(), {})(*arguments)
     return {name: found[name] for name in names if name in found}
 

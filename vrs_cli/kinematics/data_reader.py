@@ -1,4 +1,6 @@
-"""Check plain data: tables, words and numbers with units. Each refusal names the place and what would be right."""
+"""Check plain data: tables, words and numbers with units. Each error names the position in the data and the correct
+form.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ from typing import NamedTuple
 from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.transform import Transform, from_oat
 
-HUGE = 1e9  # above any length, angle or rate of a robot; excludes infinity and NaN
+HUGE = 1e9  # greatest length, angle or rate of a robot; excludes infinity and NaN
 TINY = 1e-9  # least positive number
 
 
@@ -41,7 +43,7 @@ class DataReader(NamedTuple):
     human: bool
 
     def table(self, data: object, key: str, keys: Iterable[str], options: Iterable[str] = ()) -> Mapping[str, object]:
-        """Check that data is a table with all of these keys and perhaps some options, and return it."""
+        """Check that `data` is a table with all `keys` and perhaps some `options`, and return the table."""
         needed, known = tuple(keys), (*keys, *options)
         if not isinstance(data, Mapping):
             raise self.wrong(key, "is not a table", f"give {', '.join(known)}")

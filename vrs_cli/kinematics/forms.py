@@ -38,7 +38,7 @@ def arm_for(model: RobotModel) -> RobotArm:
     return NumericArm(model)
 
 
-# A form is imported only when a robot may have it: most have the first.
+# A form is imported only when a robot may have it; most robots have the first form.
 
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
@@ -88,13 +88,13 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
     return None if bars is None else ParallelAxesArm(model, bars)
 
 
-TOOLS = 4  # tools with remembered poses at the inner arm
+TOOLS = 4  # number of tools whose poses at the inner arm are cached
 
 
 class Canonical(NamedTuple):
     """A robot's chain with the links of a closed form, and the model with these links, limits included.
 
-    The whole pose counts for this model, whatever counts for the robot.
+    For this model the whole pose counts, even if only a part counts for the robot.
     """
 
     chain: Chain
@@ -102,7 +102,7 @@ class Canonical(NamedTuple):
 
     @property
     def down(self) -> bool:
-        """Return whether the axis of joint 1 points down: then above and below are swapped."""
+        """Return whether the axis of joint 1 points down, so that ABOVE and BELOW are swapped."""
         return self.chain.base.az < -EXACT
 
     @property
@@ -114,7 +114,7 @@ class Canonical(NamedTuple):
 
 
 def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
-    """Return the chain of turning joints with these alphas; None if the robot's axes do not lie so.
+    """Return the chain of turning joints with these alphas; None if the robot's axes are arranged otherwise.
 
     `bare`: move a base and a flange that only turn about the first and last axis, or slide along it, into the links.
     """
@@ -140,14 +140,15 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
 
 
 def _along_axis(T: Transform) -> bool:
-    """Return whether T leaves the z axis where it is."""
+    """Return whether T maps the z axis onto itself."""
     return T.az > 0.0 and max(map(abs, (T.px, T.py, T.ax, T.ay, T.nz, T.sz))) <= NOTHING
 
 
 class MappedArm(RobotArm):
-    """An arm that asks an inner arm with the links of a closed form. See `arm.RobotArm`.
+    """An arm that uses an inner arm with the links of a closed form. See `arm.RobotArm`.
 
-    `swapped`: the words whose pair is the other way round in the formulas, as bits of a configuration's `index`.
+    `swapped`: the words that the formulas exchange with the other word of the pair, as bits of a configuration's
+    `index`.
     """
 
     def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:

@@ -1,4 +1,4 @@
-"""Represent joint vectors, their units, their rates, and the configurations that they are in.
+"""Represent joint vectors, their units, their rates, and the configurations of an arm.
 
 A whole turn of a joint leaves the pose the same but changes the joint's value. A twist is (vx, vy, vz, wx, wy, wz): the
 velocity of the tool's point [m/s] and the angular velocity [rad/s], both in the base frame.
@@ -19,7 +19,7 @@ Steps = dict[str, float]  # intermediate values of a closed form [m, rad, 1], by
 
 
 class JointKind(Enum):
-    """What a joint does: turn [rad] or slide [m]."""
+    """The kind of a joint: it turns [rad] or slides [m]."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
@@ -83,7 +83,7 @@ def turned_near(angles: Iterable[float], near: Joints) -> Joints:
 
 
 def six_turned_near(q: Joints, near: Joints) -> Joints:
-    """Return `turned_near` of six joints, in half the time."""
+    """Return `turned_near` of six joints, in half the time of `turned_near`."""
     q1, q2, q3, q4, q5, q6 = q
     n1, n2, n3, n4, n5, n6 = near
     return (
@@ -122,7 +122,7 @@ def joints_outside(q: Joints, lower: Joints, upper: Joints) -> tuple[int, ...]:
 
 
 def put_inside(q: Joints, lower: Joints, upper: Joints) -> Joints:
-    """Return each joint, or the nearest end of its range."""
+    """Return the joints, each moved to the nearest end of its range if it is outside."""
     return tuple([min(max(x, low), high) for x, low, high in zip(q, lower, upper, strict=True)])
 
 
@@ -221,9 +221,8 @@ ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """Words for arm, elbow and wrist; None where a robot has no such choice.
-
-    `signs`: the three as +1.0 or -1.0, for formulas. `index`: the place in ALL.
+    """Words for arm, elbow and wrist; None if a robot has no such choice. `signs`: the three words as +1.0 or -1.0, for
+    formulas. `index`: the index in ALL.
     """
 
     arm: Arm | None = None
@@ -258,7 +257,7 @@ class Configuration:
         )
 
     def has(self, asked: Configuration) -> bool:
-        """Return whether the configuration has the words of another one, as far as the robot has such a choice."""
+        """Return whether the configuration has the words of `asked`, as far as the robot has such a choice."""
         return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
@@ -274,15 +273,14 @@ class Configuration:
 
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below it: FLIP and NOFLIP meet
-NONE = Configuration()  # for an arm with one configuration, or too many for words
+NONE = Configuration()  # for an arm with one configuration, or with more than words can name
 SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # for an arm without another choice, such as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
 
 
 class Profile(Enum):
-    """Velocity profiles: each word of VAL-II with its word in files and its meaning.
-
-    The first one is the default. `trajectory/laws` has a file for each, of the same name.
+    """Velocity profiles: each word of VAL-II with its word in files and its meaning. The first profile is the default.
+    `trajectory/laws` has a file for each, of the same name.
     """
 
     LSPB = "lspb", "linear with parabolic blends"

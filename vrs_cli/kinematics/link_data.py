@@ -19,7 +19,7 @@ from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, PLAIN, POSITIVE, TINY, DataReader, Quantity
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 
-MAX_SHAPES = 1000  # of a robot
+MAX_SHAPES = 1000  # maximum number of shapes of a robot
 
 
 class Box(NamedTuple):
@@ -30,7 +30,7 @@ class Box(NamedTuple):
 
 
 class Cylinder(NamedTuple):
-    """A cylinder between the middles of its ends, or a cone where its two radii differ."""
+    """A cylinder between the centres of its ends, or a cone if its two radii differ."""
 
     start: Vector
     end: Vector
@@ -38,7 +38,7 @@ class Cylinder(NamedTuple):
 
 
 class Capsule(NamedTuple):
-    """The convex hull of two balls; one ball if both are at one place."""
+    """The convex hull of two balls; one ball if both have the same centre."""
 
     start: Vector
     end: Vector
@@ -182,10 +182,12 @@ def shape_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
 
 
 class ShapeReader(DataReader):
-    """Makes shapes from tables. Mesh files are looked for beside the file that names them."""
+    """Makes shapes from tables. Paths of mesh files are relative to the folder of the file that names them."""
 
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
-        """Return the shapes of a robot with so many joints. `key`: of their tables. Raises FileDamaged."""
+        """Return the shapes of a robot with the given number of joints. `key`: the key of the tables. Raises
+        FileDamaged.
+        """
         if not isinstance(data, list | tuple):
             raise self.wrong(key, "is not a list of tables", f"write one [[{key}]] table for each shape")
         if len(data) > MAX_SHAPES:
@@ -240,7 +242,7 @@ class ShapeReader(DataReader):
                 raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
             file = self.word(
                 table["file"], f"{key}: file"
-            )  # in a user's file the whole path; in a robot's data unchanged
+            )  # the absolute path in a user's file; unchanged in a robot's data
             return MeshFile(str(Path(self.file).absolute().parent / file) if self.human else file, at, scale)
         start = self.point(table["from"], f"{key}: from")
         end = self.point(table["to"], f"{key}: to") if "to" in table else start
@@ -306,7 +308,7 @@ class LinkMasses(NamedTuple):
 
 
 def mass_tables(masses: Iterable[LinkMasses]) -> list[dict[str, Any]]:
-    """Return one table a link, in metres."""
+    """Return one table for each link, in metres."""
     rows = (one._asdict().items() for one in masses)
     return [{key: list(x) if isinstance(x, tuple) else x for key, x in row if x is not None} for row in rows]
 
@@ -315,7 +317,7 @@ class MassReader(DataReader):
     """Makes masses from tables."""
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
-        """Return those of all links. Raises FileDamaged."""
+        """Return the masses of all links. Raises FileDamaged."""
         if not isinstance(data, list | tuple) or len(data) != joints:
             found = f"there are {len(data)}" if isinstance(data, list | tuple) else "is not a list of tables"
             raise self.wrong("masses", found, f"write one [[masses]] table for each of the {joints} links")

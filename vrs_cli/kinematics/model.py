@@ -1,11 +1,11 @@
 """Describe a robot as data: axes, links, limits, nominal speeds, named poses, and the part of a pose that counts.
 
-All of a pose counts for six joints, less for an arm that cannot do all. A file that names no task gets the one that
-fits (`model_data.fitting_task`). The whole pose may also count for four or five joints: such an arm takes the poses
-that it can reach and refuses the others.
+The whole pose counts for six joints, a part of it for an arm that cannot reach every pose. A file that names no task
+gets the task that fits (`model_data.fitting_task`). The whole pose may also count for four or five joints: such an arm
+takes the poses that it can reach and refuses the others.
 
-Two arms whose axes lie alike differ only in directions, zeros and frames. So a closed form is written once for one
-arrangement of links, and solves any robot whose axes lie so (`chain_of`).
+Two arms with the same arrangement of axes differ only in directions, zeros and frames. So a closed form is written once
+for an arrangement, and solves any robot with this arrangement (`chain_of`).
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha
 
 
 ALL_PARTS = 6
-FEWEST = 4  # least joints of an arm whose whole pose may count, though it cannot reach every one
+FEWEST = 4  # minimum number of joints of an arm whose whole pose may count, though it cannot reach every pose
 
 
 class ArmTask(Enum):
@@ -202,12 +202,12 @@ class ArmTask(Enum):
     """
 
     POSE = "pose"
-    POINTING = "pointing"  # the place and where the flange points, not its turn about itself
-    UPRIGHT = "upright"  # the place and the turn about the flange's axis, which keeps its direction (a SCARA)
-    STEADY = "steady"  # the place, and the tool turned as nearly as the arm can
-    POSITION = "position"  # the place alone
-    PLANE = "plane"  # the place in the plane of the arm and the turn in it
-    POINT = "point"  # the place in the plane of the arm alone
+    POINTING = "pointing"  # the position and the direction of the flange, not its turn about its axis
+    UPRIGHT = "upright"  # the position and the turn about the flange's axis, which keeps its direction (a SCARA)
+    STEADY = "steady"  # the position, and the orientation as nearly as the arm can reach it
+    POSITION = "position"  # the position only
+    PLANE = "plane"  # the position in the plane of the arm and the turn in this plane
+    POINT = "point"  # the position in the plane of the arm only
 
     @property
     def counts(self) -> tuple[bool, ...]:
@@ -233,7 +233,7 @@ class ArmTask(Enum):
 _PARTS = {
     ArmTask.POSE: "111111",
     ArmTask.POINTING: "111110",
-    ArmTask.STEADY: "111111",  # turns as nearly as possible
+    ArmTask.STEADY: "111111",  # the turns count as nearly as possible
     ArmTask.UPRIGHT: "111001",
     ArmTask.POSITION: "111000",
     ArmTask.PLANE: "110001",
@@ -246,7 +246,7 @@ PROFILES = tuple(Profile.__members__)  # the first one is the default
 STILL = (0.0, 0.0, 0.0)
 LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] allowed distance from the arm's plane, and tilt: three decimals stay below
 SEED = 560
-MEASURED = 16  # poses over which freedoms are measured
+MEASURED = 16  # number of poses on which freedoms are measured
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # fractions of joint ranges: poses that show what an arm cannot change
 
 
@@ -254,7 +254,7 @@ class Origin(NamedTuple):
     """The source of a model, for people.
 
     `base`, `tip`: the links of its file between which it is an arm. `joints`, `types`: the names and types of its
-    joints. `fingers`: the joints of its hand. `notes`: decisions that the file leaves open.
+    joints. `fingers`: the joints of its hand. `notes`: choices that the file does not determine.
     """
 
     base: str
@@ -352,7 +352,7 @@ def joint_axes(model: RobotModel) -> tuple[AxisLine, ...]:
 
 
 def axes_parallel(model: RobotModel) -> bool:
-    """Return whether all axes are parallel, as those of a SCARA."""
+    """Return whether all axes are parallel, as on a SCARA."""
     first, *others = joint_axes(model)
     return all(max(map(abs, cross(first.direction, other.direction))) < EXACT for other in others)
 
@@ -374,7 +374,7 @@ def plane_normal(model: RobotModel) -> Vector | None:
 
 
 def flange_steady(model: RobotModel) -> bool:
-    """Return whether the flange keeps its direction, as that of a SCARA or a gantry."""
+    """Return whether the flange keeps its direction, as on a SCARA or a gantry."""
     ranges = list(zip(model.lower, model.upper, strict=True))
     poses = (tuple(low + part * (high - low) for low, high in ranges) for part in SAMPLES)
     first, *others = (axis_of(link_frames(model, q)[-1]).direction for q in poses)
@@ -394,7 +394,7 @@ def link_pose(model: RobotModel, i: int, x: float) -> Transform:
 
 
 def some_joints(model: RobotModel) -> Iterator[Joints]:
-    """Yield joints in their ranges without end, the same for the same model."""
+    """Yield an infinite sequence of joints in their ranges, always the same for the same model."""
     random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
     while True:
         yield tuple(random.uniform(low, high) for low, high in limits)

@@ -1,8 +1,8 @@
 """Read and write a robot model as plain data, checked key by key.
 
 The dictionaries of `to_dict` and `from_dict` hold metres and radians and keep every bit. A TOML file has the same keys
-in millimetres and degrees. A model whose data names no task gets the one that fits: what its joints can do, measured on
-sample poses in their ranges.
+in millimetres and degrees. A model whose data names no task gets the task that fits: the part of a pose that its joints
+can change, measured on sample poses in their ranges.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 NOTHING = 1e-6  # fraction of the volume of perpendicular unit rows: less on all poses means that an arm cannot do it
 WELL = 0.1  # fraction of that volume on the mean from which an arm does something well
 
-SAID = {  # what counts of a location
+SAID = {  # the part of a location that counts, in words
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
     ArmTask.POINTING: "its place counts and where the tool points, not how it is turned about that",
     ArmTask.UPRIGHT: "its place counts and the turn about the tool's axis, which keeps its direction",
@@ -56,8 +56,8 @@ Rows = list[tuple[float, ...]]
 def fitting_task(model: RobotModel) -> ArmTask | None:
     """Return the task that fits an arm; None if it has too few joints and must name its task.
 
-    The whole pose counts for four or five joints only if they could not use less: the place is not free, or joints do
-    the same.
+    The whole pose counts for four or five joints only if no smaller task fits: the joints cannot reach every position,
+    or some joints have the same effect.
     """
     count = model.joint_count
     if count >= ALL_PARTS:
@@ -83,7 +83,7 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
 
 
 def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
-    """Return why an arm cannot have a task, and what would be right; None if it can."""
+    """Return why an arm cannot have a task, and which task it can have; None if it can have the task."""
     if not task.suits(model.joint_count):
         joints = f"{FEWEST} or {ALL_PARTS - 1}" if task is ArmTask.STEADY else str(task.size)
         return f"{task.value!r} takes {joints} joints", f"the robot has {model.joint_count}"
@@ -96,14 +96,14 @@ def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
 
 
 def task_notes(model: RobotModel) -> tuple[str, ...]:
-    """Return notes on a task that the file does not name, of an arm that cannot do all."""
+    """Return notes on a task that the file does not name, for an arm that cannot reach every pose."""
     if not FEWEST <= model.joint_count < ALL_PARTS or model.task not in SAID:
         return ()
     return (f"{model.joint_count} joints: the task is {model.task.value}, {SAID[model.task]}; --task names another",)
 
 
 def _mean(model: RobotModel, task: ArmTask) -> float:
-    """Return how well the joints do what counts, on the mean of sample poses.
+    """Return how well the joints can change the part of a pose that counts, as a mean over sample poses.
 
     It is the volume of the rows that count (or of the columns, if these are fewer), each scaled to length one.
     """
@@ -272,7 +272,9 @@ class ModelReader(DataReader):
         return JointKind(value)
 
     def hand(self, data: object) -> tuple[float | None, str | None]:
-        """Return what a TOML file says of a URDF file's hand: its open width [m], and where its joints are closed."""
+        """Return the data of a TOML file about a URDF file's hand: its open width [m], and the end at which its joints
+        are closed.
+        """
         table = self.table(data, "hand", (), (*HAND_KEYS, "closed"))
         closed = table.get("closed")
         if closed is not None and closed not in CLOSED:
@@ -281,7 +283,7 @@ class ModelReader(DataReader):
         return self.numbers(width, "hand", HAND_KEYS).get("width"), None if closed is None else str(closed)
 
     def own_joints(self, data: object, kinds: Mapping[str, JointKind]) -> list[dict[str, float]]:
-        """Return the TOML file's figures for each joint of a URDF file, in its order."""
+        """Return the TOML file's values for each joint of a URDF file, in the order of the URDF file."""
         tables = data if isinstance(data, list) else [data]
         own: dict[str, dict[str, float]] = {name: {} for name in kinds}
         for i, table in enumerate(tables, 1):

@@ -1,4 +1,4 @@
-"""Outline the places that the tip of a tool reaches, for an arm that turns about its first axis."""
+"""Compute the outline of the positions that the tip of a tool reaches, for an arm that turns about its first axis."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.transform import Vector, inverse
 
 POSES = 40_000  # sample poses
-BEYOND = 0.12  # fraction of a range: so many samples are at its very ends
-CELLS = 44  # cells of the grid across the reach
+BEYOND = 0.12  # fraction of a range by which samples are drawn beyond its ends, and then clipped
+CELLS = 44  # number of cells of the grid across the reach
 LEVEL = 0.5  # reached share of a cell and its neighbours at the boundary
 FLAT = 1e-3  # [m] height below which a reach is a plane
 
@@ -67,7 +67,7 @@ def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Section
 
 
 def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Return the boundary of an arm in a plane: from the nearest place to the farthest, each with its mean angle."""
+    """Return the boundary of an arm in a plane: from the nearest position to the farthest, each with its mean angle."""
     edges = np.linspace(far.min(), far.max(), CELLS + 1)
     cell = np.clip(np.digitize(far, edges) - 1, 0, CELLS - 1)
     sums = np.array([np.bincount(cell, weights, CELLS) for weights in (np.cos(angle), np.sin(angle))])
@@ -77,7 +77,7 @@ def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 
 def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Return the outline of points on a grid: where cells and neighbours are reached to LEVEL (marching squares)."""
+    """Return the contour, on a grid, of the positions that are reached to at least LEVEL (marching squares)."""
     size = max(float(far.max()), float(np.ptp(z))) / CELLS
     low = float(z.min()) - 3.0 * size
     shape = int(far.max() / size) + 4, int(np.ptp(z) / size) + 7
@@ -107,7 +107,7 @@ def _blur(grid: Grid) -> Grid:
 
 
 def _shift(grid: Any, axis: int) -> Iterator[Any]:
-    """Return the grid shifted by one cell back, by none and by one ahead; its edge cells are repeated."""
+    """Return the grid shifted by one cell back, not shifted, and shifted by one cell ahead; edge cells are repeated."""
     wide = np.pad(grid, [(1, 1) if k == axis else (0, 0) for k in (0, 1)], mode="edge")
     return (np.take(wide, range(k, k + grid.shape[axis]), axis) for k in (0, 1, 2))
 
@@ -119,7 +119,7 @@ def _march_squares(grid: Grid) -> NDArray[np.float64]:
         n, m = grid.shape[0] - 1, grid.shape[1] - 1
         values = np.stack([grid[i : i + n, j : j + m] for i, j in corners])
         inside = values > LEVEL
-        for one in range(3):  # the corner that is alone on its side
+        for one in range(3):  # the corner on the other side of LEVEL than the other two
             others = [k for k in range(3) if k != one]
             cut = np.argwhere((inside[one] != inside[others[0]]) & (inside[one] != inside[others[1]]))
             rows, columns = cut.T

@@ -1,14 +1,14 @@
-"""A rope of segments: an immutable tree that is edited and shifted in time anywhere, at a cost that hardly grows with
-it.
+"""A rope of segments: an immutable tree that can be edited and shifted in time anywhere, at a cost that hardly grows
+with its size.
 
-Segments stand in rows. A leaf is a part of a row. What an edit leaves of a leaf is a smaller part of the same row,
-neither copied nor read (in a long timeline most of it is in no cache). A row grows only at its end, so appending costs
-no copy either: older leaves do not see the new segments, since they know where they end. A branch holds leaves or
-branches with the times at which they begin, which may differ from the times that their segments were made with. So
-shifting any number of segments changes only a few times a level. An edit makes new nodes only along its way down; all
-others are shared with the ropes they came from, which stay unchanged. Times are multiples of the time grid (`instant`):
-however often they are shifted, the sums are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the
-nodes are those of a B+ tree, Comer 1979, with leaves of any length.)
+Segments stand in rows. A leaf is a part of a row. After an edit, the remainder of a leaf is a smaller part of the same
+row; the row is neither copied nor read. A row grows only at its end, so appending needs no copy either: older leaves do
+not see the new segments, since each leaf knows its end. A branch holds leaves or branches with the times at which they
+begin, which may differ from the times stored in the rows. So shifting any number of segments changes only a few times a
+level. An edit makes new nodes only along its path down the tree; all other nodes are shared with the old rope, which
+stays unchanged. Times are multiples of the time grid (`instant`): however often they are shifted, the sums are exact.
+(Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the nodes are those of a B+ tree, Comer 1979, with
+leaves of any length.)
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.commands import Event
 
 SMALL_LEAF = 128  # segments: a leaf with at most this many may be copied
-BLOCK_LENGTH = 128  # segments of a row that are read as arrays at once
-MAX_CHILDREN = 32  # children of a full branch
+BLOCK_LENGTH = 128  # number of segments of a row that are read as arrays at once
+MAX_CHILDREN = 32  # maximum number of children of a branch
 SPARSE_DIVISOR = 4  # a node with less than this part of SMALL_LEAF or MAX_CHILDREN is joined to a neighbour,
 MERGED_DIVISOR = 2  # if both together hold at most this part
 
@@ -66,7 +66,7 @@ class ChannelChanges(NamedTuple):
 
 class Leaf(Struct, Generic[R], gc=False):
     """The segments of a row from `first` up to, but not including, `last`, from time `begin` to `end` [s]. A leaf never
-    changes, except `values`: of events, the values of the channels after them, once somebody has asked.
+    changes, except `values`: for a leaf of events, the values of the channels after it, computed on demand.
     """
 
     row: R
@@ -84,8 +84,8 @@ class Leaf(Struct, Generic[R], gc=False):
 
 class Branch(Struct, Generic[R], gc=False):
     """Children in time order, each shifted so that it begins at its time in `begins` [s]. `counts`: the number of
-    segments before each child, and of all. The numbers stand side by side in memory. A branch never changes, except
-    `changes`: of events, which children change a channel, once somebody has asked.
+    segments before each child, and of all. The numbers are contiguous in memory. A branch never changes, except
+    `changes`: for a branch of events, which children change each channel, computed on demand.
     """
 
     height: int
@@ -131,11 +131,11 @@ class RowPart(NamedTuple):
         return later(self.row.starts[part], self.offset), later(self.row.finishes[part], self.offset)
 
     def table(self) -> tuple[BlockTable, slice]:
-        """Return the table that the block is in, and which part of it the block is."""
+        """Return the table that contains the block, and the slice of the block in it."""
         number, first = divmod(self.first, BLOCK_LENGTH)
         part = slice(first, first + self.last - self.first)
         table = self.row.tables.get(number)
-        if table is None or len(table.starts) < part.stop:  # the row has grown since
+        if table is None or len(table.starts) < part.stop:  # the row has grown since the table was made
             table = self.row.tables[number] = table_of(self.row, number * BLOCK_LENGTH, (number + 1) * BLOCK_LENGTH)
         return table, part
 
@@ -156,7 +156,7 @@ def _part(leaf: Leaf[R], first: int, last: int) -> Leaf[R]:
 
 
 def _row_like(leaf: Leaf[R], new: Sequence[Any] = ()) -> R:
-    """Make a row of the kind that a leaf has."""
+    """Make a row of the same kind as the row of a leaf."""
     return type(leaf.row)(new)
 
 
@@ -168,7 +168,7 @@ def _copy(leaf: Leaf[R], count: int) -> R:
 
 
 def _with_growth(leaf: Leaf[R]) -> Leaf[R]:
-    """Make a leaf that also has the segments that its row has got since."""
+    """Make a leaf that also has the segments that were appended to its row later."""
     row, last = leaf.row, len(leaf.row)
     return Leaf(row, leaf.first, last, leaf.begin, row.finishes[last - 1])
 
@@ -195,7 +195,7 @@ def _branches(children: Sequence[OffsetNode[R]]) -> list[OffsetNode[R]]:
 
 
 def root(level: list[OffsetNode[R]]) -> OffsetNode[R] | None:
-    """Make one node over nodes of the same height in time order, no higher than it must be; None over none."""
+    """Make one node over nodes of the same height in time order, as low as possible; return None for no nodes."""
     while len(level) > 1:
         level = _branches(level)
     if not level:
@@ -207,7 +207,7 @@ def root(level: list[OffsetNode[R]]) -> OffsetNode[R] | None:
 
 
 def rope_of(row: R) -> OffsetNode[R] | None:
-    """Make a rope of a row; None of an empty one."""
+    """Make a rope of a row; return None for an empty row."""
     return OffsetNode(0.0, _leaf(row)) if len(row) else None
 
 
@@ -230,7 +230,7 @@ def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, 
 
 
 def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
-    """Return how many rows at the beginning two ropes share at least, found from their leaves alone."""
+    """Return how many rows at the beginning two ropes share at least, found from their leaves only."""
     if a is None or b is None:
         return 0
     count = 0
@@ -269,7 +269,7 @@ def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:
 
 # --- editing -----------------------------------------------------------------------------------------------------
 
-_EDITING = Lock()  # two threads that continue one version must not both append to the same row
+_EDITING = Lock()  # two threads that extend the same version must not both append to the same row
 
 
 def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:
@@ -283,8 +283,8 @@ def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift
 def _splice(
     held: OffsetNode[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
 ) -> list[OffsetNode[R]]:
-    """Splice a node; return nodes of the same height, none if nothing is left. `base`: the time from which the offset
-    of `held` counts.
+    """Splice a node; return nodes of the same height, or no nodes if nothing is left. `base`: the time from which the
+    offset of `held` counts.
     """
     offset, node = held
     if first == 0 and last >= node.count and not new:
@@ -315,7 +315,7 @@ def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], 
     """Make a branch with `middle` in place of the children from `first` up to, but not including, `last`, those after
     it shifted by `shift`.
 
-    Every edit does this on every level, so what stays is not counted again.
+    Every edit does this on every level, so the counts of unchanged children are reused.
     """
     counts = node.counts[:first]
     counts.extend(accumulate([part.node.count for part in middle], initial=node.counts[first]))
@@ -357,7 +357,7 @@ def _splice_leaf(
 
 def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> list[Leaf[R]]:
     """Put `new` in place of the events of a leaf from `first` up to, but not including, `last`, in a copy; a long copy
-    makes two leaves. Not all events of the leaf may go.
+    makes two leaves. At least one event must remain.
     """
     row: Any = leaf.row
     whole: Leaf[R] = _leaf(row.with_edit(leaf.first, leaf.first + first, new, leaf.first + last, leaf.last))
@@ -382,7 +382,7 @@ def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]
         row = _copy(leaf, first)
         row.grow(new)
         return [_leaf(row)]
-    kept = _leaf(_copy(leaf, first)) if first <= SMALL_LEAF else _part(leaf, 0, first)  # the copy ends its row
+    kept = _leaf(_copy(leaf, first)) if first <= SMALL_LEAF else _part(leaf, 0, first)  # the copy is the end of its row
     return [kept, _leaf(_row_like(leaf, new))]
 
 
@@ -391,9 +391,8 @@ def _shift_rows(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
 
 
 def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
-    """Join sparse nodes with the neighbour before them if that has room.
-
-    A small leaf joins the row of the leaf before it if more follows behind it.
+    """Merge sparse nodes into the neighbour before them if there is room. A small leaf joins the row of the leaf before
+    it if more nodes follow.
     """
     made: list[OffsetNode[R]] = []
     for place, held in enumerate(row):
@@ -433,7 +432,7 @@ def _merge_neighbours(left: OffsetNode[R], right: OffsetNode[R]) -> list[OffsetN
 
 
 def _take(row: R, held: OffsetNode[R], offset: float) -> None:
-    """Put the segments of a leaf behind a row, their times counted from `offset`."""
+    """Append the segments of a leaf to a row, with times relative to `offset`."""
     leaf = held.node
     assert isinstance(leaf, Leaf)
     row.take(leaf.row, leaf.first, leaf.last, held.offset - offset)
@@ -444,16 +443,16 @@ def _take(row: R, held: OffsetNode[R], offset: float) -> None:
 
 def locate(held: OffsetNode[Row], t: float) -> tuple[float, Row, int]:
     """Find the last segment that begins by time t, or the first one: return the offset [s] of its times, its row, and
-    its place there.
+    its index in the row.
     """
     offset, node = held
-    while node.__class__ is Branch:  # not isinstance: g is read more often than anything else
+    while node.__class__ is Branch:  # not isinstance, since this is the most frequent query
         place = bisect_right(node.begins, t - offset) - 1
         place = place if place > 0 else 0
         offset += node.begins[place]
         node = node.nodes[place]
         offset -= node.begin
-    leaf: Leaf[Row] = node  # type: ignore[assignment]  # what is no branch is a leaf
+    leaf: Leaf[Row] = node  # type: ignore[assignment]  # a node that is not a branch is a leaf
     place, first = bisect_right(leaf.row.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
     return offset, leaf.row, place if place > first else first
 
@@ -541,7 +540,7 @@ def count_by(held: OffsetNode[EventRow], t: float, *, before: bool = False) -> i
 
 
 def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None:
-    """Return what a channel is at time t [s]; None if it has not changed until then."""
+    """Return the value of a channel at time t [s]; None if it has not changed until then."""
     offset, node = held
     t -= offset
     way: list[tuple[Branch[EventRow], int]] = []
@@ -551,7 +550,7 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
             break
         way.append((node, place))
         begin, node = node.begins[place], node.nodes[place]
-        t += node.begin - begin  # exact, as all times are on the grid
+        t += node.begin - begin  # exact, because all times are on the grid
     if node.__class__ is Leaf:
         row = node.row
         places = row.places(channel)
@@ -582,7 +581,7 @@ def _changes(branch: Branch[EventRow]) -> dict[int, ChannelChanges]:
 
 
 def last_values(node: Node[EventRow]) -> dict[int, float]:
-    """Return what the channels are after all events of a node that changes them."""
+    """Return, for each channel that the events of a node change, its value after the last event."""
     if isinstance(node, Branch):
         changes = node.changes or _changes(node)
         return {channel: values[-1] for channel, (_, values) in changes.items()}
@@ -597,7 +596,7 @@ def last_values(node: Node[EventRow]) -> dict[int, float]:
 
 
 def changes(held: OffsetNode[EventRow], channel: int) -> Iterator[tuple[float, float]]:
-    """Yield when events change a channel [s], and to what."""
+    """Yield the time [s] and the new value of each change of a channel."""
     for _, offset, leaf in parts(held):
         row, places = leaf.row, leaf.row.places(channel)
         for place in places[bisect_left(places, leaf.first) : bisect_left(places, leaf.last)]:

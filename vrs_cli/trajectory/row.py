@@ -1,17 +1,17 @@
 """Rows of segments and rows of events, as columns of plain numbers side by side in memory. The leaves of a rope are
 parts of rows.
 
-A segment is made when somebody asks for one; g reads the columns as they are. A row grows only at its end. Paths are
-shared with whoever else holds them (other rows, deltas, UNDO). Those far from the end of a row are packed, since they
-are seldom read: an hour of steering has 180,000. A row that is stored elsewhere may leave memory. It is read back when
-somebody asks for it, in every timeline that has a part of it.
+A segment object is made only on demand; the position function g reads the columns directly. A row grows only at its
+end. Paths are shared with whoever else holds them (other rows, deltas, UNDO). Paths far from the end of a row are
+packed, since they are seldom read: an hour of steering has 180,000 segments. A row that is stored elsewhere may be
+removed from memory. It is read back on demand, for every timeline that has a part of it.
 
 To read many times at once, a block of a row becomes a table of arrays. The table is made when the block is first read
 this way, and kept with the row. Rows are shared by all versions of a timeline that have a part of them, so after an
 edit only the new part becomes a table.
 
-Events stand in a second rope of the timeline, of the same kind, so an edit shifts any number of events by changing a
-few nodes. A row of events knows where each channel changes.
+Events are in a second rope of the timeline, of the same kind, so an edit shifts any number of events by changing a few
+nodes. A row of events knows where each channel changes.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from threading import Lock
 
 from vrs_cli.values.commands import Event
 
-UNPACKED_SEGMENTS = 256  # segments at the end of a row whose paths are not packed
+UNPACKED_SEGMENTS = 256  # number of segments at the end of a row whose paths are not packed
 PHASES = tuple(Phase)
 CODES = {phase: code for code, phase in enumerate(PHASES)}
 COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
 
 
 class RowStore(Protocol):
-    """A place where a row is written down."""
+    """A store that holds a row."""
 
     def read(self) -> Row:
         """Read the same row, to the bit. Raises FileError."""
 
 
 class Row(Sequence[Segment]):
-    """Segments in order, with the times they were made with. `phases`: their places in PHASES. `tables`: tables of
-    blocks, kept as long as the row. `closed`: the row does not grow any more. `kept`: where it is written down; `away`:
-    it is not in memory.
+    """Segments in order, with their original times. `phases`: their indices in PHASES. `tables`: tables of blocks, kept
+    as long as the row. `closed`: the row does not grow any more. `kept`: the store of the row; `away`: the row is not
+    in memory.
     """
 
     __slots__ = (*COLUMNS, "_count", "_packed", "away", "closed", "kept")
@@ -65,19 +65,19 @@ class Row(Sequence[Segment]):
 
     @classmethod
     def kept_at(cls, kept: RowStore, count: int) -> Row:
-        """Make a row of `count` segments that is written down, and not in memory."""
+        """Make a row of `count` segments that is in a store and not in memory."""
         row = cls()
         row.closed, row.kept, row._count = True, kept, count
         row.put_away()
         return row
 
     def close(self) -> None:
-        """Let the row grow no more, and pack its paths."""
+        """Close the row, so that it does not grow any more, and pack its paths."""
         self.closed = True
         self.pack(len(self))
 
     def put_away(self) -> None:
-        """Remove a row that is written down from memory. Readers in other threads may be in the middle of it."""
+        """Remove a stored row from memory. Other threads may be reading the row."""
         self._count = len(self) or self._count
         self.away = True
         for column in COLUMNS:
@@ -148,8 +148,8 @@ class Row(Sequence[Segment]):
         phases: bytes | bytearray,
         motions: list[Motion],
     ) -> None:
-        """Append columns. Ctrl-C may have interrupted an earlier append: `motions`, which grow last, tell the
-        length.
+        """Append columns. Ctrl-C may have interrupted an earlier append: the length of `motions`, which grow last,
+        counts.
         """
         count = len(self.motions)
         self.starts[count:] = starts
@@ -177,8 +177,8 @@ class BlockTable(NamedTuple):
     """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations` (m,); `coefficients`
     (k, m, n) by ascending power.
 
-    `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
-    counts into `frames`. Times are those that the segments were made with.
+    `straight` and `resting` (m,): whether each segment is straight or at rest; a straight segment has coefficients of
+    zero. `frame_number` (m,): index in `frames`. Times are the original times of the segments.
     """
 
     row: Row
@@ -197,7 +197,7 @@ class BlockTable(NamedTuple):
 
     def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
         """Return the segment of a part in force at each time (N,), and how long it has been in force [s], at most its
-        duration. The segments are `offset` [s] later than their times say.
+        duration. The segments are `offset` [s] later than their stored times.
 
         The start is subtracted from the time, so the result does not depend on the offset.
         """
@@ -226,7 +226,7 @@ class BlockTable(NamedTuple):
         t = s[:, None]
         qd = np.zeros((len(s), self.coefficients.shape[2]))
         qdd = np.zeros_like(qd)
-        for power in range(len(self.coefficients) - 1, 0, -1):  # Horner, of both derivatives at once
+        for power in range(len(self.coefficients) - 1, 0, -1):  # Horner's rule for both derivatives at once
             qdd *= t
             qdd += qd
             qd *= t
@@ -286,10 +286,10 @@ _INDEXING = Lock()
 
 
 class EventRow(Sequence[Event]):
-    """Events in order, with the times they were made with. The row grows only at its end.
+    """Events in order, with their original times. The row grows only at its end.
 
-    `flags`: TIED, OBSERVED. `closed`: the row does not grow any more. `kept`: where it is written down. Where each
-    channel changes is found when somebody asks; observations change nothing.
+    `flags`: TIED, OBSERVED. `closed`: the row does not grow any more. `kept`: its file position. The changes of each
+    channel are indexed on demand; observations change no channel.
     """
 
     __slots__ = (
@@ -309,7 +309,7 @@ class EventRow(Sequence[Event]):
 
     @property
     def finishes(self) -> array[float]:
-        """The ends of the rows of a rope [s]: an event ends when it begins."""
+        """The end times of the events [s], which are their start times."""
         return self.starts
 
     def __len__(self) -> int:
@@ -353,7 +353,7 @@ class EventRow(Sequence[Event]):
 
     def with_edit(self, begin: int, first: int, new: Sequence[Event], last: int, end: int) -> EventRow:
         """Return a row of the events from `begin` up to, but not including, `first`, the `new` ones, and those from
-        `last` up to, but not including, `end`. At a random place of a long timeline that costs less than splitting and
+        `last` up to, but not including, `end`. In the middle of a long timeline this costs less than splitting and
         merging leaves.
         """
         row = EventRow(new)
@@ -385,7 +385,9 @@ class EventRow(Sequence[Event]):
         durations: array[float],
         flags: bytes | bytearray,
     ) -> None:
-        """Append columns. Ctrl-C may have interrupted an earlier append: `flags`, which grow last, tell the length."""
+        """Append columns. Ctrl-C may have interrupted an earlier append: the length of `flags`, which grow last,
+        counts.
+        """
         count = len(self.flags)
         self.starts[count:] = starts
         self.channels[count:] = channels
@@ -397,7 +399,7 @@ class EventRow(Sequence[Event]):
     # --- where channels change ---
 
     def places(self, channel: int) -> array[int]:
-        """Return the places of the events that change a channel. Any thread may ask."""
+        """Return the indices of the events that change a channel. Any thread may call it."""
         if self._indexed < len(self.flags):
             self._index()
         return self._places.get(channel, NOWHERE)
@@ -408,7 +410,7 @@ class EventRow(Sequence[Event]):
         return tuple(self._places)
 
     def _index(self) -> None:
-        """Note the places of the events that have come since the last call."""
+        """Index the events that were added since the last call."""
         with _INDEXING:
             count = len(self.flags)
             for place in range(self._indexed, count):

@@ -2,7 +2,7 @@
 
 In joint space each joint is a polynomial. In Cartesian space the position of the tool tip is three polynomials and
 its orientation is a base rotation times rotations about fixed axes by polynomial angles:
-R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; everything in the robot's own frame, T_robot_tool [m, rad].
+R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; all of this is in the robot's own frame, T_robot_tool [m, rad].
 """
 
 from __future__ import annotations
@@ -60,11 +60,11 @@ class Phase(Enum):
 class JointPath(Struct, eq=False, gc=False):
     """One polynomial for each joint [rad, m], all of one degree; `s` below is t - t_s [s].
 
-    A path is a value. `pack` only keeps it in a fifth of the memory, its doubles side by side, slower to read again.
+    A path is a value. `pack` reduces its memory to a fifth, as contiguous doubles, which are slower to read.
     """
 
     _rows: tuple[Polynomial, ...] | bytes
-    _length: int = 0  # coefficients of a polynomial, once it is packed
+    _length: int = 0  # number of coefficients of a polynomial, once the path is packed
 
     @property
     def coefficients(self) -> tuple[Polynomial, ...]:
@@ -72,7 +72,7 @@ class JointPath(Struct, eq=False, gc=False):
         return tuple(_rows_of(self._length)(rows)) if isinstance(rows, bytes) else rows
 
     def pack(self) -> None:
-        """Keep only the doubles from now on."""
+        """Replace the polynomials by their contiguous doubles."""
         self._length, self._rows = self.doubles()
 
     def doubles(self) -> tuple[int, bytes]:
@@ -100,7 +100,7 @@ class JointPath(Struct, eq=False, gc=False):
         """Return the joints [rad, m] at t_s + s."""
         rows = self._rows
         if isinstance(rows, bytes):
-            if len(rows) == _SIX and self._length == 3:  # the usual arm, read more often than anything else
+            if len(rows) == _SIX and self._length == 3:  # the usual arm, in the most frequent query
                 p1, v1, h1, p2, v2, h2, p3, v3, h3, p4, v4, h4, p5, v5, h5, p6, v6, h6 = _six_parabolas(rows)
                 return (
                     p1 + s * (v1 + s * h1),
@@ -136,14 +136,14 @@ class JointPath(Struct, eq=False, gc=False):
         return tuple([second_derivative(a, s) for a in self.coefficients])
 
     def extremes(self, duration: float, order: int = 0) -> list[tuple[float, float]]:
-        """Return the least and the greatest value of every joint, or of a derivative, over that time."""
+        """Return the least and the greatest value of every joint, or of a derivative, over `duration` [s]."""
         rows = self.coefficients
         for _ in range(order):
             rows = tuple(derivative(a) for a in rows)
         return [extremes(a, duration) for a in rows]
 
     def stays_inside(self, lower: Joints, upper: Joints, duration: float) -> bool:
-        """Return whether every joint ends inside its range, and turns back inside if it turns back."""
+        """Return whether every joint ends inside its range, and has all of its turning points inside."""
         for a, least, most in zip(self.coefficients, lower, upper, strict=True):
             low, high = least - LIMIT_TOLERANCE, most + LIMIT_TOLERANCE
             if len(a) == 4:
@@ -164,7 +164,7 @@ class JointPath(Struct, eq=False, gc=False):
 
 @cache
 def _rows_of(length: int) -> Callable[[bytes], Iterator[Polynomial]]:
-    """Return a function that reads polynomials of so many coefficients from doubles."""
+    """Return a function that reads polynomials of `length` coefficients from doubles."""
     return struct.Struct(f"{length}d").iter_unpack
 
 
@@ -206,7 +206,7 @@ class CartesianPath(NamedTuple):
     guides: tuple[Guide, ...] = ()
 
     def demands(self, s: float, order: int = 0) -> Demands:
-        """Return what the guides ask of the joints at t_s + s, or of their derivatives."""
+        """Return the demands of the guides on the joints at t_s + s, or on their derivatives."""
         return tuple([(guide.weights, derivative_at(guide.value, s, order)) for guide in self.guides])
 
     def seed(self, s: float) -> Joints:
@@ -224,7 +224,7 @@ class CartesianPath(NamedTuple):
         return self.states()(s)[1]
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
-        """Return a function from the time to `pose` and `twist`, to ask for many times of one path."""
+        """Return a function from the time to `pose` and `twist`, for use at many times of one path."""
         place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
 
         def state(s: float) -> tuple[Transform, Twist]:
@@ -255,8 +255,8 @@ class CartesianPath(NamedTuple):
         )
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
-        """Return angular acceleration and jerk. Each turn adds to those of the turns before it, which carry
-        it along.
+        """Return angular acceleration and jerk. Each turn adds its own part to those of the turns before it, which also
+        rotate its axis.
         """
         w = alpha = beta = STILL
         R = self.orientation
@@ -280,7 +280,7 @@ class CartesianPath(NamedTuple):
 def _places(
     x: Polynomial, y: Polynomial, z: Polynomial
 ) -> Callable[[float], tuple[float, float, float, float, float, float]]:
-    """Return a function from the time to place and velocity along each axis: x, x', y, y', z, z'."""
+    """Return a function from the time to position and velocity along each axis: x, x', y, y', z, z'."""
     if max(len(x), len(y), len(z)) > 3:
         return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
     (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent case
@@ -323,7 +323,7 @@ Path = JointPath | CartesianPath
 class Segment(Struct, frozen=True, gc=False):
     """`start` is t_s and `finish` t_f [s]; `motion` is the motion it serves.
 
-    A truncated segment keeps its path and finishes earlier; a shifted one keeps its path to the bit.
+    A truncated segment keeps its path and finishes earlier; a shifted segment keeps its path exactly.
     """
 
     start: float
@@ -355,7 +355,7 @@ def stay_inside(segments: Iterable[Segment], lower: Joints, upper: Joints) -> bo
 
 
 def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segment:
-    """Make a segment that stands still; also for no time at all, if only the hand or the tool changes."""
+    """Make a segment that stands still; its duration may be 0 if only the hand or the tool changes."""
     return Segment(start, start + duration, JointPath(tuple((q,) for q in joints)), Phase.REST, motion)
 
 
@@ -381,7 +381,7 @@ class ToolStretch(NamedTuple):
 
 
 def segments_of(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
-    """Make segments one after the other from `start` [s]; stretches of no duration are left out."""
+    """Make consecutive segments from `start` [s]; leave out stretches without duration."""
     segments = []
     for duration, phase, path in stretches:
         if duration > 0.0:

@@ -1,4 +1,4 @@
-"""States in which motions begin, of the joints and of the tool; moving targets; and the limits of a motion."""
+"""Represent the states of joints and tool in which motions begin, moving targets, and the limits of a motion."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length
 
-NEGLIGIBLE = 1e-12  # a smaller displacement or velocity is none [rad, m, rad/s, m/s]
-STEADY = 1e-9  # a smaller acceleration is none [rad/s2, m/s2]
+NEGLIGIBLE = 1e-12  # a smaller displacement or velocity counts as 0 [rad, m, rad/s, m/s]
+STEADY = 1e-9  # a smaller acceleration counts as 0 [rad/s2, m/s2]
 # A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
 # so the corner is rounded on its inside. What the joints can follow is checked after.
 BLEND_FACTOR = 2.0
@@ -18,7 +18,7 @@ BLEND_FACTOR = 2.0
 class JointState(NamedTuple):
     """Joints, their velocities and accelerations [rad, rad/s, rad/s2].
 
-    `acceleration` empty: none, or one that may jump (LSPB).
+    `acceleration` is empty if it is 0 or may jump (LSPB).
     """
 
     joints: Joints
@@ -27,7 +27,7 @@ class JointState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the joints stand, without an acceleration to continue."""
+        """Whether the joints are at rest, without an acceleration to continue."""
         return all(abs(v) <= NEGLIGIBLE for v in self.velocity) and not self.accelerating
 
     @property
@@ -42,7 +42,7 @@ class JointState(NamedTuple):
 
 
 class GuideState(NamedTuple):
-    """The value of a guide (`segment.Guide`), its rate and acceleration, and the value that it goes to."""
+    """The value of a guide (`segment.Guide`), its rate and acceleration, and its final value."""
 
     weights: Joints
     value: float
@@ -67,7 +67,7 @@ class ToolState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the tool stands, without an acceleration to continue."""
+        """Whether the tool is at rest, without an acceleration to continue."""
         return length(self.velocity) <= NEGLIGIBLE and length(self.spin) <= NEGLIGIBLE and not self.accelerating
 
     @property
@@ -77,8 +77,8 @@ class ToolState(NamedTuple):
 
 
 class Target(NamedTuple):
-    """The place where the joints should be now [rad], and the velocity of that place [rad/s]. `lower` and `upper`: the
-    part of their ranges in which the joints stay; all of it if these are empty.
+    """The desired joints now [rad], and the velocity of these desired joints [rad/s]. `lower` and `upper`: the part of
+    their ranges in which the joints stay; all of it if these are empty.
     """
 
     joints: Joints
@@ -88,8 +88,8 @@ class Target(NamedTuple):
 
 
 class JointLimits(NamedTuple):
-    """The limits of each joint in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that it
-    may never exceed.
+    """The limits of each joint in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that the
+    joint may never exceed.
     """
 
     velocity: Joints

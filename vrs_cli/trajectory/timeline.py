@@ -1,11 +1,11 @@
 """The trajectory timeline tau: an immutable, ordered sequence of segments.
 
-An edit makes a new version that shares all but a few nodes of its rope with the old one. The tail that stays is neither
-copied nor computed again, whatever its length. Old versions stay valid for their readers.
+An edit makes a new version that shares all but a few nodes of its rope with the old version. The remaining tail is
+neither copied nor computed again, whatever its length. Old versions stay valid for their readers.
 
 A change of the timeline exists in one form, the timeline delta. The planner f returns it, a timeline applies it, a line
 of the trajectory file and a message of a stream hold it, and UNDO takes it back. A delta log has all deltas of a
-timeline, one for each version; old ones are columns of plain numbers, or stored elsewhere.
+timeline, one for each version; old deltas are columns of plain numbers, or stored elsewhere.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # deltas
-UNPACKED_PARTS = 2  # parts that are not packed: the last one, which grows, and the one before it
+UNPACKED_PARTS = 2  # number of parts that are not packed: the last part, which grows, and the part before it
 
 
 class Cause(Enum):
@@ -38,9 +38,9 @@ class TimelineDelta(NamedTuple):
     """Turns timeline `version` into `version + 1`.
 
     The first `keep` segments stay; if the last of them ends after `cut` [s], it is truncated there. The next `drop`
-    segments go, and `segments` come in their place. All later segments are shifted by `shift` [s], with the same paths
-    to the bit. `motion` is the motion that caused the change, `issued` and `executed` its issue and execution time.
-    `events` is the same for the events; None if they stay as they are.
+    segments are replaced by `segments`. All later segments are shifted by `shift` [s], with the same paths to the bit.
+    `motion` is the motion that caused the change, `issued` and `executed` its issue and execution time. `events` is the
+    same for the events; None if they stay as they are.
     """
 
     version: int
@@ -57,10 +57,9 @@ class TimelineDelta(NamedTuple):
 
 
 class Timeline:
-    """tau[k]; `version` is k. The first segment is s_0: the initial pose, of no length, at its start time.
-
-    Beside the segments it has dated events in order of time, by which channels take values (`value_at`). `world`: the
-    state of the world at the start, if this is the end of a longer timeline and there is a cell.
+    """tau[k]; `version` is k. The first segment is s_0: the initial pose, without duration, at its start time. A
+    timeline also has dated events in order of time, which change the values of channels (`value_at`). `world`: the
+    state of the world at the start, if the timeline is the end of a longer one and the robot has a cell.
     """
 
     __slots__ = ("_events", "_rope", "version", "world")
@@ -163,7 +162,9 @@ class Timeline:
         return () if self._events is None else tuple(sorted(rope.last_values(self._events.node)))
 
     def same_events(self, other: Timeline) -> bool:
-        """Return whether both have the same events because no edit between them has changed any; it costs nothing."""
+        """Return whether both have the same events because no edit between them has changed any event; this check costs
+        nothing.
+        """
         return self._events is other._events
 
     def event(self, index: int) -> Event:

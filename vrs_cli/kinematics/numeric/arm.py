@@ -1,8 +1,8 @@
 """Solve an arm with any axes by a numerical search (`numeric.search`).
 
-A redundant arm can follow a straight line in infinitely many ways, so its joints follow guides. They are a function of
-time alone, exact, without integration: for each redundant joint, a weighted sum of all joints goes from its value at
-the start to its value at the end by the law of the line (`segment.Guide`). This is the augmented task of Sciavicco and
+A redundant arm can follow a straight line in infinitely many ways, so its joints follow guides. The guides are an exact
+function of time, without integration: for each redundant joint, a weighted sum of all joints goes from its value at the
+start to its value at the end by the law of the line (`segment.Guide`). This is the augmented task of Sciavicco and
 Siciliano ("A solution algorithm to the inverse kinematic problem for redundant manipulators", IEEE J. Robotics and
 Automation 4(4), 1988) with a constant linear task.
 
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # parts of the gradient over the whole walk
-MIN_MARGIN = 0.03  # fraction of a range: walks with this margin are taken at once
+MIN_MARGIN = 0.03  # fraction of a range: a walk with this margin is accepted immediately
 ROUNDING = 1e-9  # fraction of a range
 BEYOND = 0.02  # fraction of a range that a coarse walk may leave it by, though the line does not
 THERE = 0.01  # [m, rad] a walk with a larger error at its end does not arrive
@@ -67,15 +67,15 @@ class NumericArm(RobotArm):
         self._all = tuple(range(model.joint_count))
         self.short = (
             model.joint_count < model.task.size
-        )  # fewer joints than the task needs: most poses are out of reach
+        )  # with fewer joints than the task needs, most poses are out of reach
         self.redundancy = max(0, model.joint_count - model.task.size)
-        self.guesses = self.redundancy > 0  # a line of other arms may end in a singular pose, which a guess would pass
+        self.guesses = self.redundancy > 0  # on other arms a line may end in a singular pose, and a guess could pass it
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
     @cached_property
     def still_joints(self) -> tuple[int, ...]:  # type: ignore[override] # computed on demand
-        """Return the redundant joints that keep their values without a guide: those that the task needs least."""
+        """Return the redundant joints that keep their values without a guide: the joints that the task needs least."""
         held: tuple[int, ...] = ()
         while self.model.joint_count - len(held) > self.model.task.size:
             rest = [i for i in self._all if i not in held]
@@ -95,8 +95,8 @@ class NumericArm(RobotArm):
         return sum([self._freedom_at(q, joints) for q in islice(some_joints(self.model), MEASURED)])
 
     def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
-        """Return how well these joints move the flange in one pose; with too few joints, how well they do what they
-        can.
+        """Return how well these joints move the flange in one pose; with too few joints, only the directions that they
+        can move in count.
         """
         rows, _ = self.rows_that_count(q, self.jacobian(q), search.NO_TWIST)
         if joints != self._all:
@@ -154,7 +154,9 @@ class NumericArm(RobotArm):
     def _newton_of_parts(
         self, q: Joints, T: Transform, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
-        """Return one Newton step and the rates for a task of which some parts do not count (else: `search.newton`)."""
+        """Return one Newton step and the rates for a task that leaves parts of a pose free (otherwise:
+        `search.newton`).
+        """
         rows, error = self.missing(q, T)
         _, wanted = self.rows_that_count(q, (), twist)
         error += [value - sum(map(mul, weights, q)) for weights, value in demands]
@@ -198,7 +200,9 @@ class NumericArm(RobotArm):
         return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
 
     def _margin(self, q: Joints) -> float:
-        """Return how far all joints are from the ends of their ranges, as a part of these; less than 0 beyond."""
+        """Return the least distance of any joint from the ends of its range, as a fraction of the range; below 0
+        outside.
+        """
         rows = zip(q, self._limits, strict=True)
         return min([(x - low if x - low < high - x else high - x) / (high - low) for x, (low, high) in rows])
 
@@ -207,8 +211,9 @@ class NumericArm(RobotArm):
     ) -> tuple[Joints, list[Joints]]:
         """Return the shortest step to a pose and to the held sums, and an orthonormal basis of the null space.
 
-        The step has a part of the gradient in the null space: the gradient of the sum of squares of the joints' places
-        in their ranges, for a range of 1 rad. Each direction of the basis is near one of `near`.
+        The step has a part of the gradient in the null space: the gradient of the sum of squares of the joints'
+        relative positions in their ranges, for a range of 1 rad. Each direction of the basis is near a direction in
+        `near`.
         """
         demands = (*held, *((unit, _dot(unit, q)) for unit in near))
         step, directions = Joints(), list[Joints]()
@@ -320,7 +325,7 @@ class NumericArm(RobotArm):
         return away <= LEVEL and turned <= STRAIGHT
 
     def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
-        """Return the damped step, without the joints that it would push out of their range."""
+        """Return the damped step, without the joints that the step would push out of their range."""
         damping, free = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING, self._all
         limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
         at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
@@ -367,7 +372,7 @@ def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
 
 
 def _axis(joint: int, count: int) -> Joints:
-    """Return the weights of the sum that is one joint alone."""
+    """Return the weights of a sum that contains only one joint."""
     return tuple([float(i == joint) for i in range(count)])
 
 

@@ -1,4 +1,4 @@
-"""Run many searches of a numerical arm at once, each row by itself."""
+"""Run many searches of a numerical arm at once, each row independently."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class NumericBatch(SerialBatch):
         self.counts = np.array(model.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Return for each pose the joints from the first start that finds any."""
+        """Return for each pose the joints from the first start whose search succeeds."""
         q, middle = np.full((len(T), self.joints), np.nan), (self.lower + self.upper) / 2
         for start in next(rounds(self.model, tuple(middle))):
             for bounded in (False, True):
@@ -38,7 +38,9 @@ class NumericBatch(SerialBatch):
         return q[:, None], self.inside(q)[:, None]
 
     def solutions(self, T: Transform, near: Joints, inside: Callable[[Joints, Joints], Joints | None]) -> list[Joints]:
-        """Return joints of one pose inside the limits, nearest to `near`, from the first starts that find any."""
+        """Return joints of one pose inside the limits, nearest to `near`, from the first round of starts that finds
+        any.
+        """
         for begin in rounds(self.model, near):
             poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
             for bounded in (False, True):
@@ -77,7 +79,7 @@ class NumericBatch(SerialBatch):
             done = np.abs(error).max(axis=1) < CONVERGED
             before = q[rows]
             q[rows] = self._next_joints(before, J, error, bounded=bounded)
-            found[rows[done]] = q[rows[done]]  # one step more: then rows that converge a step later do not differ
+            found[rows[done]] = q[rows[done]]  # one more step than needed, so that results agree
             rows, before = rows[~done], before[~done]
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
@@ -135,7 +137,7 @@ class NumericBatch(SerialBatch):
         return np.concatenate((J[:, :3], turned), axis=1)[:, self.counts]
 
     def _missing(self, have: Floats, T: Floats) -> Floats:
-        """Return the way and the turn from poses of the flange to other poses (N, 6) [m, rad]."""
+        """Return the displacement and the turn from poses of the flange to other poses (N, 6) [m, rad]."""
         if self.model.task is ArmTask.POINTING:
             a, b = have[..., 2], T[..., 2]
             turn = _as_long_as_angle(np.cross(a, b), (a * b).sum(axis=1))
@@ -153,7 +155,7 @@ def with_guides(J: Floats, error: Floats, q: Floats, weights: Floats, values: Fl
 
 
 def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
-    """Return vectors (N, 3) as long as the angles whose sines they had as lengths."""
+    """Return vectors (N, 3) whose lengths are angles, from vectors whose lengths are the sines of these angles."""
     sine = np.linalg.norm(v, axis=1)
     factor = np.arctan2(sine, cosine) / np.maximum(sine, 1e-12)
     half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: take any axis, the next step corrects it

@@ -38,16 +38,16 @@ from vrs_cli.kinematics.model import ArmTask, Link, RobotModel, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, dot, inverse
 
 CONVERGED = 1e-10  # [m, rad] allowed error of a result
-STEPS = 60  # most steps of a search within the limits
-FREE_STEPS = 30  # most steps of a search without limits
+STEPS = 60  # maximum number of steps of a search within the limits
+FREE_STEPS = 30  # maximum number of steps of a search without limits
 LARGEST_STEP = 0.5  # [rad, m] change of a joint in one step
 DAMPING, LEAST_DAMPING = 0.1, 1e-13  # fraction of the squared error; least damping
-HOPELESS = 1e-3  # fraction of the error: smaller steps that do not grow lead nowhere
+HOPELESS = 1e-3  # fraction of the error: a search with smaller steps that do not grow is given up
 NEWTON = 1e-3  # [m2, rad2] with less damping take Newton's step, which costs half
 SHORT, FEW = 0.35, 6  # [rad, m] and number of steps for Newton's method alone, which converges from there
 LAST = 1e-6  # [rad, m] a step after which there is no error
-ROUNDS = (40, 160, 640)  # starts in each round; later rounds are tried if earlier ones find nothing
-FEW_JOINTS = 2  # rounds for an arm that reaches few poses: most of its searches find none
+ROUNDS = (40, 160, 640)  # number of starts in each round; later rounds are tried if earlier rounds find nothing
+FEW_JOINTS = 2  # number of rounds for an arm that reaches few poses, since most of its searches fail
 
 
 def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
@@ -62,7 +62,7 @@ def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
 
 
 def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
-    """Return the way and the turn from one pose to another [m, rad], about axes of the base."""
+    """Return the displacement and the turn from one pose to another [m, rad], about axes of the base."""
     if task is ArmTask.POINTING:
         turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
     else:
@@ -99,7 +99,7 @@ def as_long_as_angle(v: Vector, cosine: float) -> Vector:
 
 
 SEEN_FROM = 2  # the frame with the axis of the third joint
-SIDES = 2  # right sides of the equations: the error, and the rates
+SIDES = 2  # number of right sides of the equations: the error, and the rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 Table = list[list[compiled.Entry]]
@@ -125,7 +125,9 @@ def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newto
 
 
 class _StepWriter(compiled.Writer):
-    """Writes the arm from `SEEN_FROM` to the flange and back to its base, then the equations."""
+    """Writes the code for the kinematics from frame `SEEN_FROM` to the flange and back to the base, then the
+    equations.
+    """
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
         super().__init__(links[SEEN_FROM:], IDENTITY, flange, SEEN_FROM)
@@ -183,7 +185,7 @@ class _StepWriter(compiled.Writer):
         )
 
     def _missing(self) -> tuple[compiled.Entry, ...]:
-        """Return the way of the origin, if it moved with the flange, and the turn to the wanted pose."""
+        """Return the displacement of the origin, if it moved with the flange, and the turn to the wanted pose."""
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))
         *have, o = self.flange
@@ -204,7 +206,7 @@ class _StepWriter(compiled.Writer):
         r, c, pivot = next(
             ((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= compiled.LARGE), (n, n, 0.0)
         )
-        if r == n:  # the rest is solved where the function runs
+        if r == n:  # the remaining equations are solved when the function runs
             table = sorted(table, key=lambda row: row[0] == 0.0)
             self.lines += [
                 f"a{r}_{c} = {compiled.text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)
@@ -212,7 +214,7 @@ class _StepWriter(compiled.Writer):
             self.lines += compiled.elimination_lines(n, SIDES)
             return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
         row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
-        others = list[list[compiled.Entry]]()  # each row without this unknown
+        others = list[list[compiled.Entry]]()  # the other rows, without this unknown
         for other in (*table[:r], *table[r + 1 :]):
             pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
             others.append([self.sum([(1.0, x), (compiled.minus(other[c]), y)]) for x, y in pairs])
@@ -223,18 +225,18 @@ class _StepWriter(compiled.Writer):
         return [*found[:c], own, *found[c:]]
 
 
-LEVER = 0.1  # fraction of the arm's length: a turn [rad] counts as a way [m] by this lever
-SLIGHT = 0.05  # fraction of that lever for an arm that turns its tool as nearly as it can: the place comes first
-NEAREST_STEPS = 6  # most steps of a search for the nearest pose
+LEVER = 0.1  # fraction of the arm's length: a turn [rad] times this lever counts as a distance [m]
+SLIGHT = 0.05  # fraction of that lever for an arm that turns its tool as nearly as it can: the position matters more
+NEAREST_STEPS = 6  # maximum number of steps of a search for the nearest pose
 CLOSE = 1e-18  # [m2] allowed squared error
 NEAREST_DAMPING = 0.05  # fraction of the squared error
 MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2]
-HEAVY = 100.0  # weight of leaving the side, as a multiple of a way
+HEAVY = 100.0  # weight of leaving the side of axis 1, relative to that of a distance
 DIFFERENCE = 1e-7  # [rad, m] change of a joint for a difference quotient
 
 
 class Miss(NamedTuple):
-    """The distance and the angle of a tool from a pose, in what counts for the robot [m, rad]."""
+    """The distance and the angle of a tool from a pose, in the parts of a pose that count for the robot [m, rad]."""
 
     away: float
     turned: float

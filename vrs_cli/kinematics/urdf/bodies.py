@@ -63,14 +63,14 @@ def masses_of_bodies(
 def complete(
     masses: Sequence[link_data.LinkMasses], own: Sequence[link_data.LinkMasses]
 ) -> tuple[link_data.LinkMasses, ...]:
-    """Return the masses with what `own` says of a link in the place of what they say; nothing if no mass is known."""
+    """Return the masses, with the values of `own` in place of those of the same link; empty if no mass is known."""
     said = ({key: x for key, x in one._asdict().items() if x is not None} for one in own or masses)
     found = tuple(link._replace(**row) for link, row in zip(masses, said, strict=True))
     return found if any(link.mass is not None for link in found) else ()
 
 
 def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
-    """Return the mass of a link in the frame of its body, T = T_body_link; None where a figure of it is wrong."""
+    """Return the mass of a link in the frame of its body, T = T_body_link; None if one of its values is wrong."""
     found, inertia = inertial.find("mass"), inertial.find("inertia")
     with suppress(FileDamaged):
         placed = transform.compose(T, tree.origin(inertial))
@@ -88,7 +88,7 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
 
 
 def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
-    """Return the mass of all solids of a body, or None where it is not known."""
+    """Return the total mass of all solids of a body, or None if one mass is unknown."""
     known = [one for one in solids if one is not None]
     if not known or len(known) < len(solids):
         return None
@@ -108,7 +108,7 @@ def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
 
 
 def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
-    """Return the greatest torque and the friction of a joint, where the file says them."""
+    """Return the greatest torque and the friction of a joint, if the file contains them."""
     said = dict[str, Any]()
     for key, tag, attribute in (
         ("max_torque", "limit", "effort"),
@@ -136,7 +136,7 @@ def link_shapes(
     `collision`: the shapes for contacts instead.
     """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
-    colours = {name: colour for name, colour in said if colour is not None}  # at any place in the file
+    colours = {name: colour for name, colour in said if colour is not None}  # at any position in the file
     found, other = list[link_data.LinkShape](), not collision
     for link in tree.robot.findall("link"):
         for tag in ("collision", "visual") if collision else ("visual",):

@@ -1,7 +1,7 @@
 """Choose the arm, the fingers of its hand and its tip in a tree of links, and measure the fingers.
 
-An arm goes from the root to where its fingers part, or to the end. Two long branches are two arms. `notes` tell
-decisions that the file leaves open; a user who names base and tip decides them.
+An arm goes from the root to where its fingers part, or to the end. Two long branches are two arms. `notes` report
+choices that the file does not determine; a user determines them by naming base and tip.
 
 Measured are which end of each finger's joint is closed, how wide the hand is when open, and the axis along which the
 fingers point: APPRO and DEPART go along the tip's Z, and in the files of many makers fingers point along another axis.
@@ -34,7 +34,7 @@ GRASPS = (
     "ee_link",
     "tool0",
 )
-ARM, FINGER = 4, 4  # least joints of an arm before fingers, and most joints of a finger
+ARM, FINGER = 4, 4  # minimum number of joints of an arm before fingers, and maximum number of joints of a finger
 
 _FINGER_LINK = re.compile(r"finger|fngr|thumb|knuckle|jaw|claw", re.IGNORECASE)
 _FINGER_JOINT = re.compile(rf"{_FINGER_LINK.pattern}|grip", re.IGNORECASE)
@@ -62,7 +62,7 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
     if tip is None:
         arm, *others = _arms(tree, start, 0)
         if others:
-            tips = [end for end, *_ in (arm, *others)][:10]  # most ends that a message names
+            tips = [end for end, *_ in (arm, *others)][:10]  # maximum number of ends that a message names
             raise FileDamaged(
                 f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
                 f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
@@ -111,7 +111,7 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
         )
         return [(tip, note)]
     depths = [_depth(tree, joint) for joint in nexts]
-    if not any(depths):  # they all mimic others
+    if not any(depths):  # all joints mimic others
         return [(_end(tree, link),)]
     long = [joint for joint, depth in zip(nexts, depths, strict=True) if 2 * depth > max(depths)]
     return [arm for joint in long for arm in _arms(tree, joint.child, joints + _counts(joint))]
@@ -270,7 +270,7 @@ def joint_motion(tree: Tree, joint: Joint, value: float) -> Transform:
 
 
 class _Gauge:
-    """Measures where the tips of fingers are for values of their joints."""
+    """Measures the distances of fingertips for values of their joints."""
 
     def __init__(self, tree: Tree, link: str, joints: Sequence[Joint]) -> None:
         self.tree, self.link, self.joints = tree, link, joints
@@ -278,7 +278,7 @@ class _Gauge:
         self.tips = [self._tip(joint) for joint in joints if joint.child not in carrying]
 
     def _tip(self, joint: Joint) -> str:
-        """Return the farthest link that a joint moves: files often have one at the end of a finger."""
+        """Return the farthest link that a joint moves; URDF files often define a link at the fingertip."""
         held = self.tree.together(joint.child)
         return max(held, key=lambda link: dist(transform.position(self._step(joint.child, link, {})), (0.0, 0.0, 0.0)))
 
@@ -295,7 +295,7 @@ class _Gauge:
         return values
 
     def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
-        """Return how much farther apart the two tips get that move most against each other [m]; 0 for one tip.
+        """Return the greatest change of the distance between two tips [m], positive if they move apart; 0 for one tip.
 
         Links of a gear beside the fingers move less.
         """

@@ -7,10 +7,11 @@ kilograms, as in URDF.
 A body is what one joint of the arm moves: all links fixed to it, those of the closed hand, and those that other joints
 move, as they are at zero.
 
-If READY is singular or at the end of a range, as most arms are at zeros, another one is chosen (`better_ready`). A pose
-is near singular if the isotropy of its Jacobian is small: the geometric mean of the eigenvalues of J J^T over their
-arithmetic mean, 1 if the arm does all alike, 0 if it cannot do something (J. Kim, P. Khosla, "Dexterity measures for
-design and control of manipulators", IROS 1991). Lengths count as parts of half the reach.
+If READY is singular or at the end of a range, as most arms are at zeros, another READY is chosen (`better_ready`). A
+pose is near singular if the isotropy of its Jacobian is small: the geometric mean of the eigenvalues of J J^T over
+their arithmetic mean, 1 if the arm moves equally well in all directions, 0 if it cannot move in one of them (J. Kim, P.
+Khosla, "Dexterity measures for design and control of manipulators", IROS 1991). Lengths count as parts of half the
+reach.
 """
 
 from __future__ import annotations
@@ -180,7 +181,7 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
 def _follows(
     tree: Tree, joint: Joint, axis: AxisLine, before: Sequence[Joint], axes: Sequence[AxisLine]
 ) -> Mimic | None:
-    """Return how a telescope's joint follows the one before it; None for a joint that moves by itself.
+    """Return how a telescope's joint follows the one before it; None for a joint that moves independently.
 
     It follows as the file says, or equally, if it slides along the same axis with the same limits and speed.
     """
@@ -307,7 +308,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     None for other arms, and for an arm that is singular everywhere. The same arm always has the same READY. `ahead`:
     where its tool points, in the frame of the flange.
     """
-    if model.joint_count > 12:  # most joints of an arm that gets another READY
+    if model.joint_count > 12:  # maximum number of joints of an arm that gets another READY
         return None
     wanted = _Wanted(model, ahead)
     fault = wanted.fault()
@@ -322,7 +323,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
 
 
 class _Wanted:
-    """Rates poses as READY."""
+    """Rates how suitable poses are for READY."""
 
     def __init__(self, model: RobotModel, ahead: Vector) -> None:
         self.model, self.rest, self.ahead = model, model.poses["ready"], ahead
@@ -346,7 +347,7 @@ class _Wanted:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
         margin = 0.05 * (upper - lower)  # fraction of a joint's range that stays free at either end
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
-            return [min(max(rest, lower + margin), upper - margin)]  # joint 1 changes nothing but the direction
+            return [min(max(rest, lower + margin), upper - margin)]  # joint 1 changes only the direction
         if self.model.links[i].kind is JointKind.PRISMATIC:
             return [rest, 0.5 * (lower + upper)]
         low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)

@@ -85,7 +85,7 @@ def _expand(file: str, *pairs: str) -> int:
         with (
             _packages_beside(Path(file).absolute()),
             redirect_stderr(StringIO()),
-        ):  # its warnings are for the file's author
+        ):  # hides warnings, which are for the file's author
             text = xacro.process_file(file, mappings=arguments, verbosity=0).toxml()
     except _NoPackage as lost:
         what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
@@ -149,11 +149,11 @@ def package_folder(path: Path, name: str) -> Path | None:
     return next(iter((*found, *own)), None)
 
 
-MAX_FILE_CHARS = 20_000_000  # most characters of a file
+MAX_FILE_CHARS = 20_000_000  # maximum number of characters of a file
 HUGE = 1e6  # [m, rad] above any figure of an arm; excludes infinity and NaN
 EXPRESSION = re.compile(r"\$[{(]")  # of xacro
 
-MAX_FILE_JOINTS = 1000  # most joints of a file, and between base and tip
+MAX_FILE_JOINTS = 1000  # maximum number of joints of a file, and between base and tip
 ENDLESS = 1e3  # [rad, m] files write 999999 for a joint without an end
 STEP, ROUNDED = (
     pi / 12,
@@ -191,7 +191,7 @@ def robot_element(file: str, text: str) -> Element:
 
 
 def name_of(element: Element, key: str = "name") -> str:
-    """Return an element's name in one line: XML readers take line ends in it for blanks."""
+    """Return an element's name in one line, since XML parsers read line ends in a name as blanks."""
     return " ".join(element.get(key, "").split())
 
 
@@ -209,7 +209,7 @@ class Range(NamedTuple):
 
     @property
     def endless(self) -> bool:
-        """Return whether a limit is so far that it means no end."""
+        """Return whether a limit is so great that the joint counts as endless."""
         return any(end is not None and abs(end) >= ENDLESS for end in (self.lower, self.upper))
 
 

@@ -40,13 +40,13 @@ from vrs_cli.kinematics.transform import Transform
 if TYPE_CHECKING:
     from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch
 
-REMEMBERED = 64  # poses with remembered solutions
+REMEMBERED = 64  # number of poses with cached solutions
 
 
 class WristCircleArm(NumericArm):
     """Six joints with a wrist circle. See `arm.RobotArm`; `swapped` as in `forms.MappedArm`.
 
-    A line continues from joints to near joints, whatever their words.
+    A line continues from joints to near joints, whatever their configuration words.
     """
 
     ways = ALL

@@ -22,8 +22,8 @@ from vrs_cli.kinematics.numeric.batch import NumericBatch
 from vrs_cli.kinematics.spherical_wrist.inverse import Circle
 from vrs_cli.kinematics.transform import Transform, inverse
 
-GRID = 96  # values of joint 6 in a turn
-CLOSER = 16  # pieces of an interval that is searched again
+GRID = 96  # number of values of joint 6 in a turn
+CLOSER = 16  # number of pieces of an interval that is searched again
 LOOKS, MORE = 2, 4  # searches before solutions are taken, and the most after that, where joint 1 turns quickly
 QUICK = 0.1  # sine of half the turn of joint 1 between neighbours from which it is quick
 NEAR = 0.1  # f and `beyond` near a solution

@@ -7,8 +7,8 @@ From rest to rest, with the distance D and the time T,
 so T follows from the limits. (Craig, Introduction to Robotics, 7.3; Biagiotti and Melchiorri, Trajectory Planning for
 Automatic Machines and Robots, 2.1.) For a motion that starts in motion, T is the least time found for which the
 extremes of all derivatives keep the limits. With an acceleration at the start there may be no such T: the motion then
-brakes first. Braking and steering have limited jerk, as in SCURVE. The second half of a motion slows down, so the next
-one may round its end.
+brakes first. Motions are braked and steered with limited jerk, as in SCURVE. The second half of a motion slows down, so
+the next one may round its end.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""Solve an arm of four or five joints: the place of its tool exact, its turn as near as possible (`conditions`).
+"""Solve an arm of four or five joints: with the exact position of the tool and the nearest possible orientation
+(`conditions`).
 
 The desired turn may be impossible, but the joints still follow from the pose. So velocities need the desired pose
 beside the actual one.
@@ -78,8 +79,8 @@ class SteadyArm(RobotArm):
         return float(Way(self.batch.conditions, q, T).at.angle[0])
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
-        """Return the joints with the least missing turn within the limits, of equal ones those that are reached
-        soonest.
+        """Return the joints with the least missing turn within the limits, and among equal solutions those that are
+        reached soonest.
         """
         found = self.batch.least_turns(T, near)
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
@@ -88,7 +89,7 @@ class SteadyArm(RobotArm):
         return min(near_least, key=partial(self.shortest_time, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
-        """Return the error for a place: out of the range of a joint, or out of reach."""
+        """Return the error for a location: out of the range of a joint, or out of reach."""
         found = self.batch.without_limits(T, near)
         if found:
             best = self._best_turns(found[0][0])
@@ -96,7 +97,7 @@ class SteadyArm(RobotArm):
         return self._out_of_reach(T, self.ways[0], "")
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        """Return the error for the tip of the tool, because the flange's place is not prescribed."""
+        """Return the error for the tip of the tool, because the flange's position is not prescribed."""
         start, (most, *_) = levers(self.model)
         tip, most = position(compose(T, self.tool)), most + length(position(self.tool))
         far = dist(tip, start)

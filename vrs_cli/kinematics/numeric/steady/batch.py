@@ -52,15 +52,15 @@ from vrs_cli.kinematics.numeric.steady.conditions import (
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform, length, position
 
-STEPS = 25  # most steps of a search: nearly all end sooner
-FOLLOWING = 12  # most steps of Newton's method from near joints
+STEPS = 25  # maximum number of steps of a search; nearly all searches end sooner
+FOLLOWING = 12  # maximum number of steps of Newton's method from near joints
 SETTLED = 1e-7  # [rad, m] after a smaller step the next one would be rounding
 THERE, TURNED = 1e-10, 5e-10  # [m, rad] allowed error of a pose; in singular joints steps shrink slowly
 BRANCH = 0.5  # [rad, m] from near joints: farther off is another branch
 ROUNDING = 1e-12  # [rad, m] distance of a joint at a limit
-POSES = 64  # poses that are searched at once
+POSES = 64  # number of poses that are searched at once
 DAMPING = 1e-13  # [m2, rad2] damping of the way to a place, which matters in singular joints only
-NEARER, WAITS = 0.7, 5  # a search is given up after so many steps without a gain by this factor
+NEARER, WAITS = 0.7, 5  # factor of improvement, and number of steps without it after which a search is given up
 LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step ahead and after a step back
 FAR = 0.05  # [rad] missing turn from which a search ends if another search of the pose has arrived
 ALIKE = 0.03  # [rad, m] joints of searches for one pose that will take the same way
@@ -242,7 +242,7 @@ class SteadyBatch(SerialBatch):
         ways = np.zeros((len(place), self.joints, 2))
         ways[:, :, : self.joints - PLACES] = np.linalg.qr(place, mode="complete")[0][
             :, :, PLACES:
-        ]  # directions that keep the place
+        ]  # directions that keep the position
         bent = bend @ ways
         curve = np.swapaxes(ways, 1, 2) @ bent
         curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one direction

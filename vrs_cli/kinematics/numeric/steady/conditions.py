@@ -83,7 +83,7 @@ class SteadyConditions:
 
     def terms(self, q: Floats, T: Floats) -> Terms:
         """Return the terms for joints (N, n) and desired poses of the flange (N, 3, 4)."""
-        if len(q) > 20:  # rows up to which formulas for floats are faster
+        if len(q) > 20:  # number of rows up to which formulas for floats are faster
             have, J = self.batch.forward(q), self.batch.jacobian(q, self.tool)
         else:  # the formulas for floats are faster
             rows = q.tolist()
@@ -373,7 +373,7 @@ def _least(missed: Floats) -> Flags:
 
 
 SAMPLES = 512
-FIRST_SAMPLES, OTHERS = 16, 32  # starts of one pose: the first ones, and more
+FIRST_SAMPLES, OTHERS = 16, 32  # number of starts of one pose: first, and afterwards
 TURN_COUNTS = 0.1  # [lengths of the arm/rad] weight of a missing turn against the way
 
 
