@@ -379,7 +379,7 @@ class RobotArm:
         """Raise IllegalValue for a tool whose tip would be moved by a turn that does not count."""
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
-        levers = ((y, z), (z, x), (x, y))  # of a turn about X, Y, Z
+        levers = ((y, z), (z, x), (x, y))  # levers of a turn about X, Y, Z
         steady = self.unchanging.approach is not None  # then only turns about the approach axis are possible
         for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
             if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:

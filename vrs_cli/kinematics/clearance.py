@@ -125,8 +125,8 @@ class Hand(NamedTuple):
     """The point and the direction of the flange that a closed form follows, seen from a frame with z along axis 1."""
 
     T_axis_base: Transform
-    centre: Vector  # of the wrist, in the flange's frame [m]
-    approach: Vector  # along the last axis, in the flange's frame
+    centre: Vector  # centre of the wrist, in the flange's frame [m]
+    approach: Vector  # direction of the last axis, in the flange's frame
 
 
 class HandPace(NamedTuple):
@@ -220,7 +220,7 @@ class Turning(NamedTuple):
     and u' = r . c' + q1' w; the second derivatives follow from these equations.
     """
 
-    rate: float  # of joint 1
+    rate: float  # greatest rate of joint 1
     bend: float
     outward: float  # of u
     outward_bend: float
@@ -268,5 +268,7 @@ def shortest(a: Vector, b: Vector, rate: float, bend: float, h: float) -> float:
     dx, dy, dz = b[0] - ax, b[1] - ay, b[2] - az
     square = dx * dx + dy * dy + dz * dz
     part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0) if square else 0.0
-    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # where it is nearest to the origin
+    chord = hypot(
+        ax + part * dx, ay + part * dy, az + part * dz
+    )  # the point of the chord that is nearest to the origin
     return max(chord - 0.125 * bend * h * h, 0.5 * (hypot(*a) + hypot(*b) - rate * h))

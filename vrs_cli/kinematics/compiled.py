@@ -84,8 +84,8 @@ class Writer:
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform, first: int = 0) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
-        self.axes: list[tuple[Column, Column]] = []  # direction and point, joint by joint
-        self.steps: list[tuple[tuple[Entry, Column], ...]] = []  # from each frame to the next, and to the flange
+        self.axes: list[tuple[Column, Column]] = []  # direction and point of each joint's axis
+        self.steps: list[tuple[tuple[Entry, Column], ...]] = []  # steps from each frame to the next, and to the flange
         self.columns = self.columns_of(base)
         for i, link in enumerate(links, first):
             self.axes.append((self.columns[2], self.columns[3]))
@@ -286,7 +286,7 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
         found = squares(rows, wanted)
         if found is not None:
             return found[0]
-    # with complete pivoting
+    #  elimination with complete pivoting
     table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
     count = len(rows[0])
     order: list[int] = []

@@ -36,8 +36,8 @@ from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 
 LENGTH = 0.4  # fraction of the longest lever at which the proof is easiest
-MAX_KANTOROVICH = 0.5  # bound of beta L eta
-LOST = 0.9  # of |1 - A F'|: F' has an inverse where it is less than 1
+MAX_KANTOROVICH = 0.5  # greatest beta L eta for which the theorem holds
+LOST = 0.9  # greatest |1 - A F'| that is accepted: F' has an inverse where this norm is less than 1
 HERMITE = 1.0 / 384.0  # fraction of a fourth derivative by which the cubic is off at most
 SLOPES = 8.0 / 27.0  # fraction of an error of the slopes at both ends by which the cubic is off at most
 
@@ -80,7 +80,7 @@ class Gaps(NamedTuple):
     weights: Floats  # of r guides (r, n)
 
     def some(self, which: Rows) -> Gaps:
-        """Select the gaps with these numbers."""
+        """Return the gaps with the given numbers."""
         way, *rows, weights = self
         place, turn, guide = (row[which] for row in rows)
         return Gaps(Cubic(*(row[which] for row in way)), place, turn, guide, weights)
@@ -103,7 +103,7 @@ class Continuation:
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
         self.longest = np.maximum.accumulate(self.levers[::-1])[
             ::-1
-        ]  # the longest lever of a joint and those behind it
+        ]  # the longest lever of a joint and of the joints after it
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.counts[:3])
         n = model.joint_count

@@ -101,7 +101,7 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     if _is_hand(tree, link, joints):
         ways = [[link, *(joint.child for joint in tree.way(link, finger.parent))] for finger in nexts]
         parting = [links[0] for links in zip(*ways, strict=False) if len(set(links)) == 1][-1]
-        # prefer a link fixed to it that is named as the place between the fingers
+        # prefer a fixed link that is named as the point between the fingers
         tip = min(tree.together(parting), key=lambda end: _rank(end, GRASPS))
         if len(nexts) > 1:
             return [(tip,)]
@@ -174,7 +174,7 @@ def _end(tree: Tree, link: str) -> str:
 
 
 def _rank(link: str, names: Sequence[str]) -> int:
-    """Return how usual the name of a tip is (0: most usual); a name may have a prefix."""
+    """Return the rank of a tip's name (0: the most usual name); a name may have a prefix."""
     return next(
         (i for i, name in enumerate(names) if link == name or link.endswith((f"_{name}", f"/{name}"))), len(names)
     )

@@ -290,7 +290,7 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
 
 
 def _over(step: Floats, low: Floats, high: Floats) -> Floats:
-    """Return how far steps (..., n) leave the box at most."""
+    """Return the greatest distance by which steps (..., n) leave the box."""
     return np.asarray(np.maximum(step - high, low - step).max(axis=-1))
 
 
@@ -319,7 +319,7 @@ def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floa
 
 
 def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> Floats:
-    """Return the variables that are least with one joint at an end: (N, 2 n, 2)."""
+    """Return the variables that minimise the model with one joint at an end: (N, 2 n, 2)."""
     size = (ways * ways).sum(axis=2)
     foot = (ways / np.where(size > FLAT, size, np.nan)[:, :, None])[:, :, None] * ends[..., None]  # (N, n, 2, 2)
     along = np.stack((-ways[:, :, 1], ways[:, :, 0]), axis=2)
@@ -351,7 +351,7 @@ class SteadyGaps(NamedTuple):
     poses: Callable[[Rows, Floats], Floats]
 
     def some(self, which: Rows) -> SteadyGaps:
-        """Select the gaps with these numbers."""
+        """Return the gaps with the given numbers."""
         numbers, *rows = self[:-1]
         begin, end, twists, place, turn = (row[which] for row in rows)
         return SteadyGaps(numbers[which], begin, end, twists, place, turn, self.poses)

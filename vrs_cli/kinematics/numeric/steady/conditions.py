@@ -134,13 +134,15 @@ class SteadyConditions:
 
     @staticmethod
     def wanted_rates(at: Terms, twists: Floats) -> Floats:
-        """Return what the conditions ask of the unknowns' rates for twists of the tool (N, 6): (N, n + 3)."""
+        """Return the right sides of the equations for the unknowns' rates, for twists of the tool (N, 6): (N, n +
+        3).
+        """
         trace = np.trace(at.mixed, axis1=1, axis2=2)[:, None, None]
         turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
         return np.concatenate(((at.turn @ turned)[:, :, 0], twists[:, :3]), axis=1)
 
     def is_least(self, at: Terms, bend: Floats) -> Flags:
-        """Return whether every motion that keeps the place turns the tool away (N,)."""
+        """Return whether every motion that keeps the position turns the tool away from the desired pose (N,)."""
         normal = np.swapaxes(at.place, 1, 2) @ at.place + 1e-12 * np.eye(PLACES)
         along = np.eye(self.joints) - at.place @ np.linalg.solve(normal, np.swapaxes(at.place, 1, 2))
         symmetric = 0.5 * (bend + np.swapaxes(bend, 1, 2))
@@ -177,7 +179,7 @@ class Way:
 
     @property
     def freedom(self) -> float:
-        """Return how well the joints move the place, times how well they turn the tool while it stays."""
+        """Return how well the joints move the position, times how well they turn the tool at a fixed position."""
         bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # the bend if no turn is missing
         table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
