@@ -39,7 +39,7 @@ from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, row_fields, row_par
 SEND_EVERY = 0.02  # [s] between two messages with reports
 KEPT = 60.0  # [s] of reports that are kept, to send them again after a cut
 MAX_KEPT = 100_000  # reports
-MAX_WAITING_BYTES = 64 * 1024  # for the socket; if more wait, reports wait here
+MAX_WAITING_BYTES = 64 * 1024  # maximum bytes waiting for the socket; while more wait, reports stay here
 SETTLING = 3.0  # [s] for the first measurements of the robot's clock
 PAST = 10.0  # [s] of the timeline that are kept
 
@@ -47,10 +47,10 @@ log = logging.getLogger("vrs_cli")
 
 
 class BodyClient:
-    """A robot's body at a server. All methods are for the thread of the event loop.
+    """A client that is the body of a served robot. All methods are for the thread of the event loop.
 
-    `rate`: of reports [1/s], 2,000 at most. `name`: for other users, if the token has none. `order`: follow the
-    timeline or hold still, from a time on. `refusal`: why this client is no longer the body. `told`: takes messages
+    `rate`: reports per second, 2,000 at most. `name`: shown to other users if the token has no name. `order`: follow
+    the timeline or hold still, from a time on. `refusal`: why this client is no longer the body. `told`: takes messages
     about the connection.
     """
 
@@ -71,7 +71,7 @@ class BodyClient:
         self.client = Client(url, hello_of(token, name), ca=ca, told=told)
         self.far = self.client.far
         self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that were sent and are kept, and new ones
-        self._first = 0  # the number of the first of these
+        self._first = 0  # the number of the first of these reports
         self.embodied, self._stirred = False, asyncio.Event()
         self.life = ""
         self._sending: asyncio.Task[None] | None = None
@@ -131,7 +131,7 @@ class BodyClient:
         match message:
             case messages.Welcome():
                 self.embodied = False
-                if message.life != self.life:  # the server has restarted: its clock may be another one
+                if message.life != self.life:  # the server has restarted: its clock may be a different one
                     self.life = message.life
                     self._first += len(self._sent) + len(self._fresh)
                     self._sent.clear()
@@ -143,7 +143,7 @@ class BodyClient:
                     try:
                         await self._embody()
                     except VrsError as error:
-                        if self.far.open:  # otherwise it was cut again, and the next welcome begins this again
+                        if self.far.open:  # otherwise the connection was cut again; the next welcome repeats this
                             self._end(error)
 
                 self._asking = asyncio.create_task(embody_again())
@@ -183,8 +183,8 @@ class BodyClient:
         return joint_state_at(mirror.arm, mirror.timeline, t)
 
     async def ticks(self) -> AsyncIterator[float]:
-        """Yield the robot's clock [s] `rate` times a second. Raises why this client is no longer the body:
-        RequestRefused if another client is, or what the server refused.
+        """Yield the robot's clock [s] `rate` times a second. Raises RequestRefused if another client is the body now,
+        or the error of the server's refusal.
         """
         loop = asyncio.get_running_loop()
         due = loop.time()
@@ -234,7 +234,7 @@ class BodyClient:
     ) -> None:
         """Report joints measured at time t [s] of the robot's clock [rad, m], and their velocity [rad/s, m/s] and
         effort [N m, N] if known. The report is sent within 20 ms, or when the connection is back; the last 60 s of
-        reports are kept. Raises IllegalValue for a report that cannot be of this robot.
+        reports are kept. Raises IllegalValue for a report that does not fit this robot.
         """
         rows = tuple(None if row is None else tuple(map(float, row)) for row in (joints, velocity, effort))
         count = self.model.joint_count

@@ -32,13 +32,13 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
 MAX_SAMPLE_RATE = 200.0  # [1/s]
-MAX_WAITING_BYTES = 256 * 1024  # of changes, for one connection
-SLICE = 50  # packets of one step: half a millisecond
+MAX_WAITING_BYTES = 256 * 1024  # maximum bytes of changes that wait for one connection
+SLICE = 50  # maximum number of packets in one step (0.5 ms of CPU time)
 HOLD = 0.02  # [s] sending waits so long for an answer to a user
 AGAIN = 0.05  # [s] between two attempts to send to a slow connection
 
 
-Letter = Callable[[streams.MessageForm], streams.Packet]  # a message to many, encoded once in each form
+Letter = Callable[[streams.MessageForm], streams.Packet]  # encodes one message in a form; each form is encoded once
 
 
 def letter(message: messages.ServerMessage) -> Letter:
@@ -51,15 +51,16 @@ class Sink(Protocol):
 
     @property
     def waiting(self) -> int:
-        """Bytes that were sent and that the receiver has not taken yet."""
+        """The number of bytes that were sent and not yet taken by the receiver."""
 
     def send(self, *packets: streams.Packet) -> None:
         """Send packets in one write."""
 
 
 class Parcel(NamedTuple):
-    """Packets for all listeners in the same state, sent in one write. `number`, `news`, `place`, `heard` and `measured`
-    are the listener's state after it. `alone`: send it only if nothing else waits; `whole`: it contains everything.
+    """Packets for all listeners in the same state, sent in one write. `number`, `news`, `place`, `heard` and
+    `measured`: the listener's state after the packets. `alone`: send the packets only if nothing else waits; `whole`:
+    they contain everything.
     """
 
     packets: tuple[streams.Packet, ...]
@@ -73,20 +74,21 @@ class Parcel(NamedTuple):
 
 
 class Listener:
-    """One connection. `number`: of the last change that was sent; `news`: of the last news."""
+    """A connection that gets broadcasts. `number`: the number of the last sent change; `news`: that of the last sent
+    news."""
 
     def __init__(self, sink: Sink, form: streams.MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
         self.deflates = deflates
-        self.listening: streams.Listening | None = None  # how it gets changes
+        self.listening: streams.Listening | None = None  # the form in which the listener gets changes; None: no changes
         self.number, self.news = NOTHING, 0
         self.place: streams.DeflatedPlace | None = None
-        self.heard: Heard | None = None  # the known part of the course of the world; None: not wanted
-        self.measured: int | None = None  # the number of the next report of the body; None: not wanted
-        self.channel: Channel | None = None  # of samples
+        self.heard: Heard | None = None  # the part of the world's course that was sent; None: gets no course
+        self.measured: int | None = None  # the number of the next body report to send; None: gets no reports
+        self.channel: Channel | None = None  # the channel of the listener's samples
 
     def takes(self, parcel: Parcel) -> bool:
-        """Send a parcel, unless too much waits already; return whether it was sent."""
+        """Send a parcel unless too many bytes wait already; return whether it was sent."""
         waiting = self.sink.waiting
         if waiting and (parcel.alone or waiting + sum([len(it.data) for it in parcel.packets]) > MAX_WAITING_BYTES):
             return False
@@ -101,8 +103,8 @@ NOTHING = -1  # the number of a listener that has got nothing yet
 
 
 class Round:
-    """Listeners that are served in turn; `left`: how many are left in this round. If a round is not finished, the next
-    one begins with the listeners that were left.
+    """Listeners that are served in turn. `left`: the number of listeners that this round has not served yet. If a round
+    is not finished, the next one begins with the listeners that were left.
     """
 
     def __init__(self) -> None:
@@ -116,7 +118,7 @@ class Round:
         self.left = len(self._order)
 
     def take(self, most: int) -> list[Listener]:
-        """Return the next listeners of the round, at most so many."""
+        """Return the next listeners of the round, at most `most`."""
         count = min(most, self.left)
         taken = list(islice(self._order, count))
         self._order.rotate(-count)
@@ -133,14 +135,14 @@ class Round:
 
 
 class Channel:
-    """Samples for all listeners that see the same: all that follow the robot at one rate, or one with a playback of its
-    own.
+    """Sends samples to the listeners that see the same: all that follow the robot at one rate, or a single one with its
+    own playback.
     """
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # cuts of changes, and until when samples mention them
+        self._wrong: list[tuple[float, float]] = []  # cut times, and the times until which samples report them [s]
 
     def change(self, cut: float, applied: float) -> None:
         """Note that samples of times after the cut were wrong. All later samples mention the cut as long as such a
@@ -157,7 +159,7 @@ class Channel:
         self.round.begin()
 
     def serve(self, most: int) -> int:
-        """Send the sample to at most so many listeners; return to how many."""
+        """Send the sample to at most `most` listeners; return the number of listeners served."""
         sample = self.sample
         if sample is None:
             return 0
@@ -178,8 +180,8 @@ STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] 
 
 
 class Broadcast:
-    """Sends changes, news and samples of one robot to its listeners. `stream`: the changes; `course`: of the world,
-    None without a cell.
+    """Sends changes, news and samples of one robot to its listeners. `stream`: the changes; `course`: the course of the
+    world, None without a cell.
     """
 
     def __init__(
@@ -197,19 +199,19 @@ class Broadcast:
         )
         self._watched, self._wall = watched, wall
         self._everybody = Round()
-        self._hearing: dict[Listener, None] = {}  # the course of the world
-        self._measuring: dict[Listener, None] = {}  # those that get the reports of the body
+        self._hearing: dict[Listener, None] = {}  # listeners that get the course of the world
+        self._measuring: dict[Listener, None] = {}  # listeners that get the reports of the body
         self._gathered = -inf  # [s] on the wall: when the last batch of reports was made
         self._measured_due = inf  # [s] and when the next one is due
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempts
         self._again = inf  # [s] on the wall: when the next attempt is due
         self._news: dict[type[messages.ServerMessage], tuple[int, Letter]] = {}
-        self._parcel = cache(self._pack)  # by the state of a listener, until something happens
+        self._parcel = cache(self._pack)  # parcels by listener state, until something happens
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when sending is held, and may not be held again
         self._audience = Audience(watched, wall)
         self._channels: dict[Viewer, Channel] = {}
-        self._shared: dict[tuple[float, float], Channel] = {}  # by rate, and how far ahead
+        self._shared: dict[tuple[float, float], Channel] = {}  # channels by rate [1/s] and time ahead of the robot [s]
 
     # --- who listens ---
 
@@ -274,7 +276,7 @@ class Broadcast:
         listener.listening = listening
 
     def _hear_course(self, listener: Listener, *, wanted: bool) -> None:
-        """Send a listener the course of the world from its begin on, or stop that."""
+        """Start or stop sending a listener the course of the world, from its beginning."""
         if self.course is None:
             return
         if listener.heard is not None:
@@ -373,7 +375,7 @@ class Broadcast:
     def announce(self, news: messages.ServerMessage) -> None:
         """Send news to all listeners, also to later ones. A slow listener gets only the last news of each type."""
         self._last_news += 1
-        self._news.pop(type(news), None)  # so that the dictionary is in the order of arrival
+        self._news.pop(type(news), None)  # keeps the dictionary in the order of arrival
         self._news[type(news)] = self._last_news, letter(news)
         self._begin_round()
 
@@ -392,7 +394,7 @@ class Broadcast:
             self._held, self._free = wall + HOLD, wall + 2.0 * HOLD
 
     def release(self) -> None:
-        """Send again, as the answer was given."""
+        """Resume sending: the awaited answer was given."""
         wall = self._wall()
         if self._held > wall:
             self._held, self._free = wall, wall + HOLD - (self._held - wall)
@@ -447,7 +449,7 @@ class Broadcast:
         form: streams.MessageForm,
     ) -> Parcel:
         """Return the next parcel for listeners in a state: changes (or a snapshot in their place), news, reports of the
-        body, and a part of the course; no more than may wait.
+        body, and a part of the course; never more bytes than may wait.
         """
         stream, packets, size, alone = self.stream, list[streams.Packet](), 0, False
         while listening is not None and number < stream.number:

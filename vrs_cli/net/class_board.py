@@ -13,8 +13,8 @@ from vrs_cli.net import messages
 from vrs_cli.net.client_session import ClientSession, commands
 from vrs_cli.net.tokens import ClassFolder, Grant
 
-MAX_CHARS = 4000  # of an announcement
-MAX_LISTED = 20  # hand-ins of one student in the state of the class
+MAX_CHARS = 4000  # maximum number of characters of an announcement
+MAX_LISTED = 20  # maximum number of hand-ins per student in the state of the class
 
 
 class Lessons(Protocol):
@@ -24,15 +24,15 @@ class Lessons(Protocol):
         """Send a client the present text of its lesson, if its robot has one."""
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line for the lesson; return whether it is one. `done` answers it."""
+        """Carry out a line for the lesson; return False if it is for the robot. `done` answers the line."""
 
     def standing(self, student: str) -> tuple[str, int, int]:
         """Return the title of a student's lesson, the number of passed steps, and that of all steps."""
 
 
 class ClassBoard:
-    """The state of a class. `clients`: of all robots; `grants`: of all tokens; `own`: the robots of a grant; `wall`:
-    seconds since 1970. All methods are for the thread of the connections.
+    """Keeps the state of a class. `clients`: returns the clients of all robots; `grants`: the grants of all tokens;
+    `own`: the robots of a grant; `wall`: the seconds since 1970. All methods are for the thread of the connections.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class ClassBoard:
     # --- the state for clients ---
 
     def tell(self) -> None:
-        """Send clients the state of the class if it has changed. Call it some times a second, too."""
+        """Send clients the state of the class if it has changed. Also call this a few times a second."""
         clients = [client for client in self._clients() if client.link is not None]
         self._watching &= set(clients)
         here = dict[str, list[ClientSession]]()

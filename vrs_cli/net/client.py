@@ -50,8 +50,8 @@ MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_v
     64: "say the name that the certificate is for",
 }
 UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors of a connection that fails
-MAX_REASON_CHARS = 100  # of a server's reason not to open a connection
-FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # before the second attempt, and before any later one
+MAX_REASON_CHARS = 100  # maximum number of characters shown of a server's reason for refusing a connection
+FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # wait before the second attempt, and maximum wait before any attempt [s]
 
 
 def waits(attempt: int, random: Random) -> float:
@@ -73,7 +73,7 @@ def address_of(url: str) -> str:
 
 
 def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False) -> messages.Hello:
-    """Return the first message of a client whose commands use a clock that is `behind` the robot's by so much [s].
+    """Return the first message of a client whose commands use a clock `behind` [s] behind the robot's.
     `attended`: a person can answer questions.
     """
     return messages.Hello(
@@ -114,7 +114,8 @@ def open_socket(url: str, tls: ssl.SSLContext | None) -> connect:
 
 
 class SampleBuffer:
-    """A buffer of samples. In real time they leave it as evenly as they were sent; in virtual time, as they come."""
+    """A buffer of samples. In real time samples leave the buffer as evenly as they were sent; in virtual time, as soon
+    as they arrive."""
 
     def __init__(self, far: FarEnd, percentile: float, wall: Callable[[], float]) -> None:
         self._far, self._percentile, self._wall = far, percentile, wall
@@ -132,7 +133,7 @@ class SampleBuffer:
 class Client:
     """A connection to a robot. All methods are for the thread of the event loop. `told` takes messages about the
     connection. `measures`: the client also follows the reports of the robot's body. `ca`: a file with the certificate
-    of the server, or of its authority.
+    of the server or of its authority.
     """
 
     def __init__(
@@ -171,8 +172,8 @@ class Client:
         return self.far.welcome
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Callable[[messages.ServerMessage], None]) -> int:
-        """Send a request; return its id. The outlet gets its messages, its end last. Raises RequestRefused without a
-        connection.
+        """Send a request; return its id. The outlet gets all answers, the final one last. Raises RequestRefused without
+        a connection.
         """
         id = self.far.ask(make, outlet)
         self._stirred.set()
@@ -184,7 +185,8 @@ class Client:
         self._stirred.set()
 
     async def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
-        """Send a request; return its end, which is `Done` or a result. Raises what the robot refuses."""
+        """Send a request; return its final answer, `Done` or a result. Raises the robot's error if the request is
+        refused."""
         end: asyncio.Future[messages.ServerMessage] = asyncio.get_running_loop().create_future()
 
         def hear(message: messages.ServerMessage) -> None:
@@ -214,8 +216,8 @@ class Client:
         self, rate: float, *, ahead: float = 0.0, percentile: float = USUAL_PERCENTILE
     ) -> AsyncIterator[messages.Sample]:
         """Yield the robot's joints `rate` times a second, for a client that does not hold the timeline. In real time
-        samples are yielded as evenly as they were sent, so late that `percentile` of a hundred have come in time.
-        `ahead`: show the robot so much later [s]. Raises RequestRefused, IllegalValue.
+        samples are yielded as evenly as they were sent, delayed so that `percentile` of a hundred arrive in time.
+        `ahead`: how much later than now the robot is shown [s]. Raises RequestRefused, IllegalValue.
         """
         buffer = SampleBuffer(self.far, percentile, time.monotonic)
         self.far.news.append(buffer.hear)
@@ -244,7 +246,7 @@ class Client:
         self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
-            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now, as this call fetches these reports itself
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now: this call fetches these reports itself
             await self._recall_measured()
         except RequestRefused:
             self.measures = False
@@ -293,7 +295,7 @@ class Client:
                 part = await self.ask(lambda id: messages.Window(id, wanted, begins))
                 assert isinstance(part, messages.Shown), "it answers Window"
                 if not self.far.extend(part):
-                    await asyncio.sleep(FIRST_WAIT_S)  # a change has come first: the next part will fit
+                    await asyncio.sleep(FIRST_WAIT_S)  # a change arrived first; the next part will fit
         self._shown.set()
 
     async def close(self) -> None:
@@ -362,13 +364,13 @@ class Client:
             await socket.close()
 
     async def _stir(self, until: float) -> None:
-        """Wait until there is something to send, at most until a time of the monotonic clock [s]."""
+        """Wait until there is something to send, at most until the time `until` of the monotonic clock [s]."""
         with suppress(TimeoutError):
             async with asyncio.timeout(until - time.monotonic()):
                 await self._stirred.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
-        """Return whether to connect again. Before the first welcome, `open` gets the reason as its error instead."""
+        """Return whether to connect again. Before the first welcome, the answer is no and `open` raises the reason."""
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))
@@ -387,7 +389,7 @@ def no_answer(url: str, error: Exception) -> tuple[str, str]:
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:
         case InvalidStatus(response=response):
-            said = response.body.decode(errors="replace").strip()  # our server sends one line, another one a page
+            said = response.body.decode(errors="replace").strip()  # this product's servers send one line, others a page
             ours = 0 < len(said) <= MAX_REASON_CHARS and said.isprintable() and "<" not in said
             return f"{url} answers {response.status_code} {response.reason_phrase}", said if ours else A_ROBOT
         case ssl.SSLCertVerificationError():

@@ -39,16 +39,16 @@ from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, StyledLine
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding
 
-TYPING = messages.Complete | messages.Check  # asked while a line is typed
-AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # never wait for a share of CPU time
-# acts of a user that move or change something: their name in messages, and the role that they need
+TYPING = messages.Complete | messages.Check  # requests that a client sends while the user types
+AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that never wait for a share of CPU time
+# messages that move or change something, by type: their name in texts, and the role that they need
 CHANGING: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     Press: ("JOG", Role.DESIGNER),
     StopJog: ("JOG", Role.DESIGNER),
     StopProgram: ("ABORT", Role.DESIGNER),
 }
-MAX_PENDING_QUESTIONS = 200  # questions of one user that wait for an answer
+MAX_PENDING_QUESTIONS = 200  # maximum number of unanswered questions of one user
 
 
 class ClientSocket(Protocol):
@@ -95,7 +95,7 @@ class ClientSession(UserSession):
         self.link: ClientSocket | None = None
         self.pace = SendPace()
         self._share = Share(robot.allowance, robot.lookers, robot.wall())
-        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # waiting for a share of CPU; their bytes
+        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # waiting for CPU time; with their bytes
         self.parked_bytes = 0
         self.address = ""
         self.console = False
@@ -104,10 +104,10 @@ class ClientSession(UserSession):
         self._listener: Listener | None = None
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # the target of a dragged tool, until the robot takes it
         self._pulling: Pending | None = None  # the request that gives this target to the robot
-        self._drag_refused = False  # the user knows that the target is refused
+        self._drag_refused = False  # the user was told that the target is refused
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and the messages after it
-        self._status: PromptStatus | None = None  # as `Status` told it last
-        self._columns: int | None = None  # of the client's screen, for which replies are sent as lines, too
+        self._status: PromptStatus | None = None  # the status that was last sent
+        self._columns: int | None = None  # width of the client's screen, for replies that are also sent as lines
 
     @property
     def robot(self) -> str:
@@ -133,7 +133,7 @@ class ClientSession(UserSession):
             self._robot.broadcast.leave(listener)
 
     def beat(self) -> None:
-        """Note that the client was heard."""
+        """Note that a message of the client arrived."""
         self.heard_at = self._wall()
         self._robot.driving.beat(self.name)
 
@@ -164,7 +164,7 @@ class ClientSession(UserSession):
 
     @property
     def has_more(self) -> bool:
-        """Return whether a long reply is being sent."""
+        """Whether a long reply is being sent."""
         return bool(self._to_tell)
 
     def tell_more(self) -> None:
@@ -226,7 +226,7 @@ class ClientSession(UserSession):
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
                 joints = None if self._listener is None else self._listener.form.joints
-                part = stream.part(begin, end, joints)  # now, as a later change would make it out of date
+                part = stream.part(begin, end, joints)  # encoded now: a later change would make it out of date
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder
@@ -410,7 +410,7 @@ class ClientSession(UserSession):
                 before = self._users.get(served.body.name)
                 own = self.grant, self.wanted_name
                 if before is not None and before.link is None and (before.grant, before.wanted_name) == own:
-                    served.body.leave(before.name)  # its process was started again
+                    served.body.leave(before.name)  # the client's process was restarted
                 self.say(served.embody(self.name, message))
                 self.note(_audit_text(message), "done")
 

@@ -39,15 +39,15 @@ LAG = 0.25  # [s] that a step waits at most for a robot that has work
 LOOKS_EVERY = 0.01  # [s] at a robot that has work
 TOLD_EVERY = 0.05  # [s] between two times that clients are told of a course that is being computed
 
-MAX_ROWS = 400  # of a message
+MAX_ROWS = 400  # maximum number of rows of a message
 MAX_LOOKED = 600.0  # [s] of a saved trajectory: contacts take 10 ms of CPU for a second of motion
-MAX_TOUCHES = 10_000  # that are kept: the past is searched no further
+MAX_TOUCHES = 10_000  # maximum number of contacts kept; the past is not searched beyond them
 
-_one_at_a_time = Lock()  # of all robots of this process
+_one_at_a_time = Lock()  # held by the one robot of this process that computes
 
 
 class Cut(NamedTuple):
-    """The times from which on a change alters a course, and contacts [s]."""
+    """The times from which on a change alters the course and the contacts [s]."""
 
     course: float = inf
     contacts: float = inf
@@ -70,7 +70,7 @@ NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
 
 
 class Heard(NamedTuple):
-    """The part that a client has got: the course before `until`, and contacts from `low` to `high` [s]."""
+    """The part that was sent to a client: the course before `until`, and contacts from `low` to `high` [s]."""
 
     until: float = -inf
     low: float = inf
@@ -145,7 +145,7 @@ class CourseComputer:
         if begin < end:
             end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
             return replace(known, high=end, touches=join_contacts(known.touches, self.touches(known, begin, end)))
-        if known.until == inf and begin < inf:  # everything stands for ever
+        if known.until == inf and begin < inf:  # nothing moves any more
             touches = (one for one in self.touches(known, last, last + STRETCH) if one.end == last + STRETCH)
             found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
             return replace(known, high=inf, touches=join_contacts(known.touches, found))
@@ -209,7 +209,7 @@ class CourseTeller:
     # --- listeners ---
 
     def begin(self, timeline: Timeline) -> None:
-        """Count one more listener."""
+        """Add one listener."""
         self._clients += 1
         if self._clients == 1:
             with self._changed:
@@ -217,7 +217,7 @@ class CourseTeller:
                 self._changed.notify()
 
     def end(self) -> None:
-        """Count one listener less."""
+        """Remove one listener."""
         self._clients -= 1
         if not self._clients:
             with self._changed:
@@ -237,7 +237,7 @@ class CourseTeller:
                 self._changed.notify()
 
     def close(self) -> None:
-        """Stop for good."""
+        """Stop the computation; it cannot be restarted."""
 
     @property
     def known_part(self) -> Known | None:
@@ -250,7 +250,8 @@ class CourseTeller:
         return self._computer.looks
 
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
-        """Return the next messages for a listener, and the part that it has got then; no messages if it has all."""
+        """Return the next messages for a listener, and the part that the listener has after them; no messages if it has
+        everything."""
         with self._changed:
             known, cut = self._known, self._cut.first(self._taken)
         if known is None:
@@ -340,7 +341,7 @@ class CourseThread(CourseTeller):
                     self._wait()
                 time.sleep(max(took * (1.0 / SHARE - 1.0), STEP))
                 until = time.monotonic() + LAG
-                while self._works() and time.monotonic() < until:  # the robot's own work comes first, for a while
+                while self._works() and time.monotonic() < until:  # the robot's own work comes first, up to a limit
                     time.sleep(LOOKS_EVERY)
         except Exception as error:
             self._failed(error)
@@ -368,8 +369,8 @@ def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRo
 
 class WholeCourse(Struct, frozen=True):
     """The course of a saved trajectory, as in the messages `course` and `contacts`. `touches`: None if contacts are not
-    searched, as the timeline is longer than MAX_LOOKED or MuJoCo is missing. It is known before `until` [s]; None: for
-    ever.
+    searched, as the timeline is longer than MAX_LOOKED or MuJoCo is missing. The course is known before `until` [s];
+    None: for ever.
     """
 
     rows: CourseRows

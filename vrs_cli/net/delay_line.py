@@ -28,11 +28,11 @@ from msgspec import Struct
 from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
 RETRANSMIT = 0.2  # [s] until what was lost is sent again: the least that Linux waits (TCP_RTO_MIN)
-MAX_RETRANSMIT_S = 120.0  # between two tries; the time doubles up to this (RFC 6298, 5.5 and TCP_RTO_MAX)
+MAX_RETRANSMIT_S = 120.0  # maximum time between two tries; it doubles up to this (RFC 6298, 5.5; TCP_RTO_MAX)
 
 
 class Delays(Protocol):
-    """The delays of a line, as a value."""
+    """A model of the delays of a line."""
 
     def source(self, random: Random) -> Callable[[float], float]:
         """Return a function that returns the delay [s] of a message sent at t [s]; call it in the order of time."""
@@ -83,7 +83,7 @@ class Bursty(Struct, frozen=True):
     def source(self, random: Random) -> Callable[[float], float]:
         often_calm = self.calm_lasts / (self.calm_lasts + self.burst_lasts)
         changes = 1.0 / self.calm_lasts + 1.0 / self.burst_lasts  # [1/s] decay of the memory of a state
-        chance, last = often_calm, 0.0  # the probability of calm, as known at `last` [s]
+        chance, last = often_calm, 0.0  # the probability of the state calm, computed at `last` [s]
 
         def delay(t: float) -> float:
             nonlocal chance, last
@@ -139,7 +139,7 @@ class Lossy(Struct, frozen=True):
 
 
 class DelayLine:
-    """One direction of a connection. Messages arrive in the order of sending."""
+    """One direction of a delayed connection. Messages arrive in the order of sending."""
 
     def __init__(self, delays: Delays, seed: str = "") -> None:
         self._delay = delays.source(Random(seed))
@@ -152,7 +152,7 @@ class DelayLine:
 
 
 class DelayWays(Struct, frozen=True):
-    """The delays of both ways of a connection, as a value. The same seed gives a connection the same delays."""
+    """The delays of both directions of a connection. The same seed gives a connection the same delays."""
 
     forward: Delays
     backward: Delays

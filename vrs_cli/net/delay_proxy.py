@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from vrs_cli.net.delay_line import DelayLine, DelayWays
 
-PIECE = 1 << 16  # bytes that are read, and delayed, at once: as a rule one message
-MAX_BYTES_ON_WAY = 1 << 22  # bytes on one way: 10 MB/s over 0.4 s
+PIECE = 1 << 16  # maximum bytes read and delayed as one piece: usually one message
+MAX_BYTES_ON_WAY = 1 << 22  # maximum bytes in transit in one direction: 10 MB/s over 0.4 s
 
 
 class Endpoint(NamedTuple):
@@ -33,7 +33,7 @@ class Time:
         return asyncio.get_running_loop().time()
 
     async def until(self, t: float) -> None:
-        """Return when it is t."""
+        """Wait until the time t [s]."""
         await asyncio.sleep(max(t - self.now(), 0.0))
 
 
@@ -43,7 +43,7 @@ class _Way:
     def __init__(self, line: DelayLine, time: Time) -> None:
         self.held = self.passed = 0
         self._line, self._time = line, time
-        # times of arrival and pieces; the empty piece is the end
+        # arrival times [s] and pieces; an empty piece marks the end
         self._pieces: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         self._went = asyncio.Event()
 
@@ -75,7 +75,7 @@ class _Way:
 
 
 class ProxyConnection:
-    """A connection from `peer`: the way there and the way back."""
+    """A connection from `peer`, in both directions."""
 
     def __init__(self, number: int, peer: str, ways: DelayWays, time: Time) -> None:
         self.number, self.peer = number, peer

@@ -24,7 +24,7 @@ from vrs_cli.net import messages
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
-MAX_REFUSAL_CHARS = 400  # characters of a refusal that is remembered
+MAX_REFUSAL_CHARS = 400  # maximum number of characters remembered of a refusal
 
 
 class Bounds(Struct, frozen=True):
@@ -42,9 +42,10 @@ USUAL = Bounds()
 
 
 class DeliveryLog:
-    """All that must reach one user. `key`: the secret that resumes the user's connection. `seq`: the number of the last
-    message to the user. `put`: gives a frame to the open connection, None without one. `waiting`: the ids of commands
-    that have not ended. `ended`: the ends of the others, by id. `questions`: those without an answer, by number.
+    """Keeps all messages that must reach one user. `key`: the secret that resumes the user's connection. `seq`: the
+    number of the last message to the user. `put`: gives a frame to the open connection, None without one. `waiting`:
+    the ids of commands that have not ended. `ended`: the final answers of the other commands, by id. `questions`: the
+    unanswered questions, by number.
     """
 
     def __init__(self, key: str, bounds: Bounds = USUAL) -> None:
@@ -52,8 +53,8 @@ class DeliveryLog:
         self.encoding = Encoding.JSON
         self.seq = 0
         self.put: Callable[[Frame], None] | None = None
-        self._since: float | None = None  # when its connection was cut
-        self._told: deque[tuple[float, Frame]] = deque()  # when, and what: the last of them has the number `seq`
+        self._since: float | None = None  # time at which the connection was cut [s]; None while connected
+        self._told: deque[tuple[float, Frame]] = deque()  # send times [s] and frames; the last one has number `seq`
         self._size = 0
         self.waiting: set[int] = set()
         self.ended: dict[int, messages.Done] = {}
@@ -129,7 +130,7 @@ class DeliveryLog:
 # a newer message of these types replaces one that was not sent yet
 NEWEST_WINS = (messages.Sample, messages.Clock, messages.Status)
 
-FRAME_OVERHEAD_BYTES = 100  # that a frame takes in memory, beside its own
+FRAME_OVERHEAD_BYTES = 100  # memory that a frame takes beside its own bytes
 
 
 class Outbox:
@@ -141,7 +142,7 @@ class Outbox:
     def __init__(self, most: int) -> None:
         self.most, self.size, self.overflown = most, 0, False
         self.encoding = Encoding.JSON
-        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # each with the bytes that it counts as
+        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # each with the number of bytes that it counts as
         self._count = 0
 
     def put(self, frame: Frame, *, counts: bool = True) -> None:
@@ -176,7 +177,7 @@ class Outbox:
 
 
 M = TypeVar("M")
-MAX_PART_ROWS = 200  # of one part
+MAX_PART_ROWS = 200  # maximum number of rows of one part
 MAX_SEARCHED_ROWS = 1000  # rows of a table that are searched: longer tables hold no names of files
 
 

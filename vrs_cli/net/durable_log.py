@@ -99,7 +99,7 @@ class DurableLog:
             memory.write()
 
 
-SLACK = 100_000  # bytes of replaced parts before the file is written anew
+SLACK = 100_000  # bytes of replaced parts above which the file is rewritten
 WAITS = "nothing is changed until the server can write it"
 _SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
 _SETTINGS = "; settings "
@@ -111,15 +111,15 @@ class MemoryFile:
 
     def __init__(self, session: Session, path: Path) -> None:
         self.path, self.failing = path, ""
-        self.changed = False  # since it was written
+        self.changed = False  # whether the memory has changed since the file was written
         self._session = session
         session.unstored.watch()
         self._file: GrowingFile | None = None
-        self._programs: Mapping[str, Program] = {}  # as the file has them
-        self._texts: dict[str, tuple[Program, str]] = {}  # programs as they are printed, by key
+        self._programs: Mapping[str, Program] = {}  # the programs in the file
+        self._texts: dict[str, tuple[Program, str]] = {}  # programs and their printed text, by key
         self._printing: set[str] = set()  # keys of programs that another thread prints: they are written after that
         self._settings: Settings | None = None
-        self._least = 0  # bytes of the file when it was written anew
+        self._least = 0  # bytes of the file when it was last rewritten
 
     def bring_back(self) -> tuple[Diagnostic, ...]:
         """Load the file, if there is one, and write it anew; return the errors in it."""
@@ -129,7 +129,7 @@ class MemoryFile:
             programs = _of_programs(text)
             found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
             settings = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
-            with suppress(RecordError):  # of another version: the usual ones hold
+            with suppress(RecordError):  # a record of another version: the defaults apply
                 for line in settings[-1:]:
                     self._session.engine.settings = _settings.read(line.removeprefix(_SETTINGS))
         self._session.unstored.news()
@@ -144,7 +144,7 @@ class MemoryFile:
                 session.unstored.fresh
                 or session.engine.settings is not self._settings
                 or there.keys() != now.keys()
-                or any(there[key] is not one for key, one in now.items())  # to compare their steps would take long
+                or any(there[key] is not one for key, one in now.items())  # comparing their steps would take long
             )
 
     def prepare(self) -> Dialogue[None]:
@@ -178,7 +178,7 @@ class MemoryFile:
         except FileError as error:
             failed = FileError(error.detail, WAITS)
             self.failing = str(failed)
-            self._least = -1  # anew, the next time
+            self._least = -1  # rewrite the file the next time
             raise failed from error
         self.failing = ""
 
@@ -266,9 +266,9 @@ def _sound(path: Path) -> str:
     return (data[:begin] if seals else data).decode("utf-8", "replace")
 
 
-MAX_AUDIT_BYTES = 10_000_000  # bytes of one file; there are two
-MAX_COMMAND_CHARS = 1000  # characters of one command
-MAX_NAME_CHARS = 40  # of a name: strangers may send any
+MAX_AUDIT_BYTES = 10_000_000  # maximum bytes of one audit file; there are two files
+MAX_COMMAND_CHARS = 1000  # maximum number of characters kept of one command
+MAX_NAME_CHARS = 40  # maximum number of characters kept of a name: strangers may send any name
 ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
 PRIVATE = 0o600
 
@@ -344,7 +344,7 @@ class Audit:
         self._size = os.fstat(self._handle).st_size
 
 
-MAX_FETCHED_BYTES = 50_000_000  # of one file
+MAX_FETCHED_BYTES = 50_000_000  # maximum bytes of one fetched file
 MAX_LISTED_FILES = 10_000
 
 
@@ -411,6 +411,6 @@ class RobotFiles:
                 try:
                     there = os.lstat(path)
                 except OSError:
-                    continue  # it has just been deleted
+                    continue  # the file has just been deleted
                 if not name.startswith(".") and stat.S_ISREG(there.st_mode):
                     yield os.path.relpath(path, root).replace(os.sep, "/"), there

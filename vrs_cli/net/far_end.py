@@ -48,7 +48,7 @@ REMEMBERED = 600.0  # [s] flags of wrongly shown times are kept so long
 HELD_UP = 3.0  # [s] a command may be on its way for so long and a round trip: later, its user expects it no longer
 QUIET = 4.0  # [s] of silence after which the connection may be cut: the robot answers a ping every two seconds
 NEAR = 0.05  # [s] with a shorter D_f + D_b, a user sees the effect of a command nearly at once
-FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between these and between later ones
+FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of first pings, and the interval of first and of later pings [s]
 
 SAME_VRS = "install the same vrs on both"
 Outlet = Callable[[messages.ServerMessage], None]
@@ -87,19 +87,19 @@ class FarEnd:
         self.sync, self.status = TimeSync(), LastStatus(wall)
         self.unmeasured = inf  # [s] reports of the body are missing from this time on
         self._told_reports = 0  # the number of the next report
-        self.cuts = self.stalls = 0  # how often the connection was cut, or so quiet that it may have been
-        self._estimate: Estimate | None = None  # of the server's clock
+        self.cuts = self.stalls = 0  # number of cuts, and of silences that may have been cuts
+        self._estimate: Estimate | None = None  # the estimate of the server's clock
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
         self.world: World | None = None
-        self._cell: dict[str, Any] | None = None  # as the server sent it
-        self._wishes, self._pulled = DragTargets(), PulledState()  # for a tool that is dragged
+        self._cell: dict[str, Any] | None = None  # the cell's data as the server sent them
+        self._wishes, self._pulled = DragTargets(), PulledState()  # targets and state of a dragged tool
         self._outlets: dict[int, Outlet] = {}
         # finished commands whose change has not come yet, and until when that is waited for [s]
         self._ended: dict[int, tuple[messages.Done, float]] = {}
         self._clock = messages.Clock(0.0)
-        self._resyncs = False  # the mirror is lost, and a snapshot was asked for
+        self._resyncs = False  # the mirror is lost and a snapshot was requested
         self._cut_at = self._silent_since = inf
         self._heard_at = wall()
         self._pings, self._next_ping = 0, 0.0
@@ -107,7 +107,7 @@ class FarEnd:
     # --- sockets ---
 
     def receive(self, frame: Frame) -> None:
-        """Take a frame that came over the socket."""
+        """Process a frame from the socket."""
         now = self._wall()
         self.stalls += self.open and now - self._heard_at > QUIET
         self._heard_at = now
@@ -127,12 +127,12 @@ class FarEnd:
 
     @property
     def due(self) -> float:
-        """When `look` is due next, by the clock here [s]."""
+        """The time at which `look` is due next, by the local clock [s]."""
         next_ping = self._next_ping if self.open else inf
         return min([next_ping, self._cut_at + COMMAND_TIMEOUT_S, *(until for _, until in self._ended.values())])
 
     def look(self) -> None:
-        """Do what is due: end requests that waited too long, and send a ping to measure the delays."""
+        """End requests that waited too long, and send a ping to measure the delays when one is due."""
         now = self._wall()
         self._release(lambda _done, until: now >= until)
         if now >= self._cut_at + COMMAND_TIMEOUT_S:
@@ -175,10 +175,10 @@ class FarEnd:
         """Add a request that is on its way to the preview."""
         if not self._passes or self.preview is None:
             return
-        self.preview.forward = self.round_trip / 2.0  # it usually takes that long to arrive
+        self.preview.forward = self.round_trip / 2.0  # the usual delay until a request arrives [s]
         match request:
             case messages.At(act=Go() as go, issued=issued):
-                with suppress(VrsError):  # for a place that cannot be: the robot will say so
+                with suppress(VrsError):  # the location is impossible: the robot will report the error
                     move = move_of(go, self._times)
                     self.preview.send(request.id, move, self.now if issued is None else issued, go.text)
             case _ if (text := changing(request)) is not None:
@@ -188,7 +188,7 @@ class FarEnd:
         """Send a message. Raises RequestRefused without a connection: the message is not sent later."""
         match message:
             case messages.Put() | messages.At(act=Define()):
-                pass  # a long file may take any time
+                pass  # a long file may take any time to arrive
             case messages.Command() | messages.Answer() if self._estimate is not None:
                 until = self._estimate.there(self._wall()) + self._round_trip + HELD_UP
                 message = structs.replace(message, until=until)
@@ -388,7 +388,7 @@ class FarEnd:
         self.mirror.clock = self.mirror.clock.then(ClockReading(clock.now, self.rate, since), wall)
 
     def _moves_to(self, now: float) -> None:
-        """Set the clock to `now` [s] if time is virtual: then only commands move it."""
+        """Set the clock to `now` [s] if time is virtual: only commands advance virtual time."""
         if not self._clock.realtime:
             self._set_clock(structs.replace(self._clock, now=now))
 
@@ -401,7 +401,7 @@ class FarEnd:
 
     @property
     def rate(self) -> float | None:
-        """Seconds of the robot's clock in one second; None if its time does not pass by itself."""
+        """The seconds of the robot's clock per real second; None if its time does not pass by itself."""
         return self._clock.rate if self._clock.realtime and not self._clock.paused else None
 
     @property

@@ -40,10 +40,10 @@ KINDS: Mapping[str, str] = {
     ".txt": "text/plain; charset=utf-8",
     ".webmanifest": "application/manifest+json",
 }
-SMALL = 512  # bytes below which a file is not compressed
-HASHED = "/assets/"  # files below it have a hash of their content in the name
+SMALL = 512  # size below which a file is not compressed [bytes]
+HASHED = "/assets/"  # folder of files with a hash of their content in the name
 YEAR = "public, max-age=31536000, immutable"
-ASK_FIRST = "no-cache"  # the browser keeps it, and asks each time whether it is still valid
+ASK_FIRST = "no-cache"  # cache header: keep the file, but ask each time whether it is still valid
 
 # CodeMirror puts <style> elements into the page, so styles may be inline; scripts never are
 POLICY = (
@@ -146,7 +146,7 @@ class ServedPage:
         """
         name = path.removeprefix(VIEW)
         if path.startswith(VIEW) and 0 < len(name) <= 200 and not set(name) & set("/\\") and name.isprintable():
-            path = "/index.html"  # which says so if no robot has this name
+            path = "/index.html"  # the page reports that no robot has this name
         elif path in (WALL, f"{WALL}/"):
             path = "/wall.html"
         return self._files.get(path)
@@ -201,14 +201,14 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
 
 
 ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
-LIST = "/robots"  # of the robots of a token: JSON
+LIST = "/robots"  # path of the list of a token's robots, as JSON
 LEAVING = ("X-Vrs", "leave")  # a header that only the page itself can send
-METHOD_CHARS = 8  # of the longest method that is answered, and its space
+METHOD_CHARS = 8  # length of the longest answered method name with the space after it
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
-REQUEST_SECONDS = 10.0  # in which a request must be complete
-BODY_SECONDS = 60.0  # in which an answer must be taken
-MAX_ASKING = 1000  # sockets without a connection to a robot
-MAX_SENDING = 64_000_000  # bytes of answers that wait for their sockets
+REQUEST_SECONDS = 10.0  # maximum time until a request is complete [s]
+BODY_SECONDS = 60.0  # maximum time until the client has taken an answer [s]
+MAX_ASKING = 1000  # maximum number of sockets without a connection to a robot
+MAX_SENDING = 64_000_000  # maximum bytes of answers that wait for their sockets
 
 
 class Doorway:
@@ -221,13 +221,13 @@ class Doorway:
 class HttpSocket(Socket):
     """A socket that also answers HEAD, closes slow requests, and refuses other methods with a sentence."""
 
-    same_origin = False  # a page of this server opens the connection
+    same_origin = False  # whether a page of this server opens the connection
 
     def __init__(self, *given: Any, doorway: Doorway, **options: Any) -> None:
         super().__init__(*given, **options)
         self.asks_head = False
         self._doorway, self._begin, self._asks = doorway, b"", True
-        self._sent = 0  # bytes of its answer
+        self._sent = 0  # bytes of the answer that were counted
         self._slow: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -471,5 +471,5 @@ def token_of(headers: Headers, port: int = 0) -> str:
     found: Mapping[str, str] = {}
     if port:
         pairs = (one.strip().partition("=") for one in ";".join(headers.get_all("Cookie")).split(";"))
-        found = {name: value for name, _, value in reversed([*pairs])}  # the first one has the longest path
+        found = {name: value for name, _, value in reversed([*pairs])}  # the cookie with the longest path comes first
     return unquote(found.get(cookie_name(port), ""))

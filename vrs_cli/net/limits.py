@@ -15,7 +15,7 @@ from vrs_cli.interfaces.tasks.limits import ATTENDED, Limits
 OURS = "the server sets this limit"
 TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
 HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
-WRONG_TOKENS = 10  # from one address in a minute
+WRONG_TOKENS = 10  # maximum number of wrong tokens from one address in a minute
 MINUTE = 60.0  # [s]
 
 
@@ -65,7 +65,7 @@ class Allowance(Struct, frozen=True):
 
 
 USUAL = Allowance()
-UNMEASURED = 2**62  # bytes of a folder without a limit, as it is the user's own
+UNMEASURED = 2**62  # size limit [bytes] of a folder that is the user's own: none in practice
 
 
 class Bucket:
@@ -78,7 +78,7 @@ class Bucket:
         self._left, self._since = most, now
 
     def left(self, now: float) -> float:
-        """Return the rest of the budget; below 0 if it is overdrawn."""
+        """Return the remaining budget; below 0 if it is overdrawn."""
         self._left = min(self.most, self._left + (now - self._since) * self._rate)
         self._since = now
         return self._left
@@ -87,7 +87,7 @@ class Bucket:
         self._left = self.left(now) - amount
 
     def take(self, now: float) -> bool:
-        """Spend one if there is one; return whether there was."""
+        """Spend one unit if the budget has one; return whether it was spent."""
         there = self.left(now) >= 1.0
         self.spend(there, now)
         return there
@@ -132,7 +132,7 @@ class Crowd:
         return sum(self._there.values())
 
     def enter(self, name: str) -> None:
-        """Count one more connection of a name; the empty name has no limit of its own. Raises RequestRefused."""
+        """Add a connection of a name; the empty name has no limit of its own. Raises RequestRefused."""
         allowance, there = self._allowance, self._there.get(name, 0)
         if len(self) >= allowance.connections:
             raise RequestRefused(f"this server has {allowance.connections} connections", "try again later")
@@ -166,7 +166,7 @@ class Meter:
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """Return why programs have to stop, None if they may go on. `used`: their CPU time so far [s]."""
-        self._bucket.spend(used - self._used, self._looked)  # at the time of the last look
+        self._bucket.spend(used - self._used, self._looked)  # charged at the time of the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None

@@ -33,7 +33,7 @@ from vrs_cli.net.tokens import TokenFile, digest_of
 from vrs_cli.values.acts import Define
 from vrs_cli.values.replies import Reply, StyledLine
 
-BROWSER, SHELL = "browser", "shell"  # who holds a robot, as all see them called
+BROWSER, SHELL = "browser", "shell"  # names of the clients of a local robot, as all users see them
 STARTING = 10.0  # [s] until it listens
 SECRET_BYTES = 18  # random bytes of a secret
 HERE = ListenAddress("127.0.0.1", 0)
@@ -51,7 +51,7 @@ class PagePlace(Struct, frozen=True):
 
 
 def new_secret() -> str:
-    """Return a secret that nobody guesses."""
+    """Return a random secret that cannot be guessed."""
     return secrets.token_urlsafe(SECRET_BYTES)
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 WINDOW = 600.0  # [s] of the past that are kept by default
-SLACK = 0.25  # of the window: only when so much is too old it is dropped, as that copies the rest
+SLACK = 0.25  # fraction of the window: older parts are dropped only beyond it, since dropping copies the remainder
 
 
 class ClockReading(Struct, frozen=True):
@@ -146,7 +146,7 @@ class Mirror:
 
     @property
     def rate(self) -> float | None:
-        """Seconds of the robot's clock in one second; None if its time does not pass by itself."""
+        """The seconds of the robot's clock per real second; None if its time does not pass by itself."""
         return self.clock.rate
 
     @property

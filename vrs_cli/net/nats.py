@@ -29,8 +29,8 @@ from vrs_cli.net.stream import MessageForm, Packet, packet_of
 from vrs_cli.wire.codec import Reader, marks_of
 from vrs_cli.wire.records import RecordError
 
-TAIL = 500  # changes after which a snapshot is repeated
-KEPT = 4 * TAIL  # messages of a robot that JetStream keeps
+TAIL = 500  # number of changes after which a snapshot is repeated
+KEPT = 4 * TAIL  # number of messages of a robot that JetStream keeps
 AGAIN = 0.2  # [s] between two attempts to find a published robot
 OPENING = 10.0  # [s] in which NATS has to answer and a robot has to be found
 FORM = MessageForm(text=False, full=True)
@@ -76,7 +76,7 @@ async def _connect(url: str, told: Callable[[str], None], again: Callable[[], No
                 connect_timeout=int(OPENING),
             )
     except (Error, OSError, ValueError) as error:
-        with suppress(AssertionError):  # of nats-py, if the connection was never opened
+        with suppress(AssertionError):  # nats-py raises this if the connection was never opened
             await connection.close()
         raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
     opens = False
@@ -181,7 +181,7 @@ class _Robot:
             while self._waiting:
                 data = self._waiting.popleft()
                 self._size -= len(data)
-                with suppress(Error):  # all is published again when NATS is back
+                with suppress(Error):  # everything is published again when NATS is back
                     await self._connection.publish(subject_of(self._robot.name), data)
 
     async def _make_stream(self) -> None:
@@ -259,7 +259,7 @@ class PublishedRobot:
             except (Error, TimeoutError):  # there is no such stream yet
                 await asyncio.sleep(AGAIN)
         async for heard in subscription.messages:
-            with suppress(RecordError):  # of a later version
+            with suppress(RecordError):  # a message of a later version
                 self._hear(_reader.read(heard.data))
 
     def _hear(self, message: messages.ServerMessage) -> None:
@@ -272,7 +272,7 @@ class PublishedRobot:
         elif isinstance(message, messages.Replaced) and not self._anew:
             mirror = self._far.mirror
             if mirror is not None and not mirror.lost and mirror.seq == message.number:
-                return  # it was repeated for later viewers
+                return  # a repetition for viewers who came later
         self._far.learn(message)
         if isinstance(message, messages.Replaced):
             self._anew = False

@@ -30,7 +30,7 @@ from vrs_cli.wire.codec import table_of
 from vrs_cli.wire.messages import snapshot_record
 
 MESH = "mesh"
-MAX_KEPT_BYTES = 100_000_000  # of converted meshes
+MAX_KEPT_BYTES = 100_000_000  # maximum bytes of converted meshes that are kept
 
 
 class ServedShapes:
@@ -89,7 +89,7 @@ def _key(shape: LinkShape, body: MeshFile) -> str | None:
 
 FORMAT = "vrs page 1"
 MAX_PLACES = 200
-PLACE = re.compile(r"MOVE[ST]* ([A-Z][A-Z0-9_.]*)", re.IGNORECASE)  # to a named location, and nothing else
+PLACE = re.compile(r"MOVE[ST]* ([A-Z][A-Z0-9_.]*)", re.IGNORECASE)  # a motion to a named location, nothing else
 GLB = "data:model/gltf-binary;base64,"
 
 
@@ -116,7 +116,7 @@ def robot(arm: RobotArm) -> dict[str, Any]:
     """Return the part of a recorded page that is the same for all timelines of a robot: its model, with all meshes."""
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
-    model.pop("collision", None)  # has paths of this machine
+    model.pop("collision", None)  # contains paths of this machine
     return {"model": {**model, "shapes": [_with_mesh(shapes, table) for table in shapes.tables]}}
 
 

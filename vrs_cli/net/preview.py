@@ -79,7 +79,7 @@ class Preview:
         self.forward = forward
         self._followed = followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
-        self._underway: dict[int, Underway] = {}  # in the order of sending
+        self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
         self._told = self._settings = followed.settings  # as the robot told them, and after its commands since then
         self._plan = self._planned_after(followed.timeline)
         self._stale = False
@@ -169,7 +169,7 @@ class Preview:
         return min((delta.cut for delta in engine.book.deltas[count:]), default=None), None
 
 
-CHANGING = frozenset(  # words of the monitor, beside all motions
+CHANGING = frozenset(  # monitor commands that may change the timeline, besides all motions
     ("ABORT", "BRANCH", "COMMANDS", "EXECUTE", "LOAD", "MERGE", "NEXT", "PROCEED", "REDO", "RETRY", "UNDO", "XSTEP")
 )
 
@@ -216,7 +216,7 @@ class DragTargets:
 
     def __init__(self) -> None:
         self._last: Transform | None = None
-        self._under_way: deque[float] = deque()  # when they were issued
+        self._under_way: deque[float] = deque()  # issue times of the targets [s]
         self._lock = Lock()
 
     def add(self, pose: Transform | None, issued: float) -> None:
@@ -256,7 +256,7 @@ class Flags:
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
-        self.windows: tuple[FlagWindow, ...] = ()  # in order; none touches another
+        self.windows: tuple[FlagWindow, ...] = ()  # in order of time; no two windows touch
 
     def add_change(self, cut: float, applied: float, at: float) -> FlagWindow | None:
         """Add a change that cuts the timeline at `cut`, was `applied` then and became known here `at` a time [s].

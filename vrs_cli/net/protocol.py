@@ -27,13 +27,13 @@ from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.messages import Refusal
 from vrs_cli.wire.records import RecordError
 
-HELLO_SECONDS = 10.0  # a client has so long to send its hello
+HELLO_SECONDS = 10.0  # maximum time until a client has sent its hello [s]
 HELLO_BYTES = 32_000
-CLIENT_BYTES = 2_000_000  # of one message of a client
-SERVER_BYTES = 256_000_000  # of one message of a server: a snapshot
-BACKLOG = 4_000_000  # bytes that may wait for a socket
-COMMAND_BACKLOG_FACTOR = 8  # times as many while a command is carried out: programs TYPE fast
-MAX_PENDING = 1000  # requests of a client without an answer, and questions to a client
+CLIENT_BYTES = 2_000_000  # maximum bytes of one message of a client
+SERVER_BYTES = 256_000_000  # maximum bytes of one message of a server (a snapshot)
+BACKLOG = 4_000_000  # maximum bytes that wait for a socket
+COMMAND_BACKLOG_FACTOR = 8  # factor on BACKLOG while a command is carried out: programs TYPE fast
+MAX_PENDING = 1000  # maximum number of unanswered requests of a client, and of questions to it
 
 _from_client: Reader[messages.FromClient] = Reader(messages.FromClient)
 _from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
@@ -80,7 +80,7 @@ class ServerConnection:
             message = _from_client.read(frame)
         except RecordError as error:
             marks = marks_of(frame)
-            if self.delivery_log is None or marks is None:  # the other end is no client
+            if self.delivery_log is None or marks is None:  # the other end is not a client of this protocol
                 self._refuse(str(error), "see docs/protocol.md")
             else:  # a later client may send such a message
                 self.delivery_log.tell(messages.Refused(_refusal(str(error)), marks.known_id), now)
@@ -202,7 +202,7 @@ class ServerConnection:
 
     @property
     def waiting(self) -> int:
-        """Bytes that wait for the socket."""
+        """The number of bytes that wait for the socket."""
         return self._outbox.size
 
     def frames(self, most: float = inf) -> list[Frame]:
@@ -234,10 +234,10 @@ class ClientConnection:
         self._id = 0
         self._heard = 0  # the number of the last numbered message
         self._unanswered: dict[int, messages.Request] = {}
-        self._questions: dict[int, bool] = {}  # by number: whether its answer was given
-        self._told: list[messages.Told] = []  # the parts that have come of a long reply
-        self.subscription: messages.Subscribe | None = None  # the last one
-        self._change: int | None = None  # the number of the last change; None: a snapshot is to come
+        self._questions: dict[int, bool] = {}  # whether each question was answered, by number
+        self._told: list[messages.Told] = []  # the received parts of a long reply
+        self.subscription: messages.Subscribe | None = None  # the last subscription
+        self._change: int | None = None  # number of the last change; None while a snapshot is awaited
 
     # --- sockets ---
 
@@ -254,7 +254,7 @@ class ClientConnection:
 
     @property
     def waiting(self) -> int:
-        """Bytes that wait for the socket."""
+        """The number of bytes that wait for the socket."""
         return self._outbox.size
 
     def cut(self) -> None:
@@ -378,7 +378,7 @@ class ClientConnection:
                 self._unanswered.pop(id, None)
             case messages.Asked(number):
                 if self._questions.get(number) is False:
-                    return []  # it is known, and waits for its answer
+                    return []  # the question is known and waits for its answer
                 self._questions[number] = False
                 if len(self._questions) > MAX_PENDING:
                     del self._questions[next(iter(self._questions))]

@@ -40,7 +40,7 @@ from vrs_cli.wire.records import DeltaRecord, Motions, Number, RecordError, delt
 _from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
 LOST = (messages.Outcome.UNSEEN, messages.Outcome.FORGOTTEN)
 PRESENT = Ahead.PRESENT.value
-ROUND_TRIP_DIGITS = 3  # of seconds: a pong each two seconds is not news
+ROUND_TRIP_DIGITS = 3  # decimals of the round trip [s] that are compared: each pong differs a little
 
 
 class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
@@ -97,7 +97,7 @@ class RelayedConnection(ClientConnection):
         super().__init__(messages.Hello((messages.VERSION,)))
         self.passed: Frame | None = None
         self.cell, self.surrounded = cell, False
-        self._pings = set[float]()  # when those without an answer were sent
+        self._pings = set[float]()  # send times of unanswered pings [s]
 
     def begin_with(self, hello: messages.Hello) -> None:
         """Begin on a new socket with the hello of the page."""
@@ -218,7 +218,7 @@ class RelayedEnd(FarEnd):
         return now
 
 
-MAX_REMEMBERED = 20  # connections of pages that may come back after a cut
+MAX_REMEMBERED = 20  # maximum number of cut page connections that can be resumed
 MAX_MESH_BYTES = 100_000_000
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] between two looks at what is due
 
@@ -255,7 +255,7 @@ class Relay:
         self._tls = tls_for(self.url, ca)
         self._secret, self._token, self._name, self._ahead, self._window = secret, token, name, ahead, window
         self._cell = cell
-        self._ends: dict[str, RelayedEnd] = {}  # by the key of the connection, the oldest first
+        self._ends: dict[str, RelayedEnd] = {}  # by connection key, oldest first
 
     def mesh(self, file: str) -> bytes:
         """Return a mesh of the robot by the last part of its address. In any thread. Raises NonexistentFile."""
@@ -348,12 +348,12 @@ class _Link:
         self, page: PageSocket, robot: RobotSocket, end: RelayedEnd, encoding: Encoding, window: float | None
     ) -> None:
         self._page, self._robot, self._end, self._encoding, self._window = page, robot, end, encoding, window
-        self._wanted = False  # the course of the world
+        self._wanted = False  # whether the page wants the course of the world
         self._woken = asyncio.Event()
-        self._course: CourseThread | None = None  # of the parts in a cell that the server does not know
-        self._shown: Timeline | None = None  # whose course it is
+        self._course: CourseThread | None = None  # computes the parts of a cell that the server does not know
+        self._shown: Timeline | None = None  # the timeline of the computed course
         self._heard = Heard()
-        self._failed: list[Exception] = []  # in the thread of the course
+        self._failed: list[Exception] = []  # errors in the thread of the course
 
     async def forward(self) -> None:
         """Pass the page's messages on to the robot."""
@@ -361,7 +361,7 @@ class _Link:
             try:
                 message = _from_page.read(frame)
             except RecordError:
-                await self._robot.send(frame)  # the server will say what is wrong
+                await self._robot.send(frame)  # the server will report the error
                 continue
             match message:
                 case LookAhead():

@@ -47,11 +47,11 @@ from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 
-PUMP_CPU_S = 0.005  # of CPU time for messages of the robot, before sockets are flushed
-MAX_CUT_CLIENTS = 200  # users whose connection is cut, and who may come back
-PULLED_PERIOD_S = 0.1  # between two messages about the distance of a dragged tool from its target
+PUMP_CPU_S = 0.005  # maximum CPU time for the robot's messages before sockets are flushed [s]
+MAX_CUT_CLIENTS = 200  # maximum number of users whose connection is cut and who may resume it
+PULLED_PERIOD_S = 0.1  # period of messages on the distance of a dragged tool from its target [s]
 NO_CELLS: Mapping[str, Cell] = MappingProxyType({})
-DRIVER_SILENCE_S = 3.0  # after which a silent driver is pinged
+DRIVER_SILENCE_S = 3.0  # silence after which a driver is pinged [s]
 
 
 class Room(ServedRobot):
@@ -84,12 +84,12 @@ class Room(ServedRobot):
         self._ran = False
         self._watched_at = wall()  # when the robot last had a user or a viewer
         self.first_line = ""
-        self._paused_at: float | None = None  # since when it is paused because it has neither
+        self._paused_at: float | None = None  # time since which the robot is paused for lack of users and viewers
         self._watch: Ticket[None] | None = None
         self._looked: object = None  # the state that the status of prompts was last asked for
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
-        self._told_now = 0.0  # the clock that clients know last
+        self._told_now = 0.0  # the robot's clock that was last sent to clients [s]
         self.session.body.told.append(self._body_told)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
         self._pulled = messages.Pulled(self.drag_control.drag_state)
@@ -148,7 +148,7 @@ class Room(ServedRobot):
         """Return the welcome for viewers who hold no connection of their own."""
         told = to_dict(self.plan.model)
         if not self.plan.one_user:
-            told.pop("collision", None)  # has paths of this machine
+            told.pop("collision", None)  # contains paths of this machine
         return messages.Welcome(
             messages.VERSION,
             "",
@@ -467,7 +467,7 @@ class Hub:
         cells: Mapping[str, Cell] = NO_CELLS,
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self.planned: Callable[[str, Plan], Plan] = lambda _name, plan: plan  # may change the plan of a named robot
+        self.planned: Callable[[str, Plan], Plan] = lambda _name, plan: plan  # may change the plan of a robot
         self._robots, self._places, self._usual = robots, places, usual
         self._own, self._grants, self._own_idle, self._cells = own, grants, own_idle, cells
         self._audit, self._wake, self._tell = audit, wake, tell

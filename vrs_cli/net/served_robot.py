@@ -49,7 +49,7 @@ from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
-MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # reports a second; more at once after a cut
+MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports per second, and maximum number at once after a cut
 REFUSED_EVERY = 1.0  # [s] between two refusals of reports
 STATUS_EVERY = 1.0  # [s] between two messages of counts and clock
 DELAY_SHARE = 1.0 / 16.0  # weight of a new delay in the mean
@@ -268,10 +268,10 @@ class ServedRobot:
         self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
         self._memory: MemoryFile | None = None
-        self._unwritten: list[Report] = []  # that are not given to the journal yet
+        self._unwritten: list[Report] = []  # reports that were not given to the journal yet
         self.durable_log = self._open_durable_log()
         engine = self.session.engine
-        self.cell: dict[str, Any] | None = None  # for clients
+        self.cell: dict[str, Any] | None = None  # the cell's data for clients
         if plan.cell is not None:
             self.session.driver.surround(plan.cell)
             self.cell = cell_record(plan.cell)
@@ -289,7 +289,7 @@ class ServedRobot:
         self.served_body = ServedBody(self.session.body, self.broadcast, wall)
         engine.measured.listeners.append(self._tell_measured)
         self._measured = wall() - 2 * SIZE_CHECK_S
-        self._grown: LimitReached | None = None  # why the robot may not grow any more
+        self._grown: LimitReached | None = None  # the reason why the robot may not grow
 
     def _course_teller(self) -> CourseTeller | None:
         """Return the thread that computes the course of the world; None without a cell."""
@@ -374,7 +374,7 @@ class ServedRobot:
         reports = self._unwritten[:]
         if self._journal is not None and reports:
             self._journal.add_reports(reports)
-        del self._unwritten[: len(reports)]  # not those that another thread has added meanwhile
+        del self._unwritten[: len(reports)]  # keeps reports that another thread has added meanwhile
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
         """Return the lease that restricts commands; for a robot of one user None, until somebody asks for it."""
@@ -427,7 +427,7 @@ class ServedRobot:
 
     @property
     def works(self) -> bool:
-        """Return whether a program runs or the robot moves."""
+        """Whether a program runs or the robot moves."""
         return self.session.running or self._self.now < self.session.engine.end
 
     # --- the thread of the connections ---

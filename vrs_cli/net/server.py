@@ -45,15 +45,15 @@ from vrs_cli.wire.messages import Refusal
 MAX_SHARE_WAIT_S = 0.1  # [s] after which a client's share is looked at again: others may be gone
 TICK = 0.1  # [s] between two calls of what time makes due
 TOKEN_CHECK_S = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
-HIGH_WATER = 64 * 1024  # bytes that a socket holds before it is given no more
+HIGH_WATER = 64 * 1024  # bytes held by a socket above which it is given no more
 # bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
 SYSTEM_BUFFER_BYTES = 64 * 1024
-BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
+BACKLOG = 512 * 1024  # maximum bytes that wait for a socket, beside those that it holds
 PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] between two pings, and until a client has to answer one
-MAX_REPORTED = 20  # internal errors that are told, each with a file
+MAX_REPORTED = 20  # maximum number of internal errors that are reported, each with a file
 PAUSE = 1.0  # [s] after an internal error that might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
-MAX_PARKED_BYTES = 4_000_000  # bytes of waiting requests of one client, after which nothing more is read of it
+MAX_PARKED_BYTES = 4_000_000  # bytes of waiting requests above which no more is read from a client
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
 CLOSE_TIMEOUT_S = 2.0  # [s] that a client has to close its connection
 
@@ -118,7 +118,7 @@ class SharedDeflate(ServerPerMessageDeflateFactory):
     """
 
     def __init__(self) -> None:
-        super().__init__(client_no_context_takeover=True)  # nothing is to be kept for a client that says little
+        super().__init__(client_no_context_takeover=True)  # clients send little: no compression context is kept
 
     def process_request_params(
         self, params: Sequence[ExtensionParameter], accepted_extensions: Sequence[Extension]
@@ -147,11 +147,11 @@ class _Link:
         self.client: ClientSession | None = None
         self.room: Room | None = None
         self.rate = Bucket(allowance.rate, allowance.burst, time.monotonic())
-        self.fast = 0  # messages in a row that came too fast
+        self.fast = 0  # number of successive messages that came too fast
         self.sink = SocketSink(socket)
         socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, SYSTEM_BUFFER_BYTES)
         self.deflates = self.sink.deflates
-        self._drains = False  # a task waits until the socket takes more
+        self._drains = False  # whether a task waits until the socket takes more
         self._tasks: set[asyncio.Task[None]] = set()
 
     def flush(self) -> None:
@@ -190,13 +190,13 @@ class _Link:
                     assert self.client is not None
                     self.client.tell_more()
                     self.flush()
-                    await asyncio.sleep(0)  # others have their turns
+                    await asyncio.sleep(0)  # lets other tasks run
         self._drains = False
         self.flush()
 
     async def _close(self) -> None:
         if self.sink.waiting > HIGH_WATER:
-            self.socket.transport.abort()  # nobody reads: there is nobody to take leave of
+            self.socket.transport.abort()  # the client reads nothing, so no closing handshake is possible
         else:
             await self.socket.close()
 
@@ -250,7 +250,7 @@ class Server:
         self._dropping: asyncio.Task[None] | None = None
         self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for their share
         self.opened: list[Callable[[Room], None]] = []
-        self.board: ClassBoard | None = None  # of a class, if it serves one
+        self.board: ClassBoard | None = None  # the board of the served class, if any
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
         names = http.OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
         tls, wants = place.tls is not None, tokens is not None
@@ -273,7 +273,7 @@ class Server:
             self._loop.call_soon_threadsafe(self._pump, name)
 
     def grants(self) -> tuple[Grant, ...]:
-        """The grants of all tokens."""
+        """Return the grants of all tokens."""
         return () if self._tokens is None else self._tokens.tokens.grants
 
     async def run(self, hub: Hub, ready: Callable[[str], None], stop: asyncio.Event) -> None:
@@ -468,7 +468,7 @@ class Server:
         if name not in self._due:
             self._due[name] = asyncio.Event()
             room = self.hub.rooms[name]
-            room.pump()  # messages from before anybody could be woken
+            room.pump()  # sends messages that arrived before `wake` was connected
             for hear in self.opened:
                 hear(room)
             self._broadcasts[name] = asyncio.create_task(self._broadcast(name))

@@ -154,7 +154,7 @@ class SocketPort:
 
     @property
     def open(self) -> bool:
-        """Whether there is a connection now."""
+        """Whether the connection is open now."""
         return self.far.open
 
     def check_open(self) -> None:
@@ -164,12 +164,12 @@ class SocketPort:
 
     @property
     def cuts(self) -> int:
-        """How often the connection was cut."""
+        """The number of times the connection was cut."""
         return self.far.cuts
 
     @property
     def stalls(self) -> int:
-        """How often the connection was silent so long that it may have been cut."""
+        """The number of silences so long that the connection may have been cut."""
         return self.far.stalls
 
     def close(self) -> None:
@@ -197,7 +197,7 @@ class SocketPort:
         """Return what the robot will do, with the commands on their way. Raises RequestRefused if closed."""
         if self._loop.ends:
             raise RequestRefused(*CLOSED)
-        return self.far.preview_now()  # in the caller's thread: a window asks fifty times a second
+        return self.far.preview_now()  # runs in the caller's thread: a window asks fifty times a second
 
     def subscribe(self) -> Subscription[TimelineChange]:
         """Subscribe to the timeline and all its changes."""
@@ -246,7 +246,7 @@ class SocketPort:
         return inbox.take(seconds)
 
     def interrupt(self) -> bool:
-        """Interrupt the present request, which then ends by itself. Safe in a signal handler."""
+        """Interrupt the present request, which then ends. Safe in a signal handler."""
         self.tell(messages.Interrupt())
         return True
 

@@ -38,10 +38,10 @@ from vrs_cli.wire.steered import LinePieces, steered_record
 # twice as long as 6 and saves 2 % of the bytes; level 1 is a third faster and takes 5 to 20 % more.
 LEVEL, WINDOW_BITS, MEMORY = 6, 15, 8
 _TAIL = 4  # bytes at the end of a flush that a frame does not carry (RFC 7692, 7.2.1)
-REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes that are kept, and their bytes
-SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot at most (15 ms of CPU); a longer one begins later
-NEW_LINES = 40  # whose joints a snapshot with pieces computes at most (20 ms of CPU for an arm in closed form)
-MAX_PARTS = 8  # parts of the timeline that are kept until the next change
+REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # maximum number of changes kept, and of their bytes
+SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # maximum size of a snapshot (15 ms of CPU); a longer one begins later
+NEW_LINES = 40  # maximum number of new straight lines whose joints a snapshot computes (20 ms of CPU in closed form)
+MAX_PARTS = 8  # maximum number of timeline parts kept until the next change
 
 StateOfWorld = Callable[[Timeline, float], WorldState | None]
 
@@ -116,7 +116,7 @@ class _Change(Struct):
     """
 
     packets: dict[MessageForm, Packet]
-    size: int  # bytes of the packets
+    size: int  # total bytes of the packets
     deflated: dict[MessageForm, Packet] = field(default_factory=dict)
 
 
@@ -187,12 +187,12 @@ class Stream:
     # --- listeners ---
 
     def begin(self, form: MessageForm) -> None:
-        """Count one more listener of this form."""
+        """Add one listener of this form."""
         self._listeners[form] += 1
         self._encoded_until[form] = self.number
 
     def end(self, form: MessageForm) -> None:
-        """Count one listener less. It may come back, so the next changes are still encoded in its form."""
+        """Remove one listener. It may return, so the next changes are still encoded in its form."""
         self._listeners[form] -= 1
         self._encoded_until[form] = self.number + REMEMBERED
 
@@ -212,7 +212,7 @@ class Stream:
         found = change.deflated.get(form, packet)
         if found.follows(last) and found is not packet:
             return found
-        self._contexts.pop(form, None)  # the next deflated message refers to none before it
+        self._contexts.pop(form, None)  # the next deflated message refers to no earlier one
         return packet
 
     def count_missed(self, number: int) -> int:
@@ -275,7 +275,7 @@ def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
 # --- reports of the body ---------------------------------------------------------------------------------------------
 
 TOLD_EVERY = 0.05  # [s] between two batches
-MAX_REMEMBERED = 4000  # reports; a listener that is farther behind gets no older ones
+MAX_REMEMBERED = 4000  # maximum number of reports kept; a listener misses older ones
 
 
 class Batch(Struct, frozen=True):

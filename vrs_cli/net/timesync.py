@@ -19,11 +19,11 @@ from msgspec import Struct
 from vrs_cli.errors import IllegalValue
 
 WINDOW = 300.0  # [s] exchanges are used so long
-PARTS = 16  # of the window: the drift is fitted to the best exchange of each part
-MIN_FIT_EXCHANGES = 4  # with fewer, the drift is taken as 0
-SIGNIFICANT = 2.0  # standard deviations: a smaller drift is taken as 0
+PARTS = 16  # number of parts of the window; the drift is fitted to the best exchange of each
+MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is taken as 0
+SIGNIFICANT = 2.0  # ratio of the drift to its standard deviation below which it is taken as 0
 RESOLUTION = 1e-6  # [s] of clocks
-MAX_DRIFT = 500e-6  # of a sound clock (RFC 5905, section 7.1: PHI is 15e-6, what can be corrected 500e-6)
+MAX_DRIFT = 500e-6  # maximum drift of a sound clock [s/s] (RFC 5905, section 7.1: PHI is 15e-6; correctable are 500e-6)
 
 
 class Exchange(NamedTuple):
@@ -111,7 +111,7 @@ class OneWay:
 
     def __init__(self, window: float = 60.0) -> None:
         self.window = window
-        self._best: dict[int, Exchange] = {}  # by part of the window
+        self._best: dict[int, Exchange] = {}  # best message by part of the window
 
     def hear(self, sent: float, came: float, round_trip: float = 0.0) -> None:
         """Add a message that was sent at `sent` by the remote clock and came at `came` by the clock here [s]."""
@@ -152,7 +152,7 @@ def _slope(exchanges: Sequence[Exchange]) -> float:
 
 # --- samples ---------------------------------------------------------------------------------------------------------
 
-JITTER_WINDOW = 200  # samples from which the jitter is measured
+JITTER_WINDOW = 200  # number of samples from which the jitter is measured
 USUAL_PERCENTILE = 95.0
 
 T = TypeVar("T")

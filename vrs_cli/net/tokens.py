@@ -35,8 +35,8 @@ from vrs_cli.files.atomic import atomically, hold, write_atomically, writing
 from vrs_cli.files.opening import stamp, unreadable, wrong_name
 from vrs_cli.language.words.word import Role
 
-BYTES = 24  # random bytes of a token that is made here
-MIN_TOKEN_CHARS = 16  # characters of a token that somebody chose, at least
+BYTES = 24  # number of random bytes of a new token
+MIN_TOKEN_CHARS = 16  # minimum number of characters of a token that a person chose
 TEACHER, BODY = "teacher", "body"
 ROLES: Mapping[str, Role] = {
     "observer": Role.OBSERVER,
@@ -242,7 +242,7 @@ def add_tokens(
         before = path.read_text(encoding="utf-8").rstrip("\n")
     else:
         try:
-            os.close(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600))  # for nobody else to read
+            os.close(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600))  # readable only by the owner
         except OSError as error:
             raise FileError(f"{path} cannot be written: {error.strerror}", "name another place") from None
     if taken := sorted(known & made.keys()):
@@ -284,10 +284,10 @@ def take_out(path: Path, names: Iterable[str]) -> None:
 
 
 TEACHER_NAME = "teacher"
-OWN_ROBOTS = 2  # of each student: for work, and for lessons
+OWN_ROBOTS = 2  # number of robots of each student: one for work, one for lessons
 MAX_HAND_IN_BYTES = 1_000_000
-MAX_HAND_INS = 500  # of one student
-SECONDS_TO_END = 20.0  # in which a running server closes the robots of a student who was removed
+MAX_HAND_INS = 500  # maximum number of hand-ins of one student
+SECONDS_TO_END = 20.0  # maximum time until a running server has closed a removed student's robots [s]
 _STAMP = "%Y%m%d-%H%M%S"
 _HAND_IN = re.compile(r"\d{8}-\d{6}-.*\.v2")
 
@@ -425,7 +425,7 @@ class ClassFolder(Struct, frozen=True):
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")
         for robot in robots:
             deadline, journal = time.monotonic() + SECONDS_TO_END, self.journal / f"{robot}.vrst"
-            while journal.exists():  # until a running server has closed the robot
+            while journal.exists():  # waits until a running server has closed the robot
                 try:
                     hold(journal).release()
                     break
