@@ -26,7 +26,7 @@ from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.tagged import Spoken
 
 CHANGE = "a change of a variable"
-STOPPING = ("ABORT",)  # words of the commands that overtake all others
+STOPPING = ("ABORT",)  # words of the commands that overtake all other requests
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
@@ -36,13 +36,13 @@ def check_may(said: str, wanted: Role, role: Role) -> None:
 
 
 def may_all(said: str, wanted: Role) -> bool:
-    """Return whether users who do not drive may do it too: look, and stop."""
+    """Return whether users who do not drive may also do what `said` names: look at the robot, or stop it."""
     return wanted is Role.OBSERVER or said in STOPPING
 
 
 def must_drive(said: str, wanted: Role, role: Role) -> bool:
-    """Return whether only the user who drives may do it. Everybody may look, and a supervisor may stop every other
-    user.
+    """Return whether only the user who drives may do what `said` names. Everybody may look, and a supervisor may stop
+    every other user.
     """
     return not may_all(said, wanted) or (said in STOPPING and Role.SUPERVISOR not in role)
 

@@ -177,9 +177,9 @@ WRIST_PASS_SUM = sin(radians(25.0))
 # bound on the measures of `Singularity`, from 0 to 1: below it a lagging joint is reported as near one
 NEAR_SINGULAR = 0.1
 MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead`, next to the axis of joint 1
-RETREAT_FACTOR = 5.0  # factor on the motion by which joints would pass over that axis; they go back that far
+RETREAT_FACTOR = 5.0  # ratio of the motion back from that axis to the motion by which joints would pass over it
 COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more wishes arrive
-FLAT_SLOPE = 1e-3  # a joint with a smaller effect does not bring the arm nearer to the axis of joint 1 [m/rad]
+FLAT_SLOPE = 1e-3  # a joint with a smaller effect is not limited near the axis of joint 1 [m/rad]
 SIDE_SHARE = 0.005  # fraction of the arm's length by which its end keeps from passing over the axis of joint 1
 ELBOW_MARGIN = 1e-4  # distance of an elbow from its stretched position, so that the elbow keeps its side [rad]
 STALLS_BEFORE_WAYS = 5  # number of wishes that lead nowhere before the arm tries another of its known paths

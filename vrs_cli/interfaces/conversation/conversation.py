@@ -257,7 +257,7 @@ class Conversation:
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
         """Interrupt the request of this ticket, at Ctrl-C, from any thread: a program, or a line of the prompt, stops
-        before its next step; any other request is ended.
+        before its next step; KeyboardInterrupt is raised in any other request.
         """
         if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())

@@ -374,8 +374,8 @@ class DivergenceGuard:
             self.ask(self._resync_by_itself(), False)
 
     def _may_hold(self, t: float) -> bool:
-        """Return whether a body may hold at time t [s]: because of an order to hold, or because the order to follow is
-        very recent.
+        """Return whether a body may hold at time t [s]: because of an order to hold, or because the body has just
+        entered or has just been ordered to follow.
         """
         body = self._body
         since = max(body.ordered_at, self._entered)

@@ -29,7 +29,8 @@ from vrs_cli.values.numbers import Value
 NO_PROGRAMS: Mapping[str, Program] = MappingProxyType({})
 LONG_TEXT = 1000  # length of a text whose parsing takes some milliseconds [characters]
 LONG_PROGRAM = 100  # number of steps of a program whose compilation takes some milliseconds
-LEAST_TOLD = 1e-6  # smallest rounding of a number of an axis that is reported; that of single precision is smaller
+# greatest rounding of a number of an axis that is not reported; rounding to single precision is smaller
+LEAST_TOLD = 1e-6
 
 
 class LoadedFile(NamedTuple):

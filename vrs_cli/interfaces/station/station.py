@@ -498,7 +498,7 @@ class Station:
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
-        """Forget a user who has left, including this user's own branch and program."""
+        """Forget a user who has left, with the branch and the program that belong to this user alone."""
         own = self.user_state
         user_state.editor = user_state.on_screen = user_state.last_statement = None
         for track in self.tasks:

@@ -182,15 +182,15 @@ class Driver:
 
     @property
     def stands(self) -> bool:
-        """Return whether a program without a waiting user waits until the clock goes on."""
+        """Return whether a program without a waiting user is held up by a paused clock."""
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
     # --- a user waits ---
 
     def run(self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Dialogue[RunResult]:
-        """Run until a task stops, or (`all_tasks`) until all tasks have. At each RUNNING the actor carries out one
-        event (`step`); the other tasks run beside it, and their questions are asked.
+        """Run until a task stops, or (`all_tasks`) until all tasks have stopped. At each RUNNING the actor carries out
+        one event (`step`); the other tasks run beside it, and their questions are asked.
         """
         run = self.begin(track, limits)
         run.all_tasks = all_tasks

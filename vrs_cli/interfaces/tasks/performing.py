@@ -28,7 +28,7 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands
 from vrs_cli.values.results import RunOutcome
 
-VAIN_READ = 100  # number of steps that a READ without input counts as: it takes as much CPU time
+VAIN_READ = 100  # number of steps that a READ without input counts as, because it takes as much CPU time
 LOOK = 1.0  # time between two checks of a unit while nothing arrives [s], so that a time limit is noticed
 EVERYBODYS = (
     commands.SetChannels,
