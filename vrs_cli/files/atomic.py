@@ -4,8 +4,8 @@ A writer of `day.vrst` holds `.day.vrst.lock` beside it, also while it replaces 
 separate file, because on Windows nobody could read a locked file. The system frees a lock when its owner ends in any
 way, so a lock file that is left behind can be taken.
 
-A file is written beside its place, synced, and renamed. Files that a killed writer has left beside the place are
-removed by the next writer.
+A file is written under a temporary name beside the target, synced, and renamed. Temporary files left by a killed writer
+are removed by the next writer.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.opening import FREE, NOFOLLOW, Folder, open_to_write, reason, wrong_name
 
 WINDOWS = os.name == "nt"  # an open file cannot be removed or replaced there, and a lock shuts readers out
-LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # the time for which a writer waits for a lock
-OWNER = 1  # the place of the owner in a lock file; the first byte is locked
+LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # how long a writer waits for a lock, and the pause between two attempts
+OWNER = 1  # file position of the owner in a lock file; the first byte is locked
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP})
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
 class HeldLock(AbstractContextManager["HeldLock"]):
-    """A lock that is held until `release`. `firm`: nobody else has it. A disk without locks, or a folder that cannot be
-    written, has no handle and cannot promise that.
+    """A lock that is held until `release`. `firm`: the lock excludes all other writers. On a disk without locks, or in
+    a folder that cannot be written, there is no handle and the lock is not firm.
     """
 
     def __init__(self, path: Path, handle: int | None) -> None:
@@ -52,7 +52,7 @@ class HeldLock(AbstractContextManager["HeldLock"]):
                 there = False
         os.close(handle)
         if WINDOWS and there:
-            with suppress(OSError):  # another one may have it already
+            with suppress(OSError):  # another writer may have the lock already
                 self._path.unlink()
 
     def __exit__(self, *_error: object) -> None:
@@ -81,7 +81,7 @@ def hold(path: Path) -> HeldLock:
 
 def claim(handle: int) -> bool:
     """Lock an open file itself against writers that use another name: a hard link, or a folder that cannot be written.
-    Return whether that was possible. On Windows, where it would lock out readers, the lock beside must suffice.
+    Return whether that was possible. On Windows this would lock out readers, so only the lock file is used there.
     """
     if WINDOWS:
         return True
@@ -119,7 +119,7 @@ def _open_lock(beside: Path) -> int | None:
         if error.errno not in SHUT_FOLDER:
             raise
     try:
-        return os.open(beside, os.O_RDONLY | flags)  # it is another user's
+        return os.open(beside, os.O_RDONLY | flags)  # the lock file belongs to another user
     except FileNotFoundError:
         return None
 
@@ -145,7 +145,7 @@ def _take_lock(beside: Path, handle: int) -> HeldLock | None:
 
 
 def _lock_handle(handle: int) -> bool:
-    from filelock import lock_descriptor  # late: most runs write nothing
+    from filelock import lock_descriptor  # imported late, because most runs write nothing
 
     return lock_descriptor(handle, blocking=False)
 
@@ -165,23 +165,22 @@ def _owner(beside: Path) -> str:
 
 
 CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | NOFOLLOW
-NEW_FILE_MODE = 0o666  # before the user's umask
+NEW_FILE_MODE = 0o666  # permissions of a new file before the user's umask is applied
 PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader or a virus scanner holds a file for a moment
 NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # devices and pipes cannot be synced
 
 
 def write_atomically(path: str | Path, text: str, within: Folder = FREE) -> None:
-    """Write `text` (UTF-8) to the file, all of it or nothing. Raises FileError."""
+    """Write `text` (UTF-8) to the file completely or not at all. Raises FileError."""
     with atomically(path, within) as stream:
         stream.write(text.encode("utf-8"))
 
 
 @contextmanager
 def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
-    """Yield a stream whose bytes become the file if the block ends without an error, otherwise nothing changes.
-
-    A device or a pipe is written directly; a link keeps its target; a closed folder `within` has none of these. Raises
-    FileError.
+    """Yield a stream whose bytes replace the file if the block ends without an error; otherwise nothing changes. A
+    device or a pipe is written directly; of a link the target is replaced; a closed folder `within` allows none of
+    these. Raises FileError.
     """
     target = Path(path)
     with writing(target):
@@ -196,7 +195,7 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
 class NewFile:
     """A new file `name` beside `target`, which replaces it with `commit`; the target is locked until `close`.
 
-    Without a name the stream is that of the target itself, and nothing is left to replace.
+    Without a name the stream writes to the target directly, and `commit` replaces nothing.
     """
 
     def __init__(
@@ -246,7 +245,7 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
         lock = failed.enter_context(hold(target)) if held is None else held
         target = target if within.closed else Path(os.path.realpath(target))
         if lock.firm:
-            # Remove files that earlier writers have left beside a target, whose lock we have
+            # Remove files that earlier writers have left beside a target; the caller holds the target's lock
             ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")
             with suppress(OSError), os.scandir(target.parent) as entries:
                 for entry in entries:
@@ -254,7 +253,7 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
                         with suppress(OSError):
                             os.unlink(entry.path)
         new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
-        with within.parent(target) as parent:  # at first it is readable by its owner alone
+        with within.parent(target) as parent:  # at first only the owner may read the new file
             handle = os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent)
         beside = NewFile(target, str(new), os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
@@ -287,10 +286,10 @@ def sync_handle(handle: int) -> None:
     """Wait until the written bytes are on the disk. Raises OSError."""
     if (
         sys.platform == "darwin"
-    ):  # there fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2))
+    ):  # on macOS fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2))
         import fcntl  # Windows has none
 
-        with suppress(OSError):  # a disk that cannot
+        with suppress(OSError):  # a disk without this operation
             fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
             return
     try:
@@ -316,7 +315,7 @@ def writing(path: Path, hint: str = "") -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        raise  # the reader of our output has ended: no error of the file
+        raise  # the reader of our output has ended, which is no error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 

@@ -74,11 +74,11 @@ from vrs_cli.language.words.values import OUTPUTS, STRING_LENGTH
 from vrs_cli.values import world
 from vrs_cli.values.numbers import LIMIT, Value
 
-MAX_BODIES = 5000  # parts and fixtures
+MAX_BODIES = 5000  # maximum number of parts and fixtures
 MAX_PART_MASS_KG = 1000.0  # [kg] of a part
-MAX_GRASPS = 20  # for one part
+MAX_GRASPS = 20  # maximum number of grasps of one part
 MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] of one mesh file, and of all that a cell names
-MAX_MESH_POINTS = 200_000  # of all meshes of a cell
+MAX_MESH_POINTS = 200_000  # maximum number of points of all meshes of a cell
 SCENE_KEYS = ("part", "fixture", "sensor", "feeder", "sink", "hand", "floor")
 
 SHAPE_KEYS: Mapping[str, tuple[str, ...]] = {
@@ -323,18 +323,18 @@ class _SceneReader:
         return float(given) / 1000.0
 
 
-_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # in place of a shape that is wrong
+_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # replaces an invalid shape
 
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 TABLES = ("signals", "follow", *SCENE_KEYS)
-MAX_CELL_CHARS = 2_000_000  # characters of a cell
+MAX_CELL_CHARS = 2_000_000  # maximum number of characters of a cell file
 _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark, without locations
 
 
 def read_cell(path: str) -> Cell:
-    """Read a cell and the meshes that it names; the name alone may be that of a sample, `pick_and_place`. Raises
-    NonexistentFile, and FileDamaged with the place of each mistake.
+    """Read a cell and the meshes that it names. `path`: a file, or the name of a sample (`pick_and_place`). Raises
+    NonexistentFile, and FileDamaged with the line of each mistake.
     """
     if not Path(path).exists() and Path(path).name == path:
         sample = shipped_folder("programs") / f"{path.removesuffix('.toml')}.toml"
@@ -411,7 +411,7 @@ def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tup
 
 
 def _wrong_variable(name: str) -> str:
-    """Return why a name cannot be that of a real or a string; "" if it can."""
+    """Return why a name cannot be the name of a real or a string; "" if it can."""
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:

@@ -13,9 +13,9 @@ from vrs_cli.kinematics.transform import Transform, Vector, from_oat
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
-MAX_MISTAKES = 50  # in the messages
-MAX_MESSAGE_CHARS = 400  # characters of a message
-MAX_LENGTH_MM = 100_000.0  # of coordinates and sizes
+MAX_MISTAKES = 50  # maximum number of mistakes that are reported
+MAX_MESSAGE_CHARS = 400  # maximum number of characters of a message
+MAX_LENGTH_MM = 100_000.0  # maximum of coordinates and sizes [mm]
 
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
@@ -161,7 +161,7 @@ class CellText:
     # --- lengths and places: millimetres and degrees in the file, metres and radians inside ---
 
     def length(self, entry: CellEntry, key: str, default: float | None = None, *, least: float = 0.01) -> float:
-        """Read a length in mm; `default` in mm; None: it must be there."""
+        """Read a length in mm; `default` in mm; None: the length is required."""
         given = entry.given.get(key, default)
         if type(given) not in (int, float) or not least <= given <= MAX_LENGTH_MM:
             missing = "it is missing; " if given is None else f"{_quote(given)}: "
@@ -215,7 +215,7 @@ class CellText:
     # --- other values ---
 
     def one_of(self, entry: CellEntry, key: str, known: Iterable[str]) -> str | None:
-        """Read a word out of a table of them."""
+        """Read a word that must be in a table of known words."""
         given, words = entry.given.get(key), tuple(known)
         if isinstance(given, str) and given in words:
             return given

@@ -1,10 +1,9 @@
-"""The files of a folder: the commands FDIRECTORY, FDELETE, FCOPY, FRENAME; the working folder of a run; and the disk of
-running programs, the files that they have open by task and logical unit.
-
-The caller decides whether to overwrite. A run writes all files in its working folder, and files that it reads are
-copied there first. Operations of the disk leave a status: 1 or an error code; only mistakes of the program are raised.
-A file is read completely when it is opened. A written file grows beside its name and takes its place when it is closed,
-or when its task stops, so that a reader sees all of it or nothing.
+"""Manage the files of a folder: the commands FDIRECTORY, FDELETE, FCOPY, FRENAME; the working folder of a run; and the
+open files of running programs, by task and logical unit. The caller decides whether to overwrite. A run writes all
+files in its working folder, and files that it reads are copied there first. Operations of the disk leave a status: 1 or
+an error code; only mistakes of the program are raised. A file is read completely when it is opened. A written file
+grows under a temporary name and gets its own name when it is closed, or when its task stops, so that a reader sees the
+complete file or nothing.
 """
 
 from __future__ import annotations
@@ -87,7 +86,7 @@ def _in(folder: int | None, path: Path) -> str | Path:
 
 
 def copy(old: Path, new: Path, within: Folder = FREE) -> None:
-    """Copy a file, all of it or nothing. Raises FileError."""
+    """Copy a file completely or not at all. Raises FileError."""
     import shutil
 
     try:
@@ -124,7 +123,7 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
     source: Path
     closed: bool = True
     below: bool = True
-    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # with the state of each copy
+    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # the status of each copy
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
         path = Folder.inside(self, name, pattern=pattern)
@@ -160,7 +159,7 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
                         f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy"
                     ) from None
                 return path.stat()
-        except (OSError, errors.FileOutside):  # it does not exist, or cannot be read
+        except (OSError, errors.FileOutside):  # the file does not exist, or cannot be read
             return None
 
     def drop_copies(self) -> None:
@@ -200,12 +199,12 @@ def working_folder(source: Path, kept: Path | None = None, *, below: bool = True
         folder.drop_copies()
 
 
-BLOCK = 4096  # bytes that count for an empty file in a folder of limited size
+BLOCK = 4096  # size that an empty file counts for in a folder of limited size [B]
 
 
 class Unit(Struct, eq=False):
-    """A logical unit of one task. `file`: the text that is read, or the new file that is written. `status` is that of
-    the last operation, `length` [characters] that of the last record.
+    """A logical unit of one task. `file`: the text that is read, or the new file that is written. `status`: the status
+    of the last operation; `length`: the length of the last record [characters].
     """
 
     attached: bool = False
@@ -216,7 +215,7 @@ class Unit(Struct, eq=False):
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Set the status according to how the block ends."""
+        """Set the status to success, or to the code of the error that ends the block."""
         try:
             yield
         except errors.VrsError as error:
@@ -245,7 +244,7 @@ class Unit(Struct, eq=False):
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Close the file; a written file takes its place. Raises OSError."""
+        """Close the file; a written file gets its own name. Raises OSError."""
         file, self.path, self.file = self.file, None, None
         if isinstance(file, NewFile):
             try:
@@ -262,19 +261,19 @@ class Disk(Struct, eq=False):
     """The open files of all tasks. Names are relative to `folder`, or to the folder of the task, and cannot leave it.
 
     `spend` is called with the number of bytes before they are written, `hold` with the number of characters of all
-    files open for reading; each raises an error to prevent it.
+    files open for reading; each may raise an error to refuse the operation.
     """
 
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    folders: dict[int, Folder] = field(default_factory=dict)  # of tasks with a folder of their own
+    folders: dict[int, Folder] = field(default_factory=dict)  # the folder of each task that has its own
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
     # --- folders ---
 
     def place(self, task: int, folder: Folder | None) -> None:
-        """A task that begins has its files in this folder; None: where all others have theirs."""
+        """Set the folder for the files of a task that begins; None: the common folder."""
         self.folders.pop(task, None)
         if folder is not None:
             self.folders[task] = folder
@@ -282,23 +281,23 @@ class Disk(Struct, eq=False):
     # --- units ---
 
     def unit(self, task: int, unit: int) -> Unit:
-        """A unit of a task, attached or not."""
+        """Return a unit of a task, attached or not."""
         return self._units.get((task, unit)) or Unit()
 
     def attached_unit(self, task: int, unit: int) -> Unit:
-        """A unit that a task has attached. Raises UnitNotAttached."""
+        """Return a unit that a task has attached. Raises UnitNotAttached."""
         one = self.unit(task, unit)
         if not one.attached:
             raise errors.UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
         return one
 
     def attach(self, task: int, unit: int) -> None:
-        """Give a task a unit; what it has open on it stays open."""
+        """Attach a unit to a task; a file that is open on the unit stays open."""
         one = self._units.setdefault((task, unit), Unit())
         one.attached, one.status = True, SUCCESS
 
     def free(self, task: int) -> int:
-        """The first unit that a task has not attached. Raises UnitNotAttached."""
+        """Return the first unit that a task has not attached. Raises UnitNotAttached."""
         for unit in DISKS:
             if not self.unit(task, unit).attached:
                 return unit
@@ -329,13 +328,13 @@ class Disk(Struct, eq=False):
                 raise errors.FileOpened(one.path.name, "FCLOSE closes it")
             others = [other for other in self._units.values() if other.path == path]
             written = any(isinstance(other.file, NewFile) for other in others)
-            if written or (others and access is not Access.READ):  # many may read a file, or one may write it
+            if written or (others and access is not Access.READ):  # a file may have many readers, or one writer
                 raise errors.FileOpened(path.name, "it is open on another unit")
             one.file = _open(path, access, folder)
             one.path = path
 
     def close(self, task: int, unit: int) -> None:
-        """Close the file of a unit; without an open file the status says so. Raises UnitNotAttached."""
+        """Close the file of a unit; without an open file the status is an error code. Raises UnitNotAttached."""
         one = self.attached_unit(task, unit)
         with one.attempt():
             one.check_open()
@@ -355,7 +354,7 @@ class Disk(Struct, eq=False):
     # --- records ---
 
     def read(self, task: int, unit: int) -> str | None:
-        """Return the next record; None if there is none, with the reason as status. Raises UnitNotAttached."""
+        """Return the next record, or None and set the status to the reason. Raises UnitNotAttached."""
         one, line = self.attached_unit(task, unit), None
         with one.attempt():
             line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")

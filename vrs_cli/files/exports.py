@@ -27,7 +27,7 @@ from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
-DECIMALS = 9  # of degrees and millimetres
+DECIMALS = 9  # number of decimals of degrees and millimetres
 STANDARD_OUTPUT = "-"
 
 CUBIC = 3  # degree of a polynomial given by positions and velocities at its ends
@@ -38,8 +38,8 @@ class Exporter(Struct, frozen=True):
     """A format: its name for `--to`, its file extension, and its writer (stream, arm, timeline, number).
 
     The number is a rate [Hz], or the time [s] of a picture of one moment. `shows_cell`: `write` also takes the World
-    around the robot, as `world`. `tells_measured`: it also takes the reports of a body as `measured`. `check` raises
-    UsageError if a package is missing; `usual`: the default number for a timeline.
+    around the robot, as `world`. `tells_measured`: `write` also takes the reports of a body, as `measured`. `check`
+    raises UsageError if a package is missing; `usual`: the default of the number for a timeline.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Exporter(Struct, frozen=True):
     summary: str
     write: Callable[..., None]
     check: Callable[[], None] = lambda: None
-    usual: Callable[[Timeline], float] | None = None  # the rate of tables
+    usual: Callable[[Timeline], float] | None = None  # None: the rate of tables
     of_moment: bool = False
     shows_cell: bool = False
     tells_measured: bool = False
@@ -56,7 +56,7 @@ class Exporter(Struct, frozen=True):
 def export(
     exporter: Exporter, path: str, standard_output: BinaryIO, arm: RobotArm, timeline: Timeline, number: float
 ) -> None:
-    """Write a file, all of it or nothing, or write to `standard_output` if `path` is `-`. Raises FileError."""
+    """Write a file completely or not at all, or write to `standard_output` if `path` is `-`. Raises FileError."""
     opened: AbstractContextManager[BinaryIO]
     opened = nullcontext(standard_output) if path == STANDARD_OUTPUT else atomically(path)
     with opened as stream:
@@ -93,7 +93,7 @@ def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
     """
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
-    shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # there is no -0
+    shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # converts -0 to 0
     return np.hstack((places.times[:, None], shown))
 
 
@@ -144,7 +144,7 @@ def write_npz(
     """Write arrays in metres, radians and seconds: N samples, and the M segments with their polynomials; with
     `measured` also the R reports: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n).
     """
-    with TemporaryFile() as whole:  # zip writes other bytes to a stream that cannot seek
+    with TemporaryFile() as whole:  # the bytes of a zip depend on whether its stream can seek
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
             arrays = _segments(arm.model.joint_count, list(timeline))
@@ -188,7 +188,9 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
 
 
 def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
-    """Return arrays of the M segments; polynomials have ascending powers of t - t_s, NaN if of another space."""
+    """Return arrays of the M segments; polynomials have ascending powers of t - t_s, NaN if the segment is planned in
+    another space.
+    """
     return {
         "segment_start": np.array([segment.start for segment in segments]),
         "segment_finish": np.array([segment.finish for segment in segments]),
@@ -202,7 +204,7 @@ def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np
 
 
 def _of(space: type, segment: Segment) -> tuple[Polynomial, ...]:
-    """Return the polynomials of a segment if it is of that space: one for each joint, or x, y, z of the tool tip;
+    """Return the polynomials of a segment if it is planned in `space`: one for each joint, or x, y, z of the tool tip;
     otherwise none.
     """
     path = segment.path
@@ -228,7 +230,7 @@ def _polynomials(rows: list[tuple[Polynomial, ...]], size: int) -> Floats:
 
 LINE_RATE = 50.0  # [Hz] points on straight lines, at least
 EXACT = 3e-8  # [rad, m] the greatest error of an interpolation
-HALVINGS = 20  # of an interval with a greater error
+HALVINGS = 20  # maximum number of halvings of an interval with too large an error
 SAME = 1e-9  # the absolute [rad/s2] and relative tolerance of equal accelerations
 
 
@@ -243,7 +245,7 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     """Write one JointTrajectory in radians and seconds whose points make a JointTrajectoryController interpolate our
     motion: cubic between points with velocities, quintic between points with accelerations too (ros2_controllers,
     trajectory.cpp). There is a point at each segment boundary, with accelerations if they are continuous there, and as
-    many between as needed. `rate`: further points [Hz]; 0 for none.
+    many points between as needed. `rate`: further points [Hz]; 0 for none.
     """
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
     names = json.dumps(joint_names(arm))
@@ -269,7 +271,7 @@ class _Span(NamedTuple):
 
 
 def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
-    """Yield the spans of a timeline, and at its end one of no length."""
+    """Yield the spans of a timeline, and at its end a span of length 0."""
     still, at = (0.0,) * arm.model.joint_count, timeline.start
     for segment in timeline:
         if segment.start > at:

@@ -1,8 +1,7 @@
-"""Keep a journal: a trajectory file that grows while the robot moves. A change that cannot be written does not happen.
-
-A change is written and synced before it happens. The file is checked before and after: if it is no longer the file that
-was written (removed, replaced, cut short), a new one beside it gets the whole course of events, and the user is told
-before the command is answered.
+"""Keep a journal: a trajectory file that grows while the robot moves. A change is written and synced before it takes
+effect; a change that cannot be written does not take effect. The file is checked before and after: if it is no longer
+the file that was written (removed, replaced, cut short), a new file beside it gets all events from the start, and the
+user is informed before the command is answered.
 """
 
 from __future__ import annotations
@@ -38,8 +37,8 @@ from vrs_cli.values.measured import Report
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 
-CHUNK = 1 << 16  # bytes that a journal which is not durable writes at once
-TRIES = 3  # files for one change
+CHUNK = 1 << 16  # number of bytes that a journal writes at once if it is not durable
+TRIES = 3  # maximum number of files that are tried for one change
 REPORT_SECONDS = 1.0  # [s] of reports that are written at once
 RETRY_SECONDS = 10.0  # [s] of reports after which a file that could not be written is tried again
 NOT_DONE = "what cannot be written down is not done: make room, and give it again"
@@ -55,7 +54,7 @@ class Course(Struct, frozen=True):
     measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
-        """Return the motions that the lines of the last part describe, by number."""
+        """Return the motions described in the lines of the last part, by number."""
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:
             for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
@@ -64,8 +63,8 @@ class Course(Struct, frozen=True):
 
 
 class Taken(Struct, frozen=True):
-    """A locked file for a journal, until `close`. `file` and `recording`: a trajectory to continue; `resumed`: the
-    same, read from a checkpoint.
+    """A locked file for a journal, until `close`. `file` and `recording`: a trajectory to continue; `resumed`: that
+    trajectory, read from a checkpoint.
     """
 
     path: Path
@@ -94,8 +93,8 @@ def take(path: Path) -> Taken:
 
 
 def take_up(path: Path, progress: Callable[[float], None] | None = None, changes: int | None = None) -> Taken:
-    """Lock a file for a journal that continues it, or begins it. The file is read after it is locked: all of it, or
-    from a checkpoint, at least so many `changes`.
+    """Lock a file for a journal that continues it, or begins it. The file is read after it is locked: completely, or
+    from a checkpoint that has at least `changes` changes after it.
 
     Raises FileError, and the errors of `read_trajectory`.
     """
@@ -106,7 +105,7 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None, changes
         with writing(path):
             if path.exists():
                 return _read(path, it.held, progress, changes)
-            create_beside(path, it.held).close()  # checks that it can be created
+            create_beside(path, it.held).close()  # checks that the file can be created
             return it
     except BaseException:
         it.close()
@@ -134,16 +133,16 @@ class _Before(Struct, frozen=True):
     size: int
     owed: bytes
     checksum: int | None
-    parts: int  # how many places of deltas were known
+    parts: int  # number of known file positions of deltas
 
 
 class Journal:
     """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
-    `path`: the present file; `sound`: it is the requested one, and nothing is missing. `course` returns all that has
-    happened, `tell` shows a message before the next answer. `durable=False` (batch) writes in large pieces and at the
-    end. `together`: `settle` syncs several changes at once, before anybody is answered. `past`: reads older parts back,
-    if they are to leave memory. Raises FileError.
+    `path`: the present file; `sound`: the present file is the requested one and complete. `course` returns all events
+    so far, `tell` shows a message before the next answer. `durable=False` (batch) writes in large pieces and at the
+    end. `together`: `settle` syncs several changes at once, before any of them is answered. `past`: reads older parts
+    back, if old parts are dropped from memory. Raises FileError.
     """
 
     def __init__(
@@ -163,9 +162,9 @@ class Journal:
         self._owed = b""  # lines of past changes that are not written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
-        self._reports: list[Report] = []  # that are not written yet, and when that is due
+        self._reports: list[Report] = []  # reports that are not written yet, and when they are due
         self._reports_due = -inf
-        self._places: list[int] = []  # where the line of each PART-th delta begins
+        self._places: list[int] = []  # file position of the line of each PART-th delta
         self.past = it.resumed.past if it.resumed is not None else None
         with writing(it.path):
             if it.file is None:
@@ -183,7 +182,7 @@ class Journal:
         return self._file.path
 
     def _begin(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
-        """Write a new file with all that has happened, in the place of an older one."""
+        """Write a new file with all events so far, which replaces an older file."""
         beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
         self._places.clear()
         try:
@@ -213,8 +212,8 @@ class Journal:
     # --- writing ---
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write changes before they happen. If that fails, they must not happen; a change that `happens` anyway is
-        reported, and written with the next one.
+        """Write changes before they happen. If that fails, they must not take effect; a change that `happens` anyway is
+        reported, and written with the next change.
         """
         if self._before is not None and deltas[0].version <= self._before.version:
             self._take_back()  # Ctrl-C interrupted before the change
@@ -228,7 +227,7 @@ class Journal:
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
-        """Sync all that is written, to a new file if this one cannot keep it."""
+        """Sync all written lines, in a new file if the present one fails."""
         if not self.unsettled:
             return
         self._doubtful = True  # a system may report a failed sync once only
@@ -260,7 +259,7 @@ class Journal:
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
 
     def _encode(self, deltas: Sequence[TimelineDelta]) -> bytes:
-        """Encode the next lines, which follow the owed ones."""
+        """Encode the next lines, which follow the owed lines."""
         data, place = b"", self._file.size + len(self._owed)
         for delta in deltas:
             if not delta.version % PART:
@@ -269,8 +268,8 @@ class Journal:
         return data
 
     def add_reports(self, reports: Sequence[Report]) -> None:
-        """Write the reports of a body, about a second of them at once. If that fails, tell it and try again with later
-        reports.
+        """Write the reports of a body, about a second of them at once. If that fails, report the failure and try again
+        with later reports.
         """
         if self._closed:
             return
@@ -303,7 +302,7 @@ class Journal:
         self._reports = []
 
     def _take_back(self) -> None:
-        """Remove the change that was written last, because it did not happen."""
+        """Remove the change that was written last, because it did not take effect."""
         before, self._before = self._before, None
         if before is None:
             return
@@ -311,11 +310,11 @@ class Journal:
         del self._places[before.parts :]
         self._lines = LineEncoder(self._course().motions(), before.checksum)
         if self._file.size > before.size:
-            with suppress(OSError):  # the file is then marked as torn and will be left
+            with suppress(OSError):  # the file is then marked as torn and will be replaced
                 self._file.cut(before.size)
 
     def close(self) -> None:
-        """Sync all and release the file. Closing it twice does nothing more."""
+        """Sync and release the file. A second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -328,7 +327,7 @@ class Journal:
         try:
             if not self._leave_if_changed() or self._owed:
                 with writing(self.path):
-                    for line in self._owed.splitlines(keepends=True):  # as many as fit
+                    for line in self._owed.splitlines(keepends=True):  # as many lines as fit
                         self._file.add(line, durable=False)
                     self._file.add(b"", durable=True)
                 self._owed = b""
@@ -353,11 +352,13 @@ class Journal:
         return None if place is None else KeptRow(self.past, place)
 
     def keep_events(self, row: EventRow) -> int | None:
-        """Write a row of events. Return its place in the file; None if that is not possible now."""
+        """Write a row of events. Return its file position; None if writing is not possible now."""
         return self._repeat(lambda: self._lines.events(row))
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write the places of all rows of a timeline, which are in the file. Return whether that was possible."""
+        """Write the file positions of all rows of a timeline that are already in the file. Return whether that was
+        possible.
+        """
         assert self.past is not None, "it is kept to be read back"
         parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
         events = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.event_parts())
@@ -369,7 +370,7 @@ class Journal:
         return place is not None
 
     def _repeat(self, line: Callable[[], bytes]) -> int | None:
-        """Add a line that repeats earlier content. Return its place; None if it cannot be written now."""
+        """Add a line that repeats earlier content. Return its file position; None if the line cannot be written now."""
         if self._owed or self._doubtful or self._file.find_change():
             return None
         place, checksum = self._file.size, self._lines.checksum
@@ -384,14 +385,16 @@ class Journal:
     # --- a fresh file ---
 
     def _leave_if_changed(self, before: _Before | None = None) -> bool:
-        """Return whether the file has changed; then a new file gets all that has happened before the present change."""
+        """Return whether the file was changed from outside. If so, continue in a new file with all events before the
+        present change.
+        """
         what = self._file.find_change()
         if what:
             self._move(what, before)
         return bool(what)
 
     def _move(self, what: str, before: _Before | None = None) -> None:
-        # a free name beside the first one: day-2.vrst
+        # an unused name beside the first file: day-2.vrst
         names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
         path = next(name for name in names if name != self.path and not os.path.lexists(name))
         old = self._file
@@ -458,7 +461,7 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
     """Raise UsageError if a file is of another robot than the engine's."""
     ours = engine.model
-    theirs = replace(model, shapes=ours.shapes, collision=ours.collision)  # the looks of a robot do not matter
+    theirs = replace(model, shapes=ours.shapes, collision=ours.collision)  # the shapes of a robot do not matter
     if theirs == ours:
         return
     if theirs.name != ours.name:

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 KINDS = (".stl", ".obj", ".dae", ".glb")
 MAX_MESH_BYTES = 50_000_000  # [B] of a file: no link of an arm has more
-MAX_FACES = 1_000_000  # of OBJ and GLB, whose faces take few bytes; an STL file of the largest size has as many
-MAX_PIECES = 64  # convex pieces of a part or fixture
-MAX_PIECE_POINTS = 4000  # of a convex piece
-COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # of materials and textures
+MAX_FACES = 1_000_000  # maximum number of faces in OBJ and GLB, with few bytes each; the largest STL has as many
+MAX_PIECES = 64  # maximum number of convex pieces of a part or fixture
+MAX_PIECE_POINTS = 4000  # maximum number of points of a convex piece
+COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # suffixes of materials and textures
 MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
 CREASE = 0.6  # [rad] the angle between faces above which their edge is sharp
-DENT = 1e-3  # of its size: the greatest depth of a face of a convex piece inside the hull
-FLAT = 1e-6  # of its size: the least thickness of a solid
+DENT = 1e-3  # maximum depth of a face of a convex piece inside its hull, as a fraction of the size of the piece
+FLAT = 1e-6  # minimum thickness of a solid, as a fraction of its size
 
 
 class MeshMissing(FileError, text="No mesh reader"):
@@ -70,7 +70,7 @@ def _plain_look(colour: tuple[int, ...]) -> Any:
     """Return a material of one colour (red, green, blue, opacity), visible from both sides."""
     from trimesh import visual
 
-    room: Any = visual  # it has no types
+    room: Any = visual  # trimesh has no types for it
     material = room.material.PBRMaterial(
         baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.6, doubleSided=True
     )
@@ -94,8 +94,8 @@ def _main_colour(visual: Any) -> tuple[int, ...] | None:
 
 
 class FilesBeside:
-    """The files that a mesh names: materials and textures, below the parent of its folder (a package has `meshes` and
-    `textures` beside each other).
+    """Finds the files that a mesh names: materials and textures, below the parent of the mesh's folder (a package has
+    `meshes` and `textures` beside each other).
     """
 
     def __init__(self, path: Path) -> None:
@@ -171,7 +171,7 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
 
 
 def missing_package(kind: str) -> str:
-    """Return the package that a kind of file needs and that is not installed; "" if none is missing."""
+    """Return the missing package that a kind of file needs; "" if no package is missing."""
     if find_spec("trimesh") is None:
         return "trimesh"
     return "pycollada" if kind == "dae" and find_spec("collada") is None else ""
@@ -219,7 +219,7 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
         for both in found.face_adjacency[smooth].T
     )
     labels = np.arange(faces.size)
-    while True:  # equal corners get the least of their numbers
+    while True:  # equal corners get the smallest of their numbers
         least = np.minimum(labels[one], labels[other])
         after = labels.copy()
         np.minimum.at(after, one, least)
@@ -251,7 +251,9 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
 
 
 def _dents(piece: Trimesh, points: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[float]:
-    """Yield how far points are outside the plane of each face; the inner side is that of the mean of all points."""
+    """Yield for each face how far points lie outside its plane; the inner side is the side of the mean of
+    all points.
+    """
     import numpy as np
 
     corners = piece.vertices[piece.faces]

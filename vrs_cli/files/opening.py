@@ -1,7 +1,7 @@
 """Open files without hanging, and only inside the folder of a session if the folder is closed.
 
 Opening a pipe waits for its other end, perhaps for ever, and a device may never end. A name is checked when it is
-given. A file is checked again when it is open, so that a link or a pipe that somebody puts in its place is not
+given. A file is checked again after it is opened, so that a link or a pipe that has replaced it meanwhile is not
 followed, if the system supports that (`dir_fd`, O_NOFOLLOW: all but Windows).
 """
 
@@ -22,7 +22,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
 FIRST = 4096  # bytes
-PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # the time for the other end of a pipe to open
+PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # how long to wait for the other end of a pipe, and the pause between attempts
 V = TypeVar("V")
 
 
@@ -48,7 +48,7 @@ def stamp(path: Path) -> tuple[int, ...]:
 
 
 def text_of(content: bytes) -> str:
-    """Decode UTF-8, or one character for each byte if it is not UTF-8."""
+    """Decode a text as UTF-8, or as Latin-1 if it is not valid UTF-8."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -165,7 +165,7 @@ GOOD = "data/log.txt is good everywhere"
 NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0)
 PINNED = os.open in os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
-# Windows, "Naming Files, Paths, and Namespaces": devices, whatever extension follows, and characters with a meaning
+# Windows, "Naming Files, Paths, and Namespaces": names of devices, with any extension, and reserved characters
 DEVICES = frozenset({"con", "prn", "aux", "nul", "conin$", "conout$"}) | {
     f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
 }
@@ -300,7 +300,7 @@ WILD = {ord(character): "_" for character in "*?[]"}
 
 
 def _strange(path: Path) -> str:
-    """Return what is at a path if it is neither a file nor a folder; else ""."""
+    """Return the kind of object at a path if it is neither a file nor a folder; otherwise ""."""
     try:
         mode = path.lstat().st_mode
     except OSError:
@@ -326,7 +326,7 @@ def _size(text: str) -> int:
 
 
 def wrong_name(name: str) -> str:
-    """Return why a file cannot have that name on every system; "" if it can."""
+    """Return why a file cannot have a name on every system; "" if the name is allowed."""
     stem = name.partition(".")[0].rstrip(" ").lower()
     if stem in DEVICES:
         return f"{stem.upper()} is a device on Windows"

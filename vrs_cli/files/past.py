@@ -1,4 +1,6 @@
-"""Read the past back from a journal: a growing file, the places of rows in it, and the restart from a checkpoint."""
+"""Read earlier parts back from a journal: a growing file, the file positions of its rows, and the restart from a
+checkpoint.
+"""
 
 from __future__ import annotations
 
@@ -47,8 +49,7 @@ ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 
 
 class GrowingFile:
-    """An existing file that grows; `size`: its expected number of bytes. A device or a pipe accepts data and keeps
-    nothing.
+    """An existing file that grows; `size`: its expected size [B]. A device or a pipe accepts data and stores nothing.
 
     Methods raise OSError, the constructor FileOpened if somebody else writes the file under another name.
     """
@@ -64,7 +65,7 @@ class GrowingFile:
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def find_change(self) -> str:
-        """Return what others have done to the file; "" for nothing."""
+        """Return how others have changed the file; "" if they have not."""
         if self._special:
             return ""
         try:
@@ -84,11 +85,11 @@ class GrowingFile:
         return ""
 
     def add(self, data: bytes, *, durable: bool) -> None:
-        """Append all of the data or, after an error or Ctrl-C, none of it. `durable`: sync it."""
+        """Append all of the data or, after an error or Ctrl-C, none of it. `durable`: sync the file."""
         try:
             rest = memoryview(data)
             while rest:
-                rest = rest[os.write(self._handle, rest) :]  # a system may write less than it is given
+                rest = rest[os.write(self._handle, rest) :]  # a system may write fewer bytes than requested
             if durable:
                 self.sync()
             if not self._special:
@@ -99,13 +100,13 @@ class GrowingFile:
             raise
 
     def read(self, place: int, size: int) -> bytes:
-        """Read `size` bytes from a place on, fewer at the end. May be called in any thread."""
+        """Read `size` bytes from a file position on, fewer at the end. May be called in any thread."""
         with self._reading:
             os.lseek(self._handle, place, os.SEEK_SET)  # O_APPEND adds at the end anyway
             return os.read(self._handle, size)
 
     def sync(self) -> None:
-        """Sync all that was added."""
+        """Sync all appended data."""
         sync_handle(self._handle)
 
     def cut(self, size: int) -> None:
@@ -127,10 +128,10 @@ class GrowingFile:
 # --- the past --------------------------------------------------------------------------------------------------------
 
 
-CHUNK = 1 << 16  # bytes that are read at once
-CACHED_ROWS = 32  # rows, and parts of deltas, that a process keeps in memory after reading
-HAND_KEY = b'"hand":'  # of a motion
-MAX_CHECKSUM_BYTES = 64  # bytes at the end of a line that have its checksum
+CHUNK = 1 << 16  # number of bytes read at once
+CACHED_ROWS = 32  # number of rows, and of parts of deltas, that a process keeps in memory after reading
+HAND_KEY = b'"hand":'  # key of the hand in the record of a motion
+MAX_CHECKSUM_BYTES = 64  # maximum length of the checksum at the end of a line [B]
 V = TypeVar("V")
 
 
@@ -143,8 +144,8 @@ class JournalLine(NamedTuple):
 
 
 class Past:
-    """Reads a journal back. `places`: where the line of each PART-th delta begins; `checkpoint`: where the last
-    checkpoint begins. If a journal moves, `file` becomes another file with the same lines.
+    """Reads a journal back. `places`: the file position of the line of each PART-th delta; `checkpoint`: the file
+    position of the last checkpoint. If a journal moves, `file` becomes another file with the same lines.
     """
 
     def __init__(
@@ -155,12 +156,14 @@ class Past:
 
     @lru_cache(CACHED_ROWS)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
     def row(self, place: int) -> Row:
-        """Return the row whose line begins at a place. Raises FileError."""
+        """Return the row whose line begins at a file position. Raises FileError."""
         return self._read(lambda: Row(decode_row(_line(self.file, place).record, self.form)))
 
     @lru_cache(CACHED_ROWS)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
-        """Return the deltas from number `first`, which begins a part, to before `last`. Raises FileError."""
+        """Return the deltas from number `first`, which begins a part, up to but not including `last`.
+        Raises FileError.
+        """
         return self._read(lambda: self._read_deltas(first, last))
 
     def _read(self, read: Callable[[], V]) -> V:
@@ -210,8 +213,8 @@ class KeptRow(Struct, frozen=True):
 
 
 def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
-    """Yield the lines from a place on, which follows a line with a checksum; an incomplete last line is omitted. Raises
-    RecordError for a line that was changed.
+    """Yield the lines from a file position on, which follows a line with a checksum; an incomplete last line is
+    omitted. Raises RecordError for a line that was changed.
     """
     checksums = _checksums(file, place)
     data, begin = b"", place
@@ -226,7 +229,7 @@ def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
 
 
 def _line(file: GrowingFile, place: int) -> JournalLine:
-    """Return the line at a place. Raises RecordError."""
+    """Return the line at a file position. Raises RecordError."""
     line = next(lines(file, place), None)
     if line is None:
         raise RecordError("it is cut short")
@@ -234,7 +237,9 @@ def _line(file: GrowingFile, place: int) -> JournalLine:
 
 
 def _checksums(file: GrowingFile, place: int) -> Checksums:
-    """Return the checksums for the lines from a place on. Raises RecordError if the line before has none."""
+    """Return the checksums for the lines from a file position on. Raises RecordError if the line before has no
+    checksum.
+    """
     return Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
 
 
@@ -256,13 +261,13 @@ class Resumed(Struct, frozen=True):
 
 
 def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
-    """Read a journal from the last checkpoint that has at least so many changes after it; None if there is none, or
-    something is wrong: then the whole file must be read.
+    """Read a journal from the last checkpoint that has at least `changes` changes after it. Return None if no such
+    checkpoint exists or can be read; the whole file must be read then.
     """
     try:
         place = _last_checkpoint(file)
         after = 0 if place is None else sum(has_delta(line.record) for line in lines(file, place))
-        version = None  # of the checkpoint that follows
+        version = None  # the version of the following checkpoint
         while place is not None:
             record = decode(_line(file, place).record, CheckpointRecord)
             after += 0 if version is None else version - record.checkpoint
@@ -276,7 +281,7 @@ def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
 
 
 def _last_checkpoint(file: GrowingFile) -> int | None:
-    """Return the place of the last checkpoint that was written to its end."""
+    """Return the file position of the last complete checkpoint."""
     mark, begin, overlap, last_end = b"\n" + CHECKPOINT, file.size, b"", -1
     while begin:
         size = min(begin, CHUNK)
@@ -285,7 +290,7 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
         if last_end < 0 and (at := data.rfind(b"\n")) >= 0:
             last_end = begin + at
         found = data.rfind(mark)
-        if begin + found == last_end:  # its own end is missing
+        if begin + found == last_end:  # the checkpoint has no end
             found = data.rfind(mark, 0, found)
         if found >= 0:
             return begin + found + 1
@@ -354,7 +359,7 @@ def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resum
 
 
 def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
-    """Yield the lines of reports that begin before a place, without reading other lines. Raises RecordError."""
+    """Yield the lines of reports that begin before a file position, without reading other lines. Raises RecordError."""
     mark, begin = b"\n" + REPORTS, 0
     while begin < end:
         found = file.read(begin, CHUNK + len(mark)).find(mark)

@@ -1,5 +1,5 @@
-"""Program files (.v2): find them and decode their bytes. And recovery files, which keep programs that are in a shell's
-memory only.
+"""Program files (.v2): find them and decode their bytes. Also recovery files, which keep programs that are only in a
+shell's memory.
 
 A shell with unsaved programs writes a recovery file and holds a lock beside it, which the system frees when the shell
 ends in any way. So a file with a free lock was left by a shell that was killed.
@@ -23,10 +23,10 @@ from vrs_cli.language.text.parser import DISK_END, files_named_above, named_abov
 from vrs_cli.language.words.values import key_of
 
 EXTENSION = ".v2"
-PROGRAM_SUFFIXES = (".v2", ".pg")  # how files of programs end
-MAX_NEIGHBOURS = 1000  # files of a folder that are searched for programs
+PROGRAM_SUFFIXES = (".v2", ".pg")  # suffixes of program files
+MAX_NEIGHBOURS = 1000  # maximum number of files of a folder that are searched for programs
 
-MAX_PROGRAM_BYTES = 64 * 2**20  # bytes; a text this long is no program
+MAX_PROGRAM_BYTES = 64 * 2**20  # maximum size of a program file [B]
 
 
 def read_program_file(path: str | Path, within: Folder = FREE) -> str:
@@ -45,8 +45,8 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
 
 
 def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path, str] | None:
-    """Return the cell file of a program, and who names it: the comment `; cell: FILE` above the first program, relative
-    to `folder`, otherwise NAME.toml beside NAME.v2. Raises FileOutside.
+    """Return the cell file of a program, and the file that names it: the comment `; cell: FILE` above the first
+    program, relative to `folder`, otherwise NAME.toml beside NAME.v2. Raises FileOutside.
     """
     named, span = named_above(text, "cell") or (None, None)
     if named is not None and span is not None:
@@ -88,7 +88,9 @@ def programs_beside(path: Path) -> dict[str, str]:
 
 
 def decode_program(name: str, data: bytes) -> str:
-    """Decode the bytes of a program file; `name` is for the message. Raises FileDamaged if they are too many."""
+    """Decode the bytes of a program file; `name`: the file's name for the message. Raises FileDamaged for more than
+    MAX_PROGRAM_BYTES.
+    """
     if len(data) > MAX_PROGRAM_BYTES:
         raise FileDamaged(f"{name} is longer than {MAX_PROGRAM_BYTES // 2**20} MB", "a program file is VAL-II text")
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -123,12 +125,12 @@ def sample_programs() -> list[Path]:
 
 
 def is_sample(path: Path) -> bool:
-    """Return whether a path is that of a sample program."""
+    """Return whether a path leads to a sample program."""
     return path.parent == shipped_folder("programs")
 
 
 def _near(path: Path) -> str:
-    """Return a hint for a missing file: the file of the folder that was perhaps meant."""
+    """Return a hint for a missing file: the file of the folder with a similar name."""
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
@@ -140,15 +142,14 @@ def _near(path: Path) -> str:
 
 
 KEPT, DECLINED = "unstored-", "declined-"
-KEEP_DECLINED_S = 30 * 86_400.0  # a declined file stays so long
+KEEP_DECLINED_S = 30 * 86_400.0  # how long a declined file is kept [s]
 PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
 
 
 class Recovery:
-    """The recovery file of one shell, created when there is something to write. Nothing is raised: if it cannot be
-    created there is no file.
-
-    One thread writes, because a disk may be slow to sync; of several texts that come meanwhile it writes the last.
+    """The recovery file of one shell, created when there is something to write. Raises nothing: if the file cannot be
+    created, there is none. One thread writes, because syncing may be slow; of several texts that arrive meanwhile it
+    writes only the last.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -161,7 +162,7 @@ class Recovery:
         self._held: HeldLock | None = None
 
     def write(self, text: str) -> None:
-        """Write this text in place of the one before."""
+        """Write a text, which replaces the previous one."""
         self._text = text
         self._writer.submit(self._write)
 
@@ -212,7 +213,7 @@ class LeftFile(NamedTuple):
         self.held.release()
 
     def decline(self) -> Path:
-        """Rename the file, so that nobody is asked about it again. Return its new path."""
+        """Rename the file, so that no shell asks about it again. Return its new path."""
         place = self.path.with_name(self.path.name.replace(KEPT, DECLINED, 1))
         with suppress(OSError):
             self.path.rename(place)

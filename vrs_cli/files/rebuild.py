@@ -59,8 +59,8 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
 
 
 class LoadedTimeline:
-    """A timeline while the deltas of its file are applied: appended segments wait in a list, for the rope to take them
-    together. The last one of the list, or of the timeline if there is none, is `_last`.
+    """A timeline while the deltas of its file are applied: appended segments are collected in a list, and added to the
+    rope together. `_last` is the last segment of the list, or of the timeline if the list is empty.
     """
 
     def __init__(self, timeline: Timeline) -> None:
@@ -106,8 +106,8 @@ class LoadedTimeline:
 class OlderHand:
     """Makes hand events from the motions of an older file, each of which gives the opening of the hand.
 
-    In a file with events in its deltas only the motions before the first of these are older. `found`: a motion opens
-    the hand, so a delta with events must follow if the file is continued.
+    In a file with events in its deltas only the motions before the first of these are older. `found`: a motion has
+    opened the hand, so a delta with events must follow if the file is continued.
     """
 
     def __init__(self) -> None:
@@ -146,7 +146,9 @@ class OlderHand:
 
 
 def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
-    """Yield an event for each segment that begins with another opening of the hand than `before` it."""
+    """Yield an event for each segment that begins with another opening of the hand than the previous segment; `before`:
+    the opening before the first one.
+    """
     for segment in segments:
         motion = segment.motion
         if motion.hand != before:
@@ -182,7 +184,8 @@ def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behin
 
 
 def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
-    """Return the commands in effect after a list of deltas, and those undone last, as if they had just been given.
+    """Return the history after a list of deltas: the commands in effect and the commands undone last, as if they had
+    just been given.
 
     The targets of a stream have one motion and are one command. A file does not store the clock: UNDO goes back to the
     issue time of a command, REDO to the end of the timeline.
@@ -193,7 +196,7 @@ def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
 
 
 def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
-    """Return the timeline after more deltas, and add these to the history. `number`: of the last motion."""
+    """Return the timeline after more deltas, and add these to the history. `number`: the number of the last motion."""
     streaming = False
     for delta in deltas:
         goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # one more target of the stream
@@ -220,12 +223,12 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
 # --- faults ----------------------------------------------------------------------------------------------------------
 
 
-HEADER = 1  # the line of the header
+HEADER = 1  # the line number of the header
 
 
 def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]) -> Iterator[Fault]:
-    """Yield the faults of a trajectory: goals beyond a range; and places at which the final timeline jumps, leaves a
-    range or exceeds a limit. `lines`: of the deltas.
+    """Yield the faults of a trajectory: goals beyond a range; and times at which the final timeline jumps, leaves a
+    range or exceeds a limit. `lines`: the line numbers of the deltas.
     """
     import numpy as np
 

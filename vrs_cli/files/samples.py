@@ -1,5 +1,5 @@
-"""Sample times and joint names of exports, and export as an MCAP log of ROS 2 messages, which Foxglove shows without
-plugins and `ros2 bag play` plays.
+"""Define sample times and joint names of exports, and export a trajectory as an MCAP log of ROS 2 messages, which
+Foxglove shows without plugins and `ros2 bag play` plays.
 
 Topics: at each sample /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped, T_world_tool) and /tf
 (tf2_msgs/TFMessage, the frames of all links and the tool, each in the one before); /commands (rcl_interfaces/Log) when
@@ -31,8 +31,8 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND
 from vrs_cli.version import __version__
 
-CHUNK = 4096  # rows that are in memory at a time
-NANOSECONDS = 1_000_000_000  # in a second
+CHUNK = 4096  # maximum number of rows in memory at a time
+NANOSECONDS = 1_000_000_000  # number of nanoseconds in a second
 
 
 def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
@@ -145,7 +145,7 @@ def write_mcap(
     check_mcap()
     from mcap.writer import Writer
 
-    writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # it needs only write and tell
+    writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # the writer calls only write and tell
     writer.start(profile="ros2", library=f"vrs {__version__}")
     writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
     channels = {}

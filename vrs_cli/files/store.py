@@ -1,8 +1,7 @@
 """Write the memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES), with the comments and blank
-lines of the loaded files in their places.
-
-Comments inside a program belong to it. A layout holds the others: lines before a program or a section, lines before a
-variable of a section and the comment on its line, and the lines after the last part of a file.
+lines of the loaded files where they were. Comments inside a program belong to it. A layout holds the other comments:
+lines before a program or a section, lines before a variable of a section and the comment on its line, and the lines
+after the last part of a file.
 """
 
 from __future__ import annotations
@@ -122,11 +121,11 @@ def _entry_key(entry: Entry) -> EntryKey:
 
 
 NO_LAYOUT = Layout()
-NOWHERE = Span(0, 0, 0)  # stored parts have no place in a file
+NOWHERE = Span(0, 0, 0)  # the span of stored parts, which have no position in a file
 
 
 class MemoryPart(Enum):
-    """A part of the memory; `value` is the extension of a file that holds it alone."""
+    """A part of the memory; `value`: the extension of a file that holds only this part."""
 
     PROGRAMS = ".pg"
     LOCATIONS = ".lc"

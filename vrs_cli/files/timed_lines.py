@@ -6,8 +6,8 @@ The stream of `vrs lab steer` has one target a line, in the columns of our table
     t,x,y,z,o,a,t_angle               s, mm, deg
 
 The first line may name the columns, in any order; other columns are ignored, and joints have precedence over poses.
-Without it a line is a time and the joints. Lines are read one by one: a stream need not end, and a wrong line need not
-end it.
+Without it a line is a time and the joints. Lines are read one by one: a stream may be endless, and a wrong line does
+not always end the stream.
 
 The file of `vrs run --signals` has one change of an input signal a line:
 
@@ -38,8 +38,8 @@ from vrs_cli.values.numbers import count
 BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
-MAX_PAUSE_S = 3600.0  # between two targets, so that one wrong time far ahead cannot end the stream
-MAX_SHOWN_CHARS = 60  # of a wrong first line, which may be of any file
+MAX_PAUSE_S = 3600.0  # maximum time between two targets, so that one wrong, late time cannot end the stream
+MAX_SHOWN_CHARS = 60  # number of characters shown of a wrong first line, which may be from any file
 
 
 class TimedTarget(Struct, frozen=True):
@@ -73,10 +73,9 @@ def read_targets(
     units: JointUnits = TURNING,
     wrong: Callable[[FileDamaged], None] = _raised,
 ) -> Iterator[TimedTarget]:
-    """Yield the targets of a stream as they come; `relative`: times count from the first one.
-
-    `wrong` is called for each line that is no target, and the next line is read. A line of a `live` stream is complete
-    when its end has come. Raises FileDamaged for unknown names of columns.
+    """Yield the targets of a stream as they arrive; `relative`: times count from the first target. `wrong` is called
+    for each line that is no target, and the next line is read. A line of a `live` stream is complete when its line end
+    has arrived. Raises FileDamaged for unknown names of columns.
     """
     joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
     columns: _Columns | None = None
@@ -105,7 +104,7 @@ def read_targets(
 
 
 class _Times:
-    """Checks that times increase; `relative` ones count from the first."""
+    """Checks that times increase; `relative`: times count from the first target."""
 
     def __init__(self, relative: bool) -> None:
         self._relative, self._first = relative, None if relative else 0.0

@@ -46,11 +46,11 @@ from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
-MAX_FAULTS = 20  # in the messages
+MAX_FAULTS = 20  # maximum number of faults in a message
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
 LINES_PER_PROGRESS = 512
-MAX_HEADER_BYTES = 1 << 24  # a robot needs about two thousand
+MAX_HEADER_BYTES = 1 << 24  # maximum size of a header [B]; the header of a robot has about 2000
 
 
 def write_trajectory(
@@ -61,7 +61,7 @@ def write_trajectory(
     within: Folder = FREE,
     measured: MeasuredTimeline | None = None,
 ) -> None:
-    """Save a trajectory: the whole file or, if that fails, what was there before. Raises FileError."""
+    """Save a trajectory as a whole; if that fails, the previous file is unchanged. Raises FileError."""
     with atomically(path, within) as stream:
         stream.writelines(trajectory_lines(model, initial, deltas, measured))
 
@@ -89,10 +89,10 @@ class Recording(Struct, frozen=True):
     the file open the hand, and no delta has events after them.
 
     `warnings`: the faults of an older file, or of one that is read leniently, with their lines. `dropped_tail`: an
-    incomplete last line was omitted. `size`: the bytes of all other lines; `checksum`: of the last of them, None if the
-    file has none. These two are needed for writing on. `lines`: of the deltas; `places`: where the line of each PART-th
-    delta begins. `laws`: the version of the motion laws of the vrs that began the file; motions are kept as they were
-    planned. `measured`: the reports of the file.
+    incomplete last line was omitted. `size`: the size of all other lines [B]; `checksum`: the checksum of the last of
+    these lines, None if the file has none; both are needed to continue the file. `lines`: the line numbers of the
+    deltas; `places`: the file position of the line of each PART-th delta. `laws`: the version of the motion laws of the
+    vrs that began the file; motions are kept as they were planned. `measured`: the reports of the file.
     """
 
     arm: RobotArm
@@ -120,9 +120,9 @@ def read_trajectory(
 ) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 
-    The trajectory keeps the laws of motion; if that of an older file without checksums does not, it has warnings.
-    `lenient`: read what is possible of a damaged file, with warnings. `progress` is called with the part of the file
-    that has been read, from 0 to 1.
+    The trajectory obeys the laws of motion; if a trajectory of an older file without checksums does not, the recording
+    has warnings. `lenient`: read what is possible of a damaged file, with warnings. `progress` is called with the part
+    of the file that has been read, from 0 to 1.
     """
     file = Path(path)
     try:
@@ -166,8 +166,8 @@ class _Reader:
         self._timeline = LoadedTimeline(self._begin)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
-        """Read the next line, which begins at a place; return False if it and all after it are ignored. Raises
-        FileDamaged.
+        """Read the next line, which begins at file position `place`; return False if this line and all later ones are
+        ignored. Raises FileDamaged.
         """
         try:
             record = self._open_line(number, line)
