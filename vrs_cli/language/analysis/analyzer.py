@@ -82,12 +82,12 @@ from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
-MAX_COMPARED_NAMES = 200  # with more names, a word is compared only with those one typing mistake away
+MAX_COMPARED_NAMES = 200  # with more names, a word is compared only with names one typing mistake away
 
 
 class Surroundings:
-    """The memory around a program. `known`: the kinds of variables that have a value; `programs`: those in memory, by
-    key; `elsewhere`: the keys of programs in files near by, which may be called too.
+    """The memory around a program. `known`: the kinds of variables that have a value; `programs`: the programs in
+    memory, by key; `elsewhere`: the keys of programs in neighbouring files, which may be called too.
     """
 
     def __init__(
@@ -147,7 +147,7 @@ class Candidates:
         self._names = names
 
     def of(self, name: str) -> Collection[str]:
-        """Return the names to compare with: all if they are few, otherwise those one typing mistake away."""
+        """Return the names to compare with: all if they are few, otherwise the names one typing mistake away."""
         if len(self._names) <= MAX_COMPARED_NAMES:
             return self._names
         return self.slips(name)
@@ -187,7 +187,7 @@ def names_given_in(program: Program) -> frozenset[str]:
 
 
 def names_in(program: Program) -> frozenset[str]:
-    """Return the keys of all variables that stand in a program."""
+    """Return the keys of all variables in the text of a program."""
     remembered = vars(program)  # as in `names_given_in`
     if "names" not in remembered:
         remembered["names"] = frozenset(node.key for node in ast.nodes(program.steps) if isinstance(node, ast.Variable))
@@ -197,7 +197,8 @@ def names_in(program: Program) -> frozenset[str]:
 
 def find_slips(names: NameFindings) -> dict[str, str]:
     """Return hints for variables that get a value and are never read, by their keys. The hint names a variable that is
-    read and is one typing mistake away (count of cuont), or a place whose part seems meant (part.z beside part).
+    read and is one typing mistake away (count for cuont), or a location whose coordinate seems meant (part.z beside
+    part).
     """
     seen = names.first_read.keys() | names.declared | names.parameters | names.passed
     idle = [key for key in names.given - seen if len(key) > 2]
@@ -209,7 +210,9 @@ def find_slips(names: NameFindings) -> dict[str, str]:
 
 
 def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of the first giving of each find_slips name, unless another program names it or it has a value."""
+    """Warn of the first assignment to each name in `hints` (of `find_slips`), unless another program names it or it has
+    a value.
+    """
     left = {key: hint for key, hint in hints.items() if not surroundings.named_elsewhere(key, program)}
     for statement in program.statements if left else ():
         for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
@@ -218,13 +221,13 @@ def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surro
 
 
 def _slip(name: str, other: str) -> bool:
-    """Return whether one of two such names is a mistype: p1 and p2, or x.min and y.min, are on purpose."""
+    """Return whether one of two similar names may be a typing mistake: p1 and p2, or x.min and y.min, are intended."""
     same = re.findall(r"[\d#$]", name) == re.findall(r"[\d#$]", other)
     return same and (len(name) != len(other) or sorted(name) == sorted(other))
 
 
 def confusions(program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Yield the confusions of a program whose names are all known."""
+    """Yield warnings of likely confusions in a program whose names are all known."""
     keys = FUNCTION_NAMES.keys() & {*names.given, *names.first_read, *names.declared, *names.parameters}
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():
         if isinstance(node, ast.Variable) and node.key in keys:
@@ -267,7 +270,7 @@ def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnosti
 
 _TYPES = frozenset({"TYPE", "TYPEI", "PROMPT"})
 _CLOCKS = frozenset({"TIME", "TIMER", "$TIME"})
-_WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})  # or nobody can tell
+_WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})  # or this is unknown
 
 
 def delays(program: Program) -> Iterator[Diagnostic]:
@@ -276,7 +279,7 @@ def delays(program: Program) -> Iterator[Diagnostic]:
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
-            if (first := next(telling, None)) is not None and _shows_time(first):  # that no time has passed
+            if (first := next(telling, None)) is not None and _shows_time(first):  # shows that no time has passed
                 detail = "DELAY holds the arm, and the program goes on at once"
                 yield warning(PauseOfArm, statement.span, detail, "TIMER 1 = 0 and WAIT TIMER(1) > 2 pause a program")
                 return
@@ -301,8 +304,8 @@ def _at_once(statement: Statement) -> bool:
 
 
 def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
-    """Warn of a BREAK that was meant to leave a loop: the last step of an IF in a loop with no motion before it there,
-    or a BREAK in a program without motions.
+    """Warn of a BREAK that was probably meant to leave a loop: the last step of an IF in a loop without an earlier
+    motion in the IF, or a BREAK in a program without motions.
     """
     inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
     steps = [step.statement for step in program.steps] if inside else []
@@ -398,9 +401,8 @@ def analyze(
 
 
 def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
-    """Analyse a program, one of many in the same surroundings.
-
-    The parser has reported the lines that it could not read. They keep the program from running.
+    """Analyse a program, one of many in the same surroundings. The parser has already reported unreadable lines, which
+    keep the program from running.
     """
     structure = structure_of(program)
     steps = _Steps(surroundings.known, program, surroundings)
@@ -570,7 +572,7 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, asked.span, "this is no motion", "EXPLAIN alone lists what there is")
 
     def finish(self, program: Program, around: Surroundings) -> None:
-        """Report mistakes that only the whole program shows: names that nothing gives a value."""
+        """Report mistakes that only the whole program shows: names without a value."""
         lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
         meant = {name.lower()[:NAME_LENGTH] for text in lines for name in _meant_to_give(text)}
         nowhere = [
@@ -591,7 +593,7 @@ class _Steps(Expressions):
         for variable, relation in self.compared:
             if variable.key in self.truths and not around.given_elsewhere(variable.key, program):
                 givers = [one for one in program.statements if variable.key in variables_given_by(one)]
-                at = {one.span.line for one in givers}  # a = b AND (a == 2) does not begin with TRUE or FALSE
+                at = {one.span.line for one in givers}  # a = b AND (a == 2) reads the old value of a
                 truths = all(isinstance(one, ast.Assignment) and is_truth(one.value) for one in givers)
                 if truths and relation.span.line not in at:
                     self.truth_compared(variable, relation)
@@ -707,7 +709,7 @@ class _Steps(Expressions):
             self.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
             self._count(statement, row)
-            if statement.value is not None and row.value is not None:  # which is read before a variable is defined
+            if statement.value is not None and row.value is not None:  # the value is read before a variable is defined
                 self._check_operand(statement.value, row.value)
             self._reals(statement.modifiers.at, statement.modifiers.within)
             for place, expression in enumerate(statement.arguments):
@@ -762,7 +764,7 @@ class _Steps(Expressions):
             self.diagnostics[-1] = replace(last, hint=f"the form is {row.form}")
 
     def _count(self, statement: ast.Instruction, row: Word) -> None:
-        """Report a missing argument, and one too many."""
+        """Report a missing or an extra argument."""
         end = Span(statement.span.line, statement.span.end, statement.span.end + 1)
         wrong = list(count_mistakes(row.name, statement.arguments, row, end, end))
         if row.value is not None and not row.value.optional and statement.value is None:
@@ -782,7 +784,7 @@ class _Steps(Expressions):
                 if isinstance(expression, ast.StringConstant):
                     hint = f"it stands without quotes: {expression.value}"
                 self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
-        elif argument.shape is Shape.PROGRAM_TEXT:  # nothing is known of the program that a string names
+        elif argument.shape is Shape.PROGRAM_TEXT:  # the program named by a string is unknown
             self.value(expression.text if isinstance(expression, ast.Applied) else expression, STRING)
             if isinstance(expression, ast.Applied):
                 self._pass(expression.arguments)
@@ -805,7 +807,7 @@ class _Steps(Expressions):
             self.warn(TimeUnit, time.span, "DELAY takes seconds", f"{given:g} ms is {given / 1000:g}")
 
     def _percent(self, statement: ast.Instruction) -> None:
-        """Warn of SPEED 0.5, which looks like a half."""
+        """Warn of SPEED 0.5, which looks like a fraction (50 %)."""
         speed = next(iter(statement.arguments), None)
         given = ast.plain_number(speed)
         if speed is not None and given is not None and 0 < given <= 1 and statement.modifiers.unit in (None, "MONITOR"):

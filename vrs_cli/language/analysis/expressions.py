@@ -1,4 +1,6 @@
-"""Check expressions: their kinds, whether they fit in their places, and whether VAL-II would group them differently."""
+"""Check expressions: whether their kinds are allowed where they stand, and whether VAL-II would group
+them differently.
+"""
 
 from __future__ import annotations
 
@@ -57,8 +59,8 @@ _STATES = ("ON", "OFF", "TRUE", "FALSE")
 class Expressions(NameFindings):
     """Checks expressions one by one."""
 
-    _program_keys: Container[str] = ()  # of the programs in memory
-    compared: list[tuple[ast.Variable, ast.Binary]]  # variables that a relation compares with 1, or another number
+    _program_keys: Container[str] = ()  # keys of the programs in memory
+    compared: list[tuple[ast.Variable, ast.Binary]]  # variables that a relation compares with a number
     _logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
     # --- arguments, by their shape ---
@@ -335,8 +337,8 @@ def is_truth(expression: Expression) -> bool:
 def count_mistakes(
     name: str, given: Sequence[Expression | None], row: WordRow, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
-    """Return the place and the message for the first missing argument, shown at the `end`, and for the first
-    extra one.
+    """Return the span and the message for the first missing argument, shown at the `end`, and for the first extra
+    argument.
     """
     found = []
     for at, argument in enumerate(row.arguments):
@@ -433,8 +435,8 @@ SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
 
 
 def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
-    """Yield each part of an expression that VAL-II groups differently: our reading and VAL-II's, both with parentheses,
-    and the place.
+    """Yield each part of an expression that VAL-II groups differently: our grouping and that of VAL-II, both with
+    parentheses, and the span.
     """
     flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
@@ -460,7 +462,7 @@ def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Express
     yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
 
 
-# Print a tree as text with parentheses round every part and the whole.
+# Print a tree as text with parentheses around the whole and every part.
 
 
 def _unary(sign: Token, operand: str) -> str:

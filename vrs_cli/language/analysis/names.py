@@ -1,5 +1,5 @@
-"""Find the kinds of a program's names: which are reals or transformations, which are read or set, and which belong to
-the program alone.
+"""Find the kinds of a program's names: which are reals or transformations, which are read or set, and which are private
+to the program.
 
 AUTO makes a set of variables for each activation of a program, LOCAL one for the program, which keeps its values
 between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step (V+
@@ -54,12 +54,12 @@ class Block(Struct, frozen=True):
 
 LABELLED: Mapping[str, int] = {
     row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
-}  # instructions whose last argument is a label, and how many arguments they have
+}  # number of arguments of each instruction whose last argument is a label
 LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 
 
 def loops_of(statement: ast.Instruction) -> int:
-    """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number above 0."""
+    """Return the number of loops after EXIT or NEXT: 1 if omitted, 0 if it is not a whole number above 0."""
     given = statement.arguments[0] if statement.arguments else None
     number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
     return int(number) if number >= 1 and number.is_integer() else 0
@@ -88,14 +88,14 @@ class Own(Struct, frozen=True, dict=True):
 
 
 class Analysis(Struct, frozen=True):
-    """A program with all that its text decides.
+    """A program with all facts that follow from its text.
 
     `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included. `labels`:
     the step index of each label. `own`: the variables of AUTO and LOCAL.
 
     The findings depend on other things in memory, given by keys. `needs`: names that other programs must give a value.
     `calls`: programs that are called. `functions`: functions here that may be variables in other programs. `alone`:
-    variables that are reported unless other programs have them.
+    variables that are reported unless they occur in other programs.
     """
 
     program: Program
@@ -215,7 +215,7 @@ def own_variables(program: Program) -> tuple[Own, ...]:
 
 # --- the names of a program --------------------------------------------------------------------------------------
 
-MAX_SHOWN_CHARS = 40  # of an expression in a message
+MAX_SHOWN_CHARS = 40  # maximum number of characters of an expression in a message
 
 
 class Decision(NamedTuple):
@@ -226,7 +226,7 @@ class Decision(NamedTuple):
 
 
 class NameFindings(DiagnosticCollector):
-    """The names found so far. `step` is the present step.
+    """Collects the names of a program. `step`: the present step.
 
     `known`: the kinds of variables that have a value. At the prompt they decide. A program may run when they have other
     values, so there they only give warnings. `kinds`: those of bare names whose use decides them. `given`: the keys
@@ -242,7 +242,7 @@ class NameFindings(DiagnosticCollector):
         self.given: set[str] = set()
         self.passed: set[str] = set()
         self.own: set[str] = set()
-        self._arrays: dict[str, bool] = {}  # whether such a variable is an array, if known
+        self._arrays: dict[str, bool] = {}  # whether an own variable is an array, if known
         self.first_read: dict[str, ast.Variable] = {}
         self.assigned: dict[str, ast.Variable] = {}
         self.functions: dict[str, ast.Call] = {}
@@ -264,7 +264,7 @@ class NameFindings(DiagnosticCollector):
         ]
 
     def check(self, variable: ast.Variable) -> None:
-        """Report a name that is not allowed, and an array of the program itself that is used as none."""
+        """Report a name that is not allowed, and an own variable used both as an array and as a simple variable."""
         word, key, is_array = variable.name.upper(), variable.key, variable.indexes is not None
         if word in RESERVED and not variable.sigil:
             self.fault(InvalidName, variable.span, *why_reserved(word))
@@ -314,7 +314,7 @@ class NameFindings(DiagnosticCollector):
                 f"{statement.word} {name}[]",
             )
         else:
-            if variable.sigil and kind not in (None, Kind.LOCATION):  # LOC is of the others
+            if variable.sigil and kind not in (None, Kind.LOCATION):  # LOC is allowed with a sigil
                 self.fault(TypeMismatch, variable.span, f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}")
             self.check(variable)
             self.declared.add(key)
@@ -328,7 +328,7 @@ class NameFindings(DiagnosticCollector):
     # --- kinds of names ---
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """Note that a variable is read as one of these kinds. Return its kind if that is decided."""
+        """Note that a variable is read as one of these kinds. Return its kind if it is decided."""
         self.first_read.setdefault(variable.key, variable)
         return self._decide(variable, wanted)
 
@@ -338,8 +338,8 @@ class NameFindings(DiagnosticCollector):
         self._decide(variable, wanted, is_read=False)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds, *, is_read: bool = True) -> Kind | None:
-        """Return the kind of a name. If it is not decided yet, this use decides it if it leaves one choice; warn if the
-        present value has the other kind.
+        """Return the kind of a name. A use that allows only one kind decides an undecided name; warn if the present
+        value has the other kind.
         """
         key, name = variable.key, variable.name
         decided = self._decision(variable)

@@ -40,14 +40,14 @@ def structure_of(program: Program) -> Structure:
 
 
 class _Open(Struct):
-    """A block whose end has not come yet."""
+    """A block whose end has not been found yet."""
 
     kind: BlockKind
     opener: int
     span: Span
     middles: list[int] = field(default_factory=list)
-    complete: bool = False  # ELSE or ANY has been: nothing but END may follow
-    vague: bool = False  # an unreadable line may begin it, which is doubtful
+    complete: bool = False  # ELSE or ANY was found: only END may follow
+    vague: bool = False  # an unreadable line may begin the block
 
     @property
     def closing(self) -> str:
@@ -66,12 +66,12 @@ class Structure(DiagnosticCollector):
         self.blocks: list[Block] = []
         self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
-        self._vague_ends = 0  # ends taken for those of doubtful blocks
+        self._vague_ends = 0  # number of ends that were counted for doubtful blocks
 
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leaves(statement)
-        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # which is refused itself
+        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # ENDIF itself is refused elsewhere
             self._unread(index, ast.BadLine("END", span=statement.span))
             return
         action = _ACTIONS.get(type(statement))
@@ -87,8 +87,8 @@ class Structure(DiagnosticCollector):
             )
 
     def end(self, program: Program) -> None:
-        """Report blocks without an end, except for ends that a doubtful block may have taken, and labels that no step
-        has. The first word of an unreadable line may be a label.
+        """Report blocks without an end, unless a doubtful block may have used their end, and jumps to labels that no
+        step has. The first word of an unreadable line may be a label.
         """
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
@@ -106,7 +106,7 @@ class Structure(DiagnosticCollector):
         self.fault(ControlStructure, span, detail, hint)
 
     def _leaves(self, statement: ast.Instruction) -> None:
-        """Check that EXIT or NEXT stands inside as many loops as it names."""
+        """Check that EXIT or NEXT is inside at least as many loops as its number."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
             if self._open and self._open[-1].kind is BlockKind.FOR:
@@ -164,7 +164,7 @@ class Structure(DiagnosticCollector):
             block.complete = completes
 
     def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
-        """End the innermost block with this end. Blocks inside it have no end of their own."""
+        """End the innermost block of the kind of this end. Blocks inside that block have no end."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
             hint = ".END ends the program" if not inside else ""
@@ -247,8 +247,7 @@ _CLOSERS = (ast.End, ast.Until, ast.Else, ast.Any, ast.Value)
 
 
 def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> Iterator[Diagnostic]:
-    """Warn of the first step of each run that is never carried out, and say after which step it stands.
-
+    """Warn of the first step of each sequence of steps that is never carried out, and name the step before it.
     Conditions are not evaluated: WHILE TRUE can end. The blocks and labels must be correct.
     """
     reached = _reachable_steps(program, blocks, labels)
@@ -269,13 +268,13 @@ def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, 
 
 
 def _leaves(statement: Statement | None) -> bool:
-    """Return whether the next step never follows."""
+    """Return whether the next step is never carried out after a statement."""
     return isinstance(statement, ast.Goto) or (isinstance(statement, ast.Instruction) and statement.word in LEAVING)
 
 
 def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
     """Return the indexes of all steps that can be reached from the first one."""
-    jumps: dict[int, tuple[int, ...]] = {}  # where steps of blocks may go, beside or instead of the next step
+    jumps: dict[int, tuple[int, ...]] = {}  # steps that a step of a block may jump to
     for block in blocks:
         after, inside = block.closer + 1, tuple(middle + 1 for middle in block.middles)
         if block.kind in LOOPS:
@@ -297,7 +296,7 @@ def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[
         if label is not None:
             waiting.append(labels[label])
         waiting += jumps.get(index, () if _leaves(statement) else (index + 1,))
-        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # to the end of any loop round it
+        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # to the end of any loop around it
             waiting += (block.closer + 1 for block in blocks if block.opener < index < block.closer)
     return reached
 
@@ -425,7 +424,7 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
                     yield check.refusal("the number of a task is", IN_VAL2["EXECUTE"], task.span)
             case ast.Call() if node.name in FUNCTIONS:
                 yield from check.check_row(node.name, FUNCTIONS[node.name].where, node.span)
-            # in VAL the relations are EQ and the like, behind IF
+            # in VAL the relations after IF are EQ, NE and so on
             case ast.Binary() if node.operator not in RELATIONS or check.dialect is not Dialect.VAL:
                 yield from check.check_row(node.operator, OPERATORS[node.operator].where, node.span)
             case ast.Variable() if len(node.indexes or ()) > 1 or node.rest:

@@ -51,7 +51,7 @@ from vrs_cli.values.numbers import LIMIT
 
 Steps = Generator[Any, str | None, int | None]
 
-FIRST_LINE = 2  # of operation 0; leaves that trees share have line 1
+FIRST_LINE = 2  # the line number of operation 0; leaves that trees share have line 1
 OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, in which no other thread has a turn
 
 
@@ -110,7 +110,7 @@ class _ProgramCompiler(ExpressionCompiler):
         return [py.If(test, self._tree(blocks[:half], first), self._tree(blocks[half:], first + half))]
 
     def _with_frame(self, loop: list[py.stmt]) -> list[py.stmt]:
-        """Load the slots from the frame, and store them again however the program ends."""
+        """Load the slots from the frame, and store them again when the program ends in any way."""
         slots = [f"{letter}{number}" for number in range(self._lowered.slots) for letter in "ls"]
         taken = py.Tuple([py.Name(slot, py.Store()) for slot in slots], py.Store())
         frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
@@ -215,7 +215,9 @@ class _ProgramCompiler(ExpressionCompiler):
     # statements
 
     def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
-        """Make a statement, with a BREAK before it if the table says so; a timed statement waits for no rest."""
+        """Make a statement, with a BREAK before it if the table says so; a statement with a time stamp does not wait
+        for the robot to stop.
+        """
         if isinstance(statement, ast.Assignment):
             return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
@@ -416,13 +418,15 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:
-        """Return the first step from `step` on (from 0) that does something, so that the program can stop before it."""
+        """Return the first step with an action from `step` on (counted from 0), so that the program can stop
+        before it.
+        """
         steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
         return min(steps, default=None)
 
 
 def _silent(op: lowering.Op) -> bool:
-    """Return whether an operation is no step for the driver."""
+    """Return whether an operation does not count as a step for the driver."""
     return isinstance(op, lowering.Mark | lowering.Finish) or (isinstance(op, lowering.Jump) and not op.counted)
 
 

@@ -44,12 +44,12 @@ NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
 KEYS = {
     "R": "KR",
     "L": "KL",
-}  # views of the keys of these cells, in which a key is found faster
+}  # views of the keys of these cells, for faster look-ups
 CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
 
 
 class Library(Struct, frozen=True):
-    """The names that compiled programs use; the run floor, above, supplies them. `names`: the globals of every program.
+    """The names that compiled programs use; `language.run` supplies them. `names`: the globals of every program.
     Functions of the language by name: `of_values` take values, `in_context` take the context of the program first.
     `handlers`: functions that carry out instructions, by word.
     """
@@ -64,10 +64,9 @@ Array = tuple[Kind, str]  # an array of the environment: its kind and its key
 
 
 class ExpressionCompiler:
-    """Compiles VAL-II expressions to Python expressions. `parameters`: their numbers, by key.
-
-    It collects what the Python function needs: `arrays` of the environment with the names of their Python variables,
-    and the `namespace` of globals; `reads` is set by GETC, `observes` by functions that read signals.
+    """Compiles VAL-II expressions to Python expressions. `parameters`: the number of each parameter, by key. The
+    compiler collects the names that the Python function needs: `arrays` of the environment with the names of their
+    Python variables, and the `namespace` of globals; `reads` is set by GETC, `observes` by functions that read signals.
     """
 
     def __init__(

@@ -69,7 +69,7 @@ class ForBegin(ForLoop, frozen=True):
 
 
 class ForNext(ForLoop, frozen=True):
-    """The END of a FOR: add the step. Jump to the target (the first step inside) for another pass."""
+    """The END of a FOR: add the step. Jump to the target (the first step of the loop's body) for another pass."""
 
 
 class CaseBegin(Jumping, frozen=True):
@@ -101,7 +101,7 @@ def lower(analysis: Analysis) -> Lowered:
     return _Lowering(analysis).result()
 
 
-_TESTS = 1_000_000_000  # added to a step number: the test of this VALUE, not its place
+_TESTS = 1_000_000_000  # added to the step number of a VALUE to denote its test instead of the step
 
 
 class _Lowering:
@@ -174,7 +174,9 @@ class _Lowering:
         return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
 
     def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
-        """Lower EXIT, which goes behind the end of the loop, and NEXT, which goes to that end and its test."""
+        """Lower EXIT, which jumps to the step after the end of the loop, and NEXT, which jumps to that end and its
+        test.
+        """
         around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
         around.sort(key=lambda block: block.opener, reverse=True)
         closer = around[loops_of(statement) - 1].closer
@@ -190,7 +192,7 @@ class _Lowering:
         return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 
     def _leave_case(self, number: int, block: Block) -> None:
-        """Let the steps above VALUE or ANY jump to the end of the CASE."""
+        """Let the steps before VALUE or ANY jump to the end of the CASE."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
 

@@ -1,4 +1,4 @@
-"""Small functions that make Python syntax trees, so that the compiler reads like the code that it makes."""
+"""Make Python syntax trees by small functions, so that the compiler reads like the code that it makes."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any, TypeVar, cast
 _Leaf = TypeVar("_Leaf", py.Name, py.Constant)
 
 
-FILE = "<program>"  # the file that Python names for compiled programs
-_LINE, _COLUMN = 1, 0  # Python's compiler wants a place, though there is no source
+FILE = "<program>"  # the file name of compiled programs in Python's messages
+_LINE, _COLUMN = 1, 0  # Python's compiler requires a line and a column, although there is no source
 _LOAD = py.Load()
 _BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)
 

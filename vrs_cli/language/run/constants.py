@@ -1,4 +1,4 @@
-"""Find steps that cannot succeed, or do less than they say, from their constants without running the program.
+"""Find steps that cannot succeed, or do less than their constants request, without running the program.
 
 Operands are evaluated and instructions carried out as in a running program, in an environment of their own. So all
 messages are those of the runtime, and every rule is written once.
@@ -47,10 +47,10 @@ CHECKED_BY_THE_ROBOT = (
     commands.SetParameter,
     commands.SetConfiguration,
 )
-LIMITED = frozenset({"SPEED", "ACCEL"})  # a percentage above full speed is taken as full speed
-STAND_INS = (1.0, 8.0, 32.0)  # tried for an unknown real: an error that all three meet, all numbers meet
-TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # a plain number is a signal to them
-NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # where a variable stands for more than its value
+LIMITED = frozenset({"SPEED", "ACCEL"})  # instructions that treat a percentage above full speed as full speed
+STAND_INS = (1.0, 8.0, 32.0)  # values tried for an unknown real: an error for all three is an error for every number
+TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions for which a plain number is a signal
+NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # operands for which the name of a variable matters, not only its value
 REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
 
 
@@ -65,7 +65,9 @@ Given = Value | CallProgram | Gap | None
 
 
 class Constants(Struct, frozen=True):
-    """Tries constants. Nothing else uses `context` or the robot behind `perform`, which raises VrsError."""
+    """Tries constants in an environment of their own. Nothing else uses `context` or the robot of `perform`, which
+    raises VrsError.
+    """
 
     context: Context
     perform: Callable[[commands.Request], None]
@@ -174,7 +176,7 @@ class Constants(Struct, frozen=True):
                 _check_limited(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: errors.VrsError) -> Span:
-        """Return the place of the operand that causes the error: any other number there changes the outcome."""
+        """Return the span of the operand that causes the error: another number there changes the outcome."""
         places = list(enumerate((*statement.arguments, statement.value)))
         for place, expression in reversed(places):
             if expression is not None and isinstance(given[place], float):
@@ -197,7 +199,9 @@ def _check_limited(request: commands.Request) -> None:
 
 
 def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] = NEVER_RIGHT) -> errors.VrsError | None:
-    """Return an error that every run would meet; an error that depends on the run (a unit, a program) is none."""
+    """Return the error that an act raises in every run, or None; errors that depend on the run (a unit, a program) are
+    ignored.
+    """
     try:
         act()
     except wrong as error:

@@ -1,4 +1,5 @@
-"""Effects that a running program asks of its driver, the ways in which it ends, and the reactions of its task.
+"""Define the effects that a running program requests from its driver, the events that end it, and the reactions of its
+task.
 
 A request of `values.commands` goes to the robot; the effects below are for everything else. A task carries out the
 effects whose docstring says so.
@@ -27,7 +28,7 @@ from vrs_cli.values.results import ProgramFault
 
 
 class Effect(Struct, frozen=True):
-    """An effect that a task asks of its driver, in addition to requests to the robot."""
+    """An effect that a task requests from its driver, in addition to requests to the robot."""
 
 
 Event = Request | Effect
@@ -45,7 +46,7 @@ class Type(Effect, frozen=True):
 
 class Prompt(Effect, frozen=True):
     """Show the text and read one line, the answer to `resume`. `count`: the number of wanted values; `wrong`: why the
-    line before could not be read.
+    previous line could not be read.
     """
 
     text: str
@@ -193,7 +194,7 @@ class Failed(Effect, frozen=True):
 
 
 class Budget(Effect, frozen=True):
-    """The given number of steps is done; nothing is asked for."""
+    """The given number of steps has been carried out; nothing is requested."""
 
 
 class TaskState(Enum):
@@ -205,7 +206,7 @@ class TaskState(Enum):
     COMPLETED = "completed"
 
 
-HIGHEST = 127  # of a reaction to a signal, and of LOCK (V+ User's Guide p.46)
+HIGHEST = 127  # maximum priority of a reaction to a signal, and of LOCK (V+ User's Guide p.46)
 OF_ERRORS = 254  # the priority of a REACTE routine (V+ User's Guide p.47)
 DEFAULT_PRIORITY = 1
 
@@ -284,16 +285,16 @@ def checked_signal(number: float) -> int:
 ROBOT = 0
 TERMINAL = 4
 DISKS = (5, 6, 7, 8, 17, 18, 19)
-OTHERS = tuple(range(9, 17))  # for devices that ATTACH names (TCP, SERIAL:1); disk units can have such devices too
+OTHERS = tuple(range(9, 17))  # units for devices named in ATTACH (TCP, SERIAL:1); disk units can have them too
 USUAL_DEVICES = {"DISK": DISKS, "SYSTEM": DISKS, "TERMINAL": (TERMINAL,), "MONITOR": (TERMINAL,)}
 UNITS = "0 is the robot, 4 the terminal, 5 to 8 and 17 to 19 are the disk, 9 to 16 other devices"
 
-SUCCESS = 1  # the status of a unit when all went well
-OPENED, CLOSED = 100, 101  # of a connection, as READ tells (public V+ programs test these)
-MODE_BITS = 7  # of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
+SUCCESS = 1  # the status of a unit after success
+OPENED, CLOSED = 100, 101  # status after READ: a connection was opened, closed (public V+ programs test these)
+MODE_BITS = 7  # bits of the mode of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
 CHOOSE = 4
-ANY = -1  # the system chooses the unit
-NO_WAIT = 1  # of READ and GETC
+ANY = -1  # unit number: the system chooses the unit
+NO_WAIT = 1  # mode of READ and GETC: do not wait
 
 
 class Access(Enum):
@@ -362,12 +363,12 @@ class ReadRecord(UnitEffect, frozen=True):
 
 
 class AwaitLine(UnitEffect, frozen=True):
-    """GETC found nothing on a unit: repeat the step when a character has come, from the terminal a line."""
+    """GETC found nothing on a unit: repeat the step when a character has arrived, or a line from the terminal."""
 
 
 class WriteRecord(UnitEffect, frozen=True):
-    """WRITE; `newline`: the record ends after the text. `handle`: of the connection, None: that of the last READ;
-    `wait`: wait for a connection.
+    """WRITE; `newline`: the record ends after the text. `handle`: the handle of the connection, None: the connection of
+    the last READ; `wait`: wait for a connection.
     """
 
     text: str

@@ -1,4 +1,4 @@
-"""Programs ready to run: the names that compiled programs use, programs with their LOCAL variables, and activations
+"""Prepare programs to run: the names that compiled programs use, programs with their LOCAL variables, and activations
 with their state.
 """
 
@@ -56,7 +56,7 @@ def by_value(context: Context, value: Value) -> Reference:
 
 
 _ARGUMENT = "the argument"
-_ANY_REAL = Cells({}, values.Kind.REAL)  # so that a real that is used as a transformation is told as such
+_ANY_REAL = Cells({}, values.Kind.REAL)  # so that a real used as a transformation raises TypeMismatch
 _ANY_REAL[_ARGUMENT] = 0.0
 _NO_LOCATION = Cells({}, values.Kind.LOCATION)
 _NO_LOCATION.others = ref(_ANY_REAL)
@@ -184,7 +184,7 @@ class Executable:
         with suppress(ProgramNotExecutable):
             known = self._ahead = known or compile_program(LIBRARY, self.analysis)
             if everywhere:
-                known.variant(op=-1)  # no operation: the variant that has every entry
+                known.variant(op=-1)  # -1 is no operation: returns the variant with every entry
 
     def start(self, context: Context, arguments: Sequence[Given], slots: list[object], op: int) -> Steps:
         """Start an activation at an operation. `arguments`: one for each parameter, and the program's own variables.
@@ -314,7 +314,7 @@ class Interruption(Struct, frozen=True):
 
 
 class Activation:
-    """An activation of a program: its place (`op`), and the values that it keeps while its generator is replaced.
+    """An activation of a program: its operation (`op`), and the values that are kept while its generator is replaced.
 
     `between`: the step `op` has not begun; `reached`: the step is next. `interruption`: set if the program was called
     as a reaction.

@@ -1,4 +1,4 @@
-"""Write the texts of TYPE and $ENCODE: values in number formats (V+ Language User's Guide; val2 section 4.7)."""
+"""Make the texts of TYPE and $ENCODE: values in number formats (V+ Language User's Guide; val2 section 4.7)."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {  # of a value, wit
     "H": _in_base("X"),
     "O": _in_base("o"),
 }
-DECIMALS = 3  # of a format without decimals
+DECIMALS = 3  # number of decimals of a format that names none
 
 CONTROLS: dict[str, Callable[[int], str]] = {
     "B": lambda _: "\a",

@@ -1,5 +1,5 @@
-"""The context of functions and instructions (the robot, the system, variables, signals, timers, programs), and helpers
-for their operands.
+"""Define the context of functions and instructions (the robot, the system, variables, signals, timers, programs), and
+check their operands.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from vrs_cli.values.commands import Stamp
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-ROBOT_NUMBER = 1  # of SELECT ROBOT: there is one
+ROBOT_NUMBER = 1  # the number of the only robot in SELECT ROBOT
 TICK = on_grid(0.028)  # [s] the trajectory tick of VAL-II: the interval of tests of WAIT and of busy loops
 
 # INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
@@ -72,8 +72,8 @@ def in_range(engine: Engine, place: Transform | Joints) -> int:
 
 
 def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
-    """Return the joints of a place in a configuration (None: that of `near`), each within its range, and 0 or the
-    reasons why the place cannot be reached, as bits.
+    """Return the joints of a pose in a configuration (None: that of `near`), each within its range, and 0 or the
+    reasons why the pose cannot be reached, as bits.
     """
     way = engine.arm.configuration(near) if asked is None else asked
     try:
@@ -120,7 +120,7 @@ def _time_left(engine: Engine) -> float:
 
 
 def _percent_done(engine: Engine) -> float:
-    """Return how much of the present motion is done [%]; 100 if the robot stands still."""
+    """Return the completed fraction of the present motion [%]; 100 if the robot is at rest."""
     span = _present_motion(engine)
     return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
 
@@ -167,7 +167,7 @@ class System:
         return ROBOT_NUMBER
 
     def take_latch(self) -> bool:
-        """Return whether the latch signal has come since the last call."""
+        """Return whether the latch signal has occurred since the last call."""
         return False
 
     def latch(self) -> tuple[Transform, Joints] | None:
@@ -208,7 +208,7 @@ class System:
 # --- timers and programs ---------------------------------------------------------------------------------------------
 
 
-LAST_TIMER = 15  # V+ has negative ones, too
+LAST_TIMER = 15  # highest timer number; V+ also has negative numbers
 
 
 class Timers:
@@ -285,7 +285,7 @@ class Memory(Variables):
         return stored
 
     def meant(self, typed: str) -> StoredProgram:
-        """Return the program of that name, or of which the name is an abbreviation. Raises UndefinedName."""
+        """Return the program with a name, or the program that the name abbreviates. Raises UndefinedName."""
         key = key_of(typed)
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:

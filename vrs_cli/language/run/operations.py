@@ -1,4 +1,4 @@
-"""The functions of the language, and the tables by which programs find them.
+"""Define the functions of the language, and the tables by which programs find them.
 
 Arguments and results are in millimetres and degrees, inner values in metres and radians. An omitted argument is None.
 Sources: V+ Language Reference; val2 section 5.
@@ -47,7 +47,7 @@ DEGREE = math.pi / 180.0
 
 
 def sine(angle: float) -> float:
-    """Return the sine of an angle [degrees], exact where it should be: as `values.quadrant` divides, but faster."""
+    """Return the sine of an angle [degrees], exact at multiples of a right angle, like `values.quadrant` but faster."""
     turned = fmod(angle, 360.0)
     positive = turned if turned >= 0.0 else -turned
     if positive < HALF_RIGHT_ANGLE:
@@ -259,7 +259,7 @@ def _stretch(array: Reference, first: float, count: float) -> tuple[list[Referen
 
 
 def _from_one(number: float, what: str) -> int:
-    """Return the place of a character. Raises IllegalValue."""
+    """Return the number of a character, counted from 1. Raises IllegalValue."""
     place = values.whole(number)
     if place < 1:
         raise IllegalValue(f"character {place} of {what}", "characters count from 1")
@@ -267,7 +267,7 @@ def _from_one(number: float, what: str) -> int:
 
 
 def element(first: Reference, offset: int) -> Reference:
-    """Return the array element `offset` places behind one. Raises TypeMismatch for a simple variable."""
+    """Return the array element `offset` indexes after `first`. Raises TypeMismatch for a simple variable."""
     if not isinstance(first.key, int):
         raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
     return first._replace(key=first.key + offset)
@@ -343,7 +343,7 @@ def free(which: float) -> float:
 
 
 def io_status(context: Context, unit: float, mode: float | None) -> float:
-    """IOSTAT: with mode 0, 1 and 3 return the status of the last operation, with 2 the length of the last record."""
+    """IOSTAT: return the status of the last operation (modes 0, 1, 3), or the length of the last record (mode 2)."""
     system, which = context.environment.system, values.integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
     number = checked_unit(unit)
     return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
@@ -352,7 +352,7 @@ def io_status(context: Context, unit: float, mode: float | None) -> float:
 RECORD_LENGTH = 2  # mode of IOSTAT
 
 
-# Messages that are no errors (V+ Language Reference, system messages).
+# Messages that are not errors (V+ Language Reference, system messages).
 MESSAGES = {
     1: "Success",
     3: "Program completed",

@@ -79,12 +79,12 @@ from vrs_cli.values.results import ProgramFault
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-MAX_CALL_DEPTH = 10_000  # programs that have called one another
+MAX_CALL_DEPTH = 10_000  # maximum number of programs that have called one another
 MAX_CYCLES = 32767
-BUDGET = 10_000  # steps between two turns of other work
+BUDGET = 10_000  # number of steps between two turns of other work
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
-Arguments = Sequence[Reference | Value | None]  # of a program; None where one is left out
+Arguments = Sequence[Reference | Value | None]  # arguments of a program; None for an omitted one
 
 
 class Task:
@@ -136,7 +136,8 @@ class Task:
     # for the driver
 
     def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
-        """Run until something is asked for, or `budget` steps have begun. `answer`: the line that Prompt asked for.
+        """Run until the program requests something, or `budget` steps have begun. `answer`: the line that Prompt asked
+        for.
 
         With a budget of 1 the program runs by single steps: each `Budget` stands before the step `step`. After the end
         the last event is returned again.
@@ -147,7 +148,7 @@ class Task:
         return next(self._life)
 
     def throw(self, error: VrsError) -> Event:
-        """Let the present step fail with an error: the driver could not do what the last event asked for."""
+        """Let the present step fail with an error: the driver could not do what the last event requested."""
         self._thrown, self._budget = error, BUDGET
         return next(self._life)
 
@@ -184,17 +185,17 @@ class Task:
 
     @property
     def was_broken_off(self) -> bool:
-        """Return whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
+        """Return whether an exception from outside (Ctrl-C) ended the task in the middle of a step."""
         return getgeneratorstate(self._life) == GEN_CLOSED
 
     @property
     def between(self) -> bool:
-        """Return whether it stands before the step `step`, which has not begun."""
+        """Return whether the task has stopped before the step `step`, which has not begun."""
         return bool(self._activations) and self._activations[-1].reached
 
     @property
     def program(self) -> str:
-        """Return the name of the running program: the main one, or one that it has called."""
+        """Return the name of the running program: the main program, or a program that it has called."""
         return self._activations[-1].program.name if self._activations else self._name
 
     @property
@@ -416,7 +417,7 @@ class Task:
             self._budget -= budget - left
 
     def _locate(self, error: BaseException) -> int:
-        """Set the operation in which an error occurred. Return the steps that were left of the turn."""
+        """Set the operation in which an error occurred. Return the number of steps left in the turn."""
         activation, (left, _) = self._activations[-1], self._context.turn
         trace = error.__traceback__
         while trace is not None:

@@ -1,7 +1,7 @@
 """Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number is the inverse.
 
 Also the data that drives input signals: changes at known times, and the rules of a cell, by which inputs follow outputs
-after a delay (sensors, feeders, a camera with results in a table). Nothing runs here.
+after a delay (sensors, feeders, a camera with results in a table).
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class Signals:
     Outputs and inputs of a robot are on the timeline of its `engine`: reading gives the state at the clock, and setting
     adds an event. Internal signals are variables, and so are all signals without a robot.
 
-    `listeners` get the number and the new state of each signal that changes as time passes; they are not told about
-    changes by UNDO or another timeline. `names`: of signals, by number. `observer` gets each state that `observe`
-    reads. `place`: the operation of the running program that reads signals now, if known.
+    `listeners` get the number and the new state of each signal that changes as time passes, but not of changes by UNDO
+    or another timeline. `names`: of signals, by number. `observer` gets each state that `observe` reads. `place`: the
+    operation of the running program that reads signals now, if known.
     """
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ class Signals:
 
     @cell_inputs.setter
     def cell_inputs(self, computed: ComputedSignals | None) -> None:
-        self._computed, self._timeline = computed, None  # the states are read again
+        self._computed, self._timeline = computed, None  # None: read the states again
 
     # --- reading ---
 
@@ -214,7 +214,7 @@ class Signals:
         )
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
-        """Change the signals as the timeline says for a time: first by events, then by computed changes."""
+        """Change the signals to their states on the timeline at a time: first by events, then by computed changes."""
         computed = self.cell_inputs
         for event in timeline.events_between(t, t):
             follows = computed is not None and event.channel in computed.numbers
@@ -303,7 +303,7 @@ class InputChange(Struct, frozen=True):
 
 
 class Inputs(Struct, frozen=True):
-    """Changes to come, the earliest first."""
+    """Future changes, sorted by time."""
 
     changes: tuple[InputChange, ...] = ()
     done: int = 0
@@ -320,7 +320,7 @@ class Inputs(Struct, frozen=True):
 
     @property
     def left(self) -> tuple[InputChange, ...]:
-        """Return the changes that are still to come."""
+        """Return the remaining changes."""
         return self.changes[self.done :]
 
     def later(self, seconds: float) -> Inputs:
@@ -335,7 +335,7 @@ class Inputs(Struct, frozen=True):
         return self.changes[self.done : done], Inputs(self.changes, done)
 
     def with_more(self, changes: Iterable[InputChange]) -> Inputs:
-        """Add changes; of equal times the earlier known ones come first."""
+        """Add changes; among equal times the changes already known come first."""
         return Inputs.of((*self.left, *changes))
 
 
@@ -343,9 +343,9 @@ NO_INPUTS = Inputs()
 
 
 class Follow(Struct, frozen=True):
-    """A rule: when one signal takes a state, another takes one `after` seconds later, and the opposite `lasting`
-    seconds after that. Negative numbers mean off. `rows`: each time the `variables` get the values of the next row;
-    after the last row nothing happens, or (`again`) the first comes again.
+    """A rule: when one signal gets a state, another signal gets a state `after` seconds later, and the opposite state
+    `lasting` seconds after that. Negative numbers mean off. `rows`: each time the `variables` get the values of the
+    next row; after the last row nothing happens, or (`again`) the first comes again.
     """
 
     when: int
@@ -365,7 +365,7 @@ class Cell(Struct, frozen=True):
     scene: CellScene = NO_SCENE
 
     def fill(self, variables: Variables) -> None:
-        """Give the variables of its tables that have no value the values of the first rows."""
+        """Give variables of the cell's tables that have no value the values of the first rows."""
         for follow in self.follows:
             for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
                 one = variables.reference(name)

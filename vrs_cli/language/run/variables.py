@@ -1,4 +1,4 @@
-"""The variables of a robot by name; all are global, unless a program declares its own.
+"""Store the variables of a robot by name; all are global, unless a program declares its own.
 
 Variables are stored in cells of one kind: dictionaries that compiled programs read and write directly. Two rules always
 hold: a bare name is a real or a transformation, never both; and a missing cell means an undefined variable, so that
@@ -30,7 +30,7 @@ from vrs_cli.language.words.values import (
 from vrs_cli.values.numbers import Value
 
 Index = int | tuple[int, ...]
-Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too
+Item = tuple[str, Index | None]  # the key of a variable, and the index if it is an element of an array
 
 OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
 
@@ -64,7 +64,7 @@ class Cells(dict[str | Index, Value]):
         self.kind = kind
         self.array = array
         self.omitted = omitted
-        self.others: ref[Cells] | None = None  # weak: a server never frees cycles
+        self.others: ref[Cells] | None = None  # a weak reference, because a server never frees cycles
         self.changed: set[Item] | None = None
 
     def note_changes(self, changed: set[Item] | None) -> None:
@@ -232,7 +232,7 @@ class SubArray(Cells):
         return self._whole.name(self._index(key))
 
 
-NO_CELLS = Cells({}, Kind.LOCATION)  # of the other kind, which a `#` or `$` name cannot have
+NO_CELLS = Cells({}, Kind.LOCATION)  # the other kind's cells for a `#` or `$` name, which has one kind only
 
 
 class Reference(NamedTuple):
@@ -435,7 +435,7 @@ class Variables:
         self.reference(key, index).assign(value)
 
     def take(self, other: Variables) -> None:
-        """Copy the values of other variables, which replace what their names were."""
+        """Copy the values of other variables; they replace all values with the same names."""
         self.spelling |= other.spelling | self.spelling
         for kind, rival in OTHER_KIND.items():
             for names in other._named_by(kind):
@@ -449,7 +449,7 @@ class Variables:
                     self.cells(kind, array).take(elements)
 
     def alone(self, key: str) -> Variables:
-        """Return one name with all that it stands for now."""
+        """Return a copy with one name only: its simple variables and arrays of all kinds."""
         found = Variables(self.units)
         found.spelling[key] = self.spelling.get(key, key)
         for kind in kinds_of_name(key):

@@ -25,11 +25,11 @@ from vrs_cli.language.words.word import Argument, Shape, Word, WordRow
 from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 
 Children = list[Any]  # tokens, nodes and pieces, as the rule has them
-Items = list[Expression | None]  # expressions between commas, None for one that is left out
+Items = list[Expression | None]  # expressions between commas, None for an omitted one
 
-MAX_REAL = 3.4e38  # the largest single-precision real
+MAX_REAL = 3.4e38  # about the largest real of single precision
 BINARY_DIGITS = 8
-FORMAT_DIGITS = 3  # of the width or the decimals
+FORMAT_DIGITS = 3  # maximum number of digits of the width or the decimals
 INDEXES = 3
 LAST_CHARACTER = 255  # of $CHR
 
@@ -44,7 +44,9 @@ def _span(children: Sequence[Any]) -> Span:
 
 
 def number_value(text: str) -> float | None:
-    """Return the value of a constant (`5`, `1E-3`, `^HFF`, `^B101`, `^17`, `'A`), or None if it is none."""
+    """Return the value of a constant (`5`, `1E-3`, `^HFF`, `^B101`, `^17`, `'A`), or None if the text is
+    no constant.
+    """
     try:
         if text[0] == "'":
             return float(ord(text[1]))
@@ -204,7 +206,7 @@ def _piece(put: Callable[..., None]) -> Callable[[Builder, Children], _Piece]:
     return lambda _builder, children: _Piece(put, children, _span(children))
 
 
-_FIELDS = {  # of a modifier, by its token: the sort that the table allows, and the field of ast.Modifiers
+_FIELDS = {  # by the token of a modifier: the sort that the table allows, and the field of ast.Modifiers
     "AT": ("AT", "at"),
     "IN": ("AT", "within"),
     "ALWAYS": ("ALWAYS", "always"),
@@ -271,7 +273,7 @@ class _Given(Struct):
         modifiers = ast.Modifiers(**dict(self.modifiers.values())) if self.modifiers else ast.NO_MODIFIERS
         if (
             row.name == "JMOVE" and len(arguments) == 1 and not isinstance(arguments[0], ast.Number)
-        ):  # that of Kawasaki goes to a location
+        ):  # the JMOVE of Kawasaki goes to a location
             raise refusal(CannotInterpret, span, "JMOVE takes the values of all joints", "MOVE goes to a location")
         empty = self.grouped and self.task is None and not any(self.arguments[: row.group_size])
         return ast.Instruction(row.name, arguments, value, modifiers, empty, span=span)
@@ -367,7 +369,7 @@ def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Childre
 
 
 class Builder:
-    """The methods have the names of the rules of the grammar."""
+    """Builds the nodes of a tree; its methods have the names of the grammar's rules."""
 
     def __init__(self) -> None:
         self._grouping: Grouping[Expression] = Grouping(ORDER, _unary, _binary)

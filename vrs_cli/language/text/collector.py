@@ -10,8 +10,8 @@ from queue import SimpleQueue
 from threading import Thread
 from weakref import finalize
 
-COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values before a collection, and collections before values are old
-FREED_AT_ONCE = 10_000  # elements of a long sequence that are freed at once: about 5 ms
+COLLECT_AFTER, COLLECTIONS = 10_000, 5  # number of new values per collection, and of collections until values are old
+FREED_AT_ONCE = 10_000  # number of elements of a long sequence that are freed at once (about 5 ms)
 
 
 @contextmanager

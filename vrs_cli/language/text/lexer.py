@@ -54,7 +54,7 @@ from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word,
 from vrs_cli.values.diagnostics import LineRefused, Span, did_you_mean, refusal
 
 LABEL_HIGH = 65535
-MAX_TOKENS = 400  # tokens of a line; a VAL-II line holds far fewer
+MAX_TOKENS = 400  # maximum number of tokens of a line; a VAL-II line has far fewer
 
 
 class Token(Struct, eq=False):
@@ -78,7 +78,7 @@ def label_value(text: str, span: Span) -> int:
     return int(value)
 
 
-# Words that link after an expression, by their type.
+# Words that may follow an expression (THEN, TO, AT), by their type.
 _LINKS = {
     **{word: word for word in ("THEN", "GOTO", "TO", "STEP", "DO", "OF", "BY", "AT", "IN", "ALWAYS")},
     **dict.fromkeys(("MMPS", "IPS", "MONITOR"), "UNIT"),
@@ -143,7 +143,7 @@ class Lexer:
         self._row: Word | None = None
         self._val_if = False  # IF a EQ b THEN label
         self._has_foreign_sign = "=" in text or "++" in text or "--" in text
-        self._defined: Container[str] = ()  # the keys of what is defined, at the prompt
+        self._defined: Container[str] = ()  # the keys of defined names, at the prompt
 
     @property
     def _operand(self) -> bool:
@@ -235,7 +235,7 @@ class Lexer:
                 hint = f"write {target} = {target} {sign[0]} {'1' if sign in ('++', '--') else '...'}"
             raise self._refusal(CannotInterpret, *foreign.span(1), f"{sign} is no sign of VAL-II", hint)
         if _ASSIGNS.match(self._text, word.end()):
-            if word[0].upper() in OPERATOR_WORDS:  # AND = 5: what follows would be read as its operand
+            if word[0].upper() in OPERATOR_WORDS:  # AND = 5: the rest would be read as an operand
                 raise self._refusal(InvalidName, *word.span(), *why_reserved(word[0].upper()))
             self._refuse_list(word)
             self._rest()
@@ -343,7 +343,7 @@ class Lexer:
             self._rest()
             last = self.tokens[-2 if self.tokens[-1].type == "COMMENT" else -1]
             if row.name in ("VALUE", "ANY") and last.text == ":":
-                last.type = "COLON"  # the colon that ends VALUE 1, 2: is no operator
+                last.type = "COLON"  # the colon at the end of VALUE 1, 2: is not an operator
         else:
             self._add("WORD", row.name, *word.span(), row)
             self._arguments(row)
@@ -511,7 +511,7 @@ class Lexer:
         return argument is not None and argument.shape is Shape.PROGRAM
 
     def _place(self) -> int | None:
-        """Return the number of commas before; None inside parentheses or brackets."""
+        """Return the number of commas before the present position; None inside parentheses or brackets."""
         depth = commas = 0
         for token in self.tokens:
             depth += _DEPTH.get(token.type, 0)
@@ -568,7 +568,7 @@ class Lexer:
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", hint)
 
     def _unreadable(self) -> LineRefused:
-        """Return the error for a text with which no token begins."""
+        """Return the error for a text that does not begin with a token."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
         self._refuse_foreign_comment(at)

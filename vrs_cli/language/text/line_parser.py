@@ -1,9 +1,9 @@
-"""Parse one line of VAL-II by grammar/val2.lark, or explain why it does not fit and what would be right.
+"""Parse one line of VAL-II by grammar/val2.lark, or explain why the line does not fit and suggest a correction.
 
 The tokens are parsed by the LALR(1) algorithm (Aho, Sethi, Ullman: Compilers, 4.7). Lark makes the parse table of the
 grammar. The table is kept in the user's cache, so that most runs load no Lark, and `TableParser` follows it twice as
-fast as Lark does. Lark has the table in a private attribute. If a release has another table there, `LarkParser` parses
-through Lark's public interface and gives the same trees.
+fast as Lark does. Lark keeps the table in a private attribute. If a release of Lark has another form of table,
+`LarkParser` parses through Lark's public interface and gives the same trees.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_me
 from vrs_cli.version import __version__
 
 END = "$END"  # the terminal after the last token
-FORM = f"vrs {__version__}, table 1"  # of the cache file
+FORM = f"vrs {__version__}, table 1"  # the format of the cache file
 CHECKSUM = 4  # bytes
 
 
@@ -283,7 +283,7 @@ class LarkParser:
 
 
 GRAMMAR = "val2.lark"
-REMEMBERED = 20_000  # steps, about 3 kB each: a text that is being changed is read again and again
+REMEMBERED = 20_000  # number of steps kept (about 3 kB each), because a text being edited is parsed repeatedly
 STARTS = ("step", "prompt", "header", "entry")
 
 
@@ -470,7 +470,7 @@ class Complaint:
             hint = "VALUE 1: begins a case" if self._head.type == "CASE" else form
             return self._say(CannotInterpret, "a : ends no line", hint, last)
         if last.type != "COMMA" and END in self._accepted:
-            return None  # nothing has to follow
+            return None  # no operand is required
         if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
             return None
         if self._type == "EQUAL" and last.text == ":":
@@ -527,7 +527,7 @@ class Complaint:
         return self._say(IllegalExpression, "= has no place here", hint)
 
     def _missing_link(self) -> Diagnostic | None:
-        """Explain IF without THEN, and the like."""
+        """Explain a missing linking word, such as THEN after IF."""
         head, last = self._head, self._last
         if head is None or last is None or head is last or head.type not in CONTROL:
             return None

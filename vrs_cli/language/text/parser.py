@@ -1,7 +1,7 @@
 """Parse VAL-II text to syntax trees by one grammar (grammar/val2.lark): lines, files, and the parts of a file.
 
 Mistakes are diagnostics: LineRefused for a line; for a file all of them together, because each line is read by itself.
-This module also knows the layout of files: programs, sections of variables, step numbers of old listings, files in
+This module also defines the layout of files: programs, sections of variables, step numbers of old listings, files in
 languages of other makers, and comments that suppress warnings. `; vrs: ignore V401, V056` at the end of a line is for
 that line, `; vrs: ignore-file V401` for the file; without codes all warnings are suppressed.
 """
@@ -64,9 +64,9 @@ V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
 IN_ANOTHER_FILE = "is in another of these files too"
-MAX_TRIED = 200  # the first steps of a file without a heading that are tried
-MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
-JOINTS_HIGH = 12  # joints of a precision point in a file
+MAX_TRIED = 200  # number of first steps that are tried in a file without a heading
+MAX_LINE_CHARS = 4000  # maximum length of a step or an entry; a search may take time proportional to its square
+JOINTS_HIGH = 12  # maximum number of joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
 
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
@@ -79,7 +79,7 @@ DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
 
 
 def header_end(text: str) -> int | None:
-    """Return the index after `.PROGRAM` if a line begins with it, otherwise None."""
+    """Return the index after `.PROGRAM` if a line begins with this word, otherwise None."""
     match = _DIRECTIVE.match(text)
     return match.end() if match is not None and match[1].upper() == PROGRAM else None
 
@@ -145,12 +145,12 @@ def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span
 
 
 def programs_headed(text: str) -> frozenset[str]:
-    """Return the keys of the programs that a text has headings of, without reading the rest."""
+    """Return the keys of the programs whose headings are in a text, without parsing the programs."""
     return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
 
 
 def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
-    """Return the dialect that a file names, or the usual one; and an error if there is none of that name."""
+    """Return the dialect that a file names, or the usual one; and an error for an unknown name."""
     word, span = named_above(text, "dialect") or (usual.name, None)
     if span is None or word.lower() in DIALECTS:
         return Dialect[word.upper()], ()
@@ -158,13 +158,15 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 
 class FileReader(DiagnosticCollector):
-    """Reads a file line by line and goes on after each mistake. `remembered`: its steps stay in memory."""
+    """Reads a file line by line and continues after each mistake. `remembered`: the steps of the file stay
+    in memory.
+    """
 
     def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
         self._parser, self._dialect = parser, dialect
         self._read_step = parser.step if remembered else parser.new_step
-        self._damaged = False  # the text has characters that no text has
+        self._damaged = False  # whether the text has characters that cannot occur in a text
 
     def read(self, text: str, name: str = "") -> tuple[File, tuple[Diagnostic, ...]]:
         """Return the file and all mistakes in its lines. `name`: of the file; it is also the name of the program if the
@@ -222,7 +224,7 @@ class FileReader(DiagnosticCollector):
             )
 
     def _damage_in(self, line: SourceLine) -> Diagnostic | None:
-        """Return an error for the first character that no text has, or None."""
+        """Return an error for the first character that cannot occur in a text, or None."""
         found = _BINARY.search(line.text) if self._damaged else None
         if found is None:
             return None
@@ -230,7 +232,7 @@ class FileReader(DiagnosticCollector):
         return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
 
     def _check_text(self, line: SourceLine) -> None:
-        """Check a line for characters that no text has, and for its length. Raises LineRefused."""
+        """Check a line for characters that cannot occur in a text, and for its length. Raises LineRefused."""
         if len(line.text) > MAX_LINE_CHARS:
             raise LineRefused(
                 error(
@@ -307,11 +309,11 @@ class FileReader(DiagnosticCollector):
     # --- sections of variables ---
 
     def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
-        """Return a section. `whole` is False if one of its lines is wrong, and then none of it is used."""
+        """Return a section. `whole` is False if one of its lines is wrong; then the section is not used."""
         before = len(self.diagnostics)
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
-        goes_on = False  # the line above is a transformation, which may have more numbers
+        goes_on = False  # whether the line above is a transformation, which may have more numbers
         for inner in body:
             try:
                 self._check_text(inner)
@@ -371,8 +373,8 @@ def program_name(file: str) -> str:
 
 
 def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
-    """Report each program whose name another program of the file has. Each comes with the number of lines above its
-    part.
+    """Report each program whose name another program of the file has. `programs`: each with the number of lines above
+    its part.
     """
     names: set[str] = set()
     for program, above in programs:
@@ -382,7 +384,7 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 
 
 def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
-    """Return the error for a program whose name another has. `above`: the number of lines above its part."""
+    """Return the error for a program with the name of another program. `above`: the number of lines above its part."""
     span = replace(program.span, line=program.span.line + above)
     return error(ProgramExists, span, f"{program.name} {how}")
 
@@ -477,8 +479,8 @@ _KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.f
 MIN_LIKELY_LINES, MIN_LIKELY_PART = (
     2,
     0.1,
-)  # likely lines in a foreign file: at least so many, and so large a part of all steps
-# lines that are no steps: blank ones, comments, headings, and values of variables
+)  # minimum number of likely lines in a foreign file, and their minimum fraction of all steps
+# lines that are not steps: blank lines, comments, headings, and values of variables
 _NO_STEP = r"(?im)^[ \t]*(?:;.*|\.[A-Z].*|#?[A-Z][\w.]*(?:\[[\d, ]*\])?(?:[ \t]+[-+.\d][\d.E+-]*)+[ \t]*)?\r?$"
 _OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"  # motions that no other maker has
 
@@ -590,9 +592,9 @@ def _val_parser() -> LineParser:
 class Part(Struct, frozen=True, eq=False, dict=True):
     """A program or a section with all lines up to the next heading; or the lines before the first heading.
 
-    An editor changes one line at a time, and so few parts of a file: each part is read once. Its lines count from 1, so
-    that a part does not change when lines come or go above it. `last`: its `.END`, or its last line. `name`: of the
-    file, for the first part, which may be steps without a heading.
+    An editor changes one line at a time, and so few parts of a file; an unchanged part is not read again. Its lines
+    count from 1, so that a part does not change when lines come or go above it. `last`: its `.END`, or its last line.
+    `name`: of the file, for the first part, which may be steps without a heading.
     """
 
     lines: tuple[str, ...]

@@ -19,8 +19,8 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import COMMAS, Shape, State, Word
 
 INDENT = 4
-NAME_WIDTH = 16  # of a variable in a section
-ATOM = 100  # binds tighter than every operator
+NAME_WIDTH = 16  # width of a variable's name in a section [characters]
+ATOM = 100  # rank of a single value, which binds tighter than every operator
 
 
 def print_file(file: File) -> str:

@@ -38,7 +38,7 @@ LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a 
 _UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
 UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
-MEANT_ELSEWHERE = {  # our words that mean more in other languages
+MEANT_ELSEWHERE = {  # VAL-II words that mean more in other languages
     "SWITCH": "CASE x OF chooses by a value",
     "SIGNAL": "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
     "RESET": "RESET turns all off, SIGNAL -1 turns one off",
@@ -50,9 +50,9 @@ _ONLY_READ = {  # functions to which students assign
     **dict.fromkeys(("DX", "DY", "DZ"), "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
 }
 LABELS = "a label is a number before a statement: 10 TYPE"
-SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # MOVE Z 100
+SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BACK"])  # as in MOVE Z 100
 
-TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # DRIVE 1, 30 AFTER 2
+TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # as in DRIVE 1, 30 AFTER 2
 
 # functions of other languages, with hints
 _NUMBER_TEXT = "$ENCODE(5) is the text of a number"
@@ -84,7 +84,7 @@ FOREIGN_FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("OPEN", "FOPEN"), 'ATTACH (lun, 4) "DISK" and FOPENR (lun) "name" open a file to be read'),
 }
 
-# our word, and the words of other languages for it
+# the VAL-II word, and the words of other languages for it
 _SAME = {
     "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG CONSOLE.LOG",
     "PROMPT": "INPUT RAW_INPUT",

@@ -1,7 +1,7 @@
 """List the functions, constants, operators and linking words of the language: one row each, for checks, HELP,
 completion.
 
-Functions take and give millimetres and degrees; inside they are metres and radians. `operations` evaluates each
+Functions take and return millimetres and degrees; internally they use metres and radians. `operations` evaluates each
 function under the same name. Sources: V+ Language Reference; val2 sections 2 and 5. The order of operators is that of
 V+ or VAL-II's own (val2 section 2.2). They differ in NOT, AND, OR and XOR beside relations; see the head of
 grammar/val2.lark.
@@ -29,7 +29,7 @@ class Function(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def constant(self) -> bool:
-        """Return whether it is written without parentheses (`PI`, `HERE`)."""
+        """Return whether the function is written without parentheses (`PI`, `HERE`)."""
         return self.form == self.name
 
     @cached_property
@@ -240,9 +240,9 @@ _REFUSED = (
 FUNCTIONS: Mapping[str, Function] = by_name(
     (*_ARITHMETIC, *_LOCATIONS, *_SIGNALS, *_LATCH, *_SYSTEM, *_STRINGS, *_TASKS, *_UNITS, *_REFUSED)
 )
-WITH_BY = frozenset({"SHIFT", "SCALE"})  # the first argument is followed by BY, not by a comma
+WITH_BY = frozenset({"SHIFT", "SCALE"})  # functions whose first argument is followed by BY, not by a comma
 
-BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions whose values change by themselves
+BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions whose values change without an assignment
 
 
 class Operator(WordRow, frozen=True, eq=False, dict=True):

@@ -332,16 +332,16 @@ CONTROL: Mapping[str, Control] = by_name(_CONTROL)
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
-DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # they only say to which program variables belong
-RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}  # of IF a EQ b THEN label
+DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # words that only state to which program variables belong
+RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}  # for IF a EQ b THEN label
 LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps to the end or the next pass of a loop
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
 OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})
 
-# The words that no variable can have as its name, and why. Every other word is one only in its place: an instruction
-# at the start of a line and before neither = nor [, a function before (, STEP or AT where an expression has ended.
-# Programs that ran on controllers have variables status, stop, value, delay and dx (val2 sections 1 and 15).
+# The words that cannot be names of variables, and why. Every other word is a keyword only in its position: an
+# instruction at the start of a line and before neither = nor [, a function before (, STEP or AT where an expression has
+# ended. Programs that ran on controllers have variables status, stop, value, delay and dx (val2 sections 1 and 15).
 RESERVED: Mapping[str, str] = {
     **dict.fromkeys(sorted(OPERATOR_WORDS), "an operator"),
     **dict.fromkeys(("TRUE", "FALSE", "ON", "OFF", "PI"), "a constant"),

@@ -231,8 +231,8 @@ COMMANDS: Mapping[str, Word] = by_name(
     (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_REFUSED)
 )
 
-# What may be typed while the robot program runs, beside all that changes nothing (`Role.OBSERVER`): it sets, stores,
-# starts or stops, and moves no arm. What remains (the other instructions too) is refused with the reason.
+# Words that may be typed while the robot program runs, beside words that change nothing (`Role.OBSERVER`): they set,
+# store, starts or stops, and moves no arm. What remains (the other instructions too) is refused with the reason.
 _BESIDE = """
     HERE POINT TEACH DELETEP DELETEL DPOINT DELETER DELETES COPY RENAME EDIT SEE
     LOAD LOADP LOADL STORE STOREP STOREL STORER STORES SAVE FDELETE FRENAME FCOPY COMMANDS
@@ -247,13 +247,13 @@ ON_BRANCH = frozenset(_ON_BRANCH.split())
 
 # --- words behind a command ---
 
-MEASURED = "MEASURED"  # of WHERE and COMPARE: the measured robot
+MEASURED = "MEASURED"  # argument of WHERE and COMPARE: the measured robot
 CLOCK_WORDS: Mapping[str, str] = {
     "PAUSE": "time stands, and with it the arm",
     "GO": "time goes on",
     "RATE": "RATE = r: so many seconds of the robot in one second",
 }
-STOP = "STOP"  # of RESYNC: drop the scheduled motions
+STOP = "STOP"  # argument of RESYNC: drop the scheduled motions
 BODY_WORDS: Mapping[str, str] = {
     "RELEASE": "the client that is the body is it no longer",
     "OFF": "nobody looks whether it is where the timeline says",

@@ -18,7 +18,7 @@ from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, from_oat, orthonormal_frame, to_oat
 from vrs_cli.values.numbers import LIMIT, Value
 
-NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
+NAME_LENGTH = 15  # number of significant characters of a name (V+ User's Guide p.99)
 
 
 class Kind(Enum):
@@ -75,7 +75,9 @@ def kind_of_value(value: Value) -> Kind:
 
 
 def whole(value: float) -> int:
-    """Return the nearest integer; halves go away from zero. Reals are rounded so where an integer is needed."""
+    """Return the nearest integer; halves are rounded away from zero. Reals are rounded like this where an integer is
+    needed.
+    """
     return int(value + 0.5) if value >= 0.0 else int(value - 0.5)
 
 
@@ -147,7 +149,7 @@ def read_number(text: str) -> float | None:
 
 # --- millimetres and degrees ---------------------------------------------------------------------------------------
 
-EDGE_DIGITS = 9  # decimals of mm and degrees: they hide rounding, and are far finer than any arm
+EDGE_DIGITS = 9  # decimals of mm and degrees: few enough to hide rounding, far finer than any arm
 
 
 def millimetres(metres: float) -> float:
@@ -176,7 +178,7 @@ def transformation(numbers: Iterable[float]) -> Transform:
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
 
-MAX_ROUNDING = 0.005  # of a number of an axis that has three decimals or more
+MAX_ROUNDING = 0.005  # maximum rounding error of a number of an axis, which has at least three decimals
 
 
 def from_axes(numbers: Iterable[float]) -> Transform:
@@ -204,7 +206,7 @@ def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[
 
 # --- text --------------------------------------------------------------------------------------------------------
 
-SIGNIFICANT = 7  # digits of the default form
+SIGNIFICANT = 7  # number of significant digits of the default form
 EXACT = 1e8  # integers below this are shown in full, so that 24 bits never lose a digit
 
 
@@ -225,8 +227,8 @@ def default_form(value: float) -> str:
 
 
 def quadrant(angle: float) -> tuple[int, float]:
-    """Return an angle [degrees] as a number of right angles (0 to 3) and the exact rest in [-45, 45] degrees as
-    [rad].
+    """Return an angle [degrees] as a number of right angles (0 to 3) and the exact remainder in [-45, 45] degrees, in
+    radians.
     """
     turned = fmod(angle, 360.0)
     right_angles = whole(turned / 90.0)

@@ -46,9 +46,9 @@ class Shape(Enum):
     TASK = "task number, before the others and without a comma"
 
 
-COMMAS = frozenset({"BY", "="})  # leads that stand for a comma
-RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # read as they stand, up to a blank, a comma or an equals sign
-GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # these stand in one pair of parentheses before the others
+COMMAS = frozenset({"BY", "="})  # leading words that replace a comma
+RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # operands read as typed, up to a blank, a comma or an equals sign
+GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # operands in one pair of parentheses before the others
 
 # What an operand of the printed form is, by its name. Where the row says nothing else, another name in parentheses is a
 # GROUP, one that begins with $ a STRING, and every other a REAL.
@@ -87,7 +87,7 @@ MODIFIERS: Mapping[str, Mapping[str, str]] = {
     "ALWAYS": {"ALWAYS": "not for the next motion only"},
     "UNIT": {"MMPS": "mm a second", "IPS": "inches a second", "MONITOR": "percent, the monitor speed"},
 }
-SORT_WORDS: Mapping[str, str] = {  # between the word of a declaration and its variables
+SORT_WORDS: Mapping[str, str] = {  # words between the word of a declaration and its variables
     "REAL": "reals",
     "DOUBLE": "reals, as all are in double precision",
     "LOC": "transformations",
@@ -113,7 +113,7 @@ class Role(Flag):
 
     OBSERVER = 1
     DESIGNER = 2
-    SUPERVISOR = 7  # more than both
+    SUPERVISOR = 7  # includes the rights of all other roles
 
     @property
     def title(self) -> str:
@@ -163,7 +163,7 @@ class PrintedForm(NamedTuple):
 
 
 def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
-    """Read a form without its word. `shapes`: those of the first operands, if their names do not say them.
+    """Read a form without its word. `shapes`: the shapes of the first operands, if their names do not determine them.
 
     A single operand after `=` is a value; if several follow, the sign stands for the first comma.
     """
@@ -203,8 +203,8 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
 class WordRow(Struct, frozen=True, eq=False, dict=True):
     """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), a summary, and an example.
 
-    `note`: a remark, or for a refused word what to write instead. `shapes`: those of its first operands, if their names
-    do not say them (`SHAPES`).
+    `note`: a remark, or for a refused word what to write instead. `shapes`: the shapes of its first operands, if their
+    names do not determine them (`SHAPES`).
     """
 
     form: str
@@ -327,17 +327,17 @@ def usable_names(*tables: Mapping[str, WordRow]) -> Iterable[str]:
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
-# To how many letters a word may be cut. One letter is the name of a variable: `a` must not abort. Names of two are
-# common, too (dx, ab), so a drastic word needs three.
+# Minimum number of letters of an abbreviated word. One letter is the name of a variable: `a` must not abort. Names of
+# two are common, too (dx, ab), so a drastic word needs three.
 MIN_LETTERS, MIN_LETTERS_IF_DRASTIC = 2, 3
 
 
 def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     """Return the rows that a word as typed can mean: one, or several if it is ambiguous.
 
-    Earlier tables come first, and a whole name before abbreviations. Words of VAL and VAL-II may be abbreviated as long
-    as no other of their words begins so; other words only as long as no word at all does. A word that is not available
-    is meant only if no other can be.
+    Earlier tables come first, and a whole name before abbreviations. Words of VAL and VAL-II may be abbreviated if no
+    other word of VAL or VAL-II begins with the same letters; other words only if no other word at all does. A word that
+    is not available is returned only if no other word fits.
     """
     name = typed.upper()
     for table in tables:
@@ -369,7 +369,7 @@ def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
 
 
 def argument_at(row: WordRow, place: int) -> Argument | None:
-    """Return the argument at a place; places beyond the last belong to a repeated argument or value."""
+    """Return the argument at an index; indexes beyond the last belong to a repeated argument or value."""
     if place < len(row.arguments):
         return row.arguments[place]
     if row.repeats:

@@ -132,7 +132,7 @@ def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
 
 
 def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects.Answers:
-    """Ask until the line can be read. The answer None means an empty line."""
+    """Ask for a line until it can be read. The answer None means an empty line."""
     text = "".join(item for item in items if isinstance(item, str))
     targets = [item for item in items if isinstance(item, Reference)]
     values: list[Value] | VrsError | None = None
@@ -145,7 +145,7 @@ def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects
         target.assign(value)
 
 
-Unit = Reference | float | None  # in a variable, as a number, or left out: the robot
+Unit = Reference | float | None  # a variable, a number, or None (omitted): the robot
 
 
 def _attach(
@@ -228,13 +228,13 @@ def _command(
     """
     yield effects.CommandDevice(effects.checked_open(unit, "FCMND"), whole(command), data or "")
     if answer is not None:
-        answer.assign("")  # of 600, the only command
+        answer.assign("")  # the answer to 600, the only command
 
 
 def _fopen(
     context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None
 ) -> Iterable[effects.Event]:
-    """Open a device. The mode of a V+ program (16 for TCP) adds nothing to what the device says."""
+    """Open a device. The mode in a V+ program (16 for TCP) has no further effect, because the device determines it."""
     whole(mode or 0.0)
     how, _ = encode(items, context.environment.units)
     return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), how),)

@@ -27,7 +27,7 @@ from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
 from vrs_cli.values import commands
 
-MAX_SKIPPED_STEPS = 9999  # of RETURN n
+MAX_SKIPPED_STEPS = 9999  # maximum n of RETURN n
 
 # --- signals and reactions ---------------------------------------------------------------------------------------
 
@@ -248,7 +248,7 @@ def _alter(
 
 # --- settings of motions -----------------------------------------------------------------------------------------
 
-LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
+LAST_PROFILE = 8  # highest profile number (V+ Language Reference Guide, ACCEL)
 
 
 def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[effects.Event]:
@@ -281,7 +281,7 @@ def _acceleration(
     acceleration: float | None = None,
     deceleration: float | None = None,
 ) -> Iterable[effects.Event]:
-    """Set the profile and both accelerations; omitted ones stay."""
+    """Set the profile and both accelerations; omitted values do not change."""
     if profile is not None:
         yield commands.SetParameter("PROFILE", _profile(profile).name)
     if acceleration is not None or deceleration is not None:
