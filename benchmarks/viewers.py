@@ -1,8 +1,9 @@
 """What a thousand viewers cost a server: `python -m benchmarks viewers [viewers]`. On Linux; it takes four minutes.
 
-The server is `vrs serve`, in a process of its own; the viewers are bare sockets in this one, which count what comes.
-CPU time is all that the server's process takes. Beside it stands the bare `broadcast` of `websockets`, of messages of
-the same size to as many viewers, in a process of its own too. They are measured in turn, and the least of each counts.
+The server is `vrs serve`, in a process of its own; the viewers are bare sockets in other processes, which count what
+comes. How many of the samples due have come says whether they keep up. CPU time is all that the server's process takes.
+Beside it stands the bare `broadcast` of `websockets`, of messages of the same size to as many viewers, in a process of
+its own too. They are measured in turn, and the least of each counts.
 """
 
 from __future__ import annotations
@@ -46,12 +47,14 @@ STALLED, MOVES = 20, 8000  # viewers that read nothing, and motions that they do
 STEERED = 30.0  # [s]
 SWING, LASTING = radians(40.0), 4.0  # of every joint [rad, s]
 LOOK = 0.05  # [s] between two looks of the viewers
-BARE, ANSWERED = "bare", "answered"
+BARE, ANSWERED, READ = "bare", "answered", "read"
+READERS = 4  # processes, which share the viewers
+COUNT, STOP = "count", "stop"  # what readers are asked
 
 
 def main() -> None:
     viewers = int(sys.argv[2]) if len(sys.argv) > 2 else VIEWERS
-    print(f"{viewers} viewers on loopback, {os.cpu_count()} cores")
+    print(f"{viewers} viewers in {READERS} processes on loopback, {os.cpu_count()} cores")
     steered()
     asyncio.run(_measured(viewers))
 
@@ -198,11 +201,10 @@ class Viewer:
         return at
 
 
-@asynccontextmanager
-async def crowd(
-    server: Process, count: int, *lines: Mapping[str, object], deflate: bool = False
-) -> AsyncIterator[list[Viewer]]:
-    """So many viewers, each of which has heard what it hears first, and looks again and again."""
+async def _read(port: int, count: int, deflate: bool, *lines: Mapping[str, object]) -> None:
+    """Look at so many viewers again and again. Say [messages, bytes] once each has heard what it hears first, and after
+    each line of the standard input; `stop` ends looking, the end of the input ends all.
+    """
     there = list[Viewer]()
 
     async def look() -> None:
@@ -211,19 +213,67 @@ async def crowd(
                 viewer.look()
             await asyncio.sleep(LOOK)
 
-    looking = asyncio.create_task(look())
+    def say() -> None:
+        print(json.dumps([sum(viewer.messages for viewer in there), sum(viewer.bytes for viewer in there)]), flush=True)
+
+    looking, asked = asyncio.create_task(look()), asyncio.StreamReader()
+    await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(asked), sys.stdin)
     for _ in range(count):
-        there.append(Viewer(server.port, *lines, deflate=deflate))
+        there.append(Viewer(port, *lines, deflate=deflate))
         await asyncio.sleep(0)
     while not all(viewer.open and viewer.messages >= len(lines) for viewer in there):
         await asyncio.sleep(LOOK)
+    say()
+    while line := await asked.readline():
+        if line.decode().strip() == STOP:
+            looking.cancel()
+        say()
+    looking.cancel()
+    for viewer in there:
+        viewer.leave()
+
+
+class Crowd(NamedTuple):
+    """Some viewers, in processes that read what comes."""
+
+    count: int
+    readers: tuple[asyncio.subprocess.Process, ...]
+
+    async def ask(self, line: str) -> tuple[float, float]:
+        """Return the messages and bytes that have come to a viewer, on the average."""
+        for reader in self.readers:
+            assert reader.stdin is not None
+            reader.stdin.write(f"{line}\n".encode())
+        return await self.answers()
+
+    async def answers(self) -> tuple[float, float]:
+        messages, size = 0, 0
+        for reader in self.readers:
+            assert reader.stdout is not None
+            some, more = json.loads(await reader.stdout.readline())
+            messages, size = messages + some, size + more
+        return messages / max(self.count, 1), size / max(self.count, 1)
+
+
+@asynccontextmanager
+async def crowd(
+    server: Process, count: int, *lines: Mapping[str, object], deflate: bool = False
+) -> AsyncIterator[Crowd]:
+    """So many viewers, each of which has heard what it hears first."""
+    readers = list[asyncio.subprocess.Process]()
+    for k in range(min(READERS, count)):
+        work = map(json.dumps, (server.port, (count + k) // min(READERS, count), deflate, *lines))
+        command = (sys.executable, "-m", __spec__.name, READ, *work)
+        pipe = asyncio.subprocess.PIPE
+        readers.append(await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe))
+    there = Crowd(count, tuple(readers))
+    await there.answers()
     await asyncio.sleep(0.5)
     try:
         yield there
     finally:
-        looking.cancel()
-        for viewer in there:
-            viewer.leave()
+        for reader in readers:
+            await reader.communicate(b"")  # ends its input
         await asyncio.sleep(1.0)
 
 
@@ -276,18 +326,17 @@ class Cost(NamedTuple):
     bytes: float
 
 
-async def cost(server: Process, viewers: list[Viewer], work: Callable[[], Awaitable[object]]) -> Cost:
+async def cost(server: Process, viewers: Crowd, work: Callable[[], Awaitable[object]]) -> Cost:
     """What they cost while something is done."""
 
-    def counted() -> Cost:
-        count = max(len(viewers), 1)
-        messages, size = (sum(getattr(viewer, name) for viewer in viewers) for name in ("messages", "bytes"))
-        return Cost(server.cpu, messages / count, size / count)
+    async def counted() -> Cost:
+        messages, size = await viewers.ask(COUNT)
+        return Cost(server.cpu, messages, size)
 
-    before = counted()
+    before = await counted()
     await work()
     await asyncio.sleep(0.3)
-    return Cost(*(b - a for a, b in zip(before, counted(), strict=True)))
+    return Cost(*(b - a for a, b in zip(before, await counted(), strict=True)))
 
 
 async def watched(server: Process, viewers: int, commander: Commander) -> None:
@@ -311,7 +360,7 @@ async def watched(server: Process, viewers: int, commander: Commander) -> None:
     }
     costs: dict[str, list[Cost]] = {name: [] for name in ("alone", *ways)}
     for _ in range(ROUNDS):
-        costs["alone"].append(await cost(server, [], pick_and_place))
+        costs["alone"].append(await cost(server, Crowd(0, ()), pick_and_place))
         for name, (lines, deflate) in ways.items():
             async with crowd(server, viewers, HELLO, *lines, deflate=deflate) as there:
                 costs[name].append(await cost(server, there, pick_and_place))
@@ -321,6 +370,7 @@ async def watched(server: Process, viewers: int, commander: Commander) -> None:
     sampled = median((one.cpu - none) / one.messages for one in costs["samples"])
     first = costs["changes"][0]
     cpu = median(one.cpu for one in costs["changes"]) - none
+    show("samples that came, for those due", median(one.messages for one in costs["samples"]) / due, "at least 0.95")
     show("pick-and-place: messages of samples for one of changes", due / first.messages, "at least 20")
     show("  CPU of samples for that of changes", due * sampled / cpu, "at least 20")
     show("  CPU a sample, a change [us]", 1e6 * sampled / viewers)
@@ -401,10 +451,8 @@ async def stalled() -> None:
             await spun()
             alone = await spun()
             async with crowd(server, STALLED, FULL, CHANGES) as there:
-                silent = there.copy()
-                there.clear()  # nobody looks any more
+                await there.ask(STOP)
                 beside = await spun()
-                there.extend(silent)
             grown = (beside[1] - alone[1]) / STALLED / 1e6
             show(f"memory of a viewer that reads nothing of {MOVES} changes [MB]", grown, "at most 1")
             show(f"  CPU of these changes with {STALLED} such viewers, for that without", beside[0] / alone[0])
@@ -452,7 +500,8 @@ def show(what: str, figure: float, bar: str = "") -> None:
 PARTS: Mapping[str, Callable[..., Coroutine[None, None, None]]] = {
     BARE: _bare,
     ANSWERED: _answered,
+    READ: _read,
 }  # that this file plays in processes of their own
 
 if __name__ == "__main__":
-    asyncio.run(PARTS[sys.argv[1]](*map(int, sys.argv[2:])))
+    asyncio.run(PARTS[sys.argv[1]](*map(json.loads, sys.argv[2:])))
