@@ -268,7 +268,5 @@ def shortest(a: Vector, b: Vector, rate: float, bend: float, h: float) -> float:
     dx, dy, dz = b[0] - ax, b[1] - ay, b[2] - az
     square = dx * dx + dy * dy + dz * dz
     part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0) if square else 0.0
-    chord = hypot(
-        ax + part * dx, ay + part * dy, az + part * dz
-    )  # the point of the chord that is nearest to the origin
+    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # at the point nearest to the origin
     return max(chord - 0.125 * bend * h * h, 0.5 * (hypot(*a) + hypot(*b) - rate * h))

@@ -286,7 +286,7 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
         found = squares(rows, wanted)
         if found is not None:
             return found[0]
-    #  elimination with complete pivoting
+    # elimination with complete pivoting
     table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
     count = len(rows[0])
     order: list[int] = []

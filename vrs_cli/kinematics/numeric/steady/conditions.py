@@ -134,9 +134,7 @@ class SteadyConditions:
 
     @staticmethod
     def wanted_rates(at: Terms, twists: Floats) -> Floats:
-        """Return the right sides of the equations for the unknowns' rates, for twists of the tool (N, 6): (N, n +
-        3).
-        """
+        """Return the right sides (N, n + 3) of the equations for the unknowns' rates, for twists of the tool (N, 6)."""
         trace = np.trace(at.mixed, axis1=1, axis2=2)[:, None, None]
         turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
         return np.concatenate(((at.turn @ turned)[:, :, 0], twists[:, :3]), axis=1)
