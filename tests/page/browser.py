@@ -1,4 +1,4 @@
-"""Chromium for tests of the page, driven by Playwright: one browser for all of them, and one window, which each test
+"""Chromium for tests of the page, driven by Playwright: one browser for each file, and one window, which each test
 leaves empty; tests that need another one open it.
 
 Playwright's synchronous calls run an event loop in the thread of the tests while the browser is open: tests in this
