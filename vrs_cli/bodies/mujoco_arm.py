@@ -26,18 +26,18 @@ from vrs_cli.twin.dynamics import GRAVITY, InertialModel, inertial_model, mass_m
 from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] of the controller and of the simulation
-TICKS = 8  # steps between two set points; a quintic leads from one to the next
+TICKS = 8  # number of simulation steps between two set points; a quintic joins them
 SLIDE = 0.1  # [m/rad] resolution and noise of a sliding joint, divided by those of a turning one
 MIN_MASS = 1e-9  # [kg] MuJoCo moves no body without mass
 END_STOP = 0.02  # [rad, m] ours: so far beyond its range a joint meets a stop
 STILL = 1e-2  # [rad/s, m/s] a slower joint is held by its brake
-BRAKE = 1.5  # ours: torque of a brake, of the greatest torque of its motor
+BRAKE = 1.5  # ratio of the torque of a brake to the greatest torque of its motor (our choice)
 FADE = 0.2  # [s] in which the arm reaches its set point, at least
-GENTLE = 0.5  # of the greatest velocity, on the way to the set point
+GENTLE = 0.5  # fraction of the greatest velocity at which a joint joins the set point
 FRICTION_AT = 2e-3  # [rad/s, m/s] faster joints are compensated for nearly all Coulomb friction
 LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo allows
 
-ALPHA = 0.3  # of the filter behind the encoders
+ALPHA = 0.3  # position gain of the filter of the encoder readings
 BETA = ALPHA * ALPHA / (2.0 - ALPHA)
 
 State = Floats  # (3, n): joints, velocities, accelerations
@@ -139,7 +139,7 @@ class MujocoArm:
         self.mode = BodyMode.FOLLOWS
         self._random = np.random.default_rng(seed)
         self._m, self._d = compile_arm(model, self.inertial)
-        self._own, self._guess = compile_arm(model, self.inertial)  # the model of the controller
+        self._own, self._guess = compile_arm(model, self.inertial)  # the controller's own model of the arm
         self._own.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         self._own.dof_frictionloss[:] = 0.0
         self._flange = int(self._m.body(f"link{model.joint_count}").id)
@@ -155,19 +155,19 @@ class MujocoArm:
         self._seen, self._rate = (
             self._guess.qpos,
             self._guess.qvel,
-        )  # joints and velocities, as the controller sees them
+        )  # joints and velocities as the controller estimates them
         self._pushed = False
         self._effort, self._push = np.zeros_like(q), np.zeros_like(q)
-        self._weights = np.diag(mass_matrix(model, self.inertial, q[None])[0])  # of the gains of PD
+        self._weights = np.diag(mass_matrix(model, self.inertial, q[None])[0])  # weights of the PD gains
         mujoco.mj_forward(self._m, self._d)
         self._reference = _standing(q)
         self._brake: _Brake | None = None  # the braking after an order to hold
         self._offset: _Quintic | None = None  # the offset from the set point, which fades
         self._since = start
-        self._arrives = True  # the next set point is the first one to follow
+        self._arrives = True  # whether the next set point is the first one to follow
         self._clock = (start, start, 0.0)  # a time of the robot's clock, the own clock then, and its gain [s/s]
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
-        self._active = list[tuple[float, scenario.Disturbance]]()  # with their ends
+        self._active = list[tuple[float, scenario.Disturbance]]()  # end times [s] and disturbances that act now
         for one in disturbances:
             if one.at is None:
                 self.disturb(one)
@@ -245,7 +245,7 @@ class MujocoArm:
         if self._arrives:
             here = np.array(setpoint(self.own_time(self.time)))
             off = self._reference - here
-            off[2] = 0.0  # torques may jump
+            off[2] = 0.0  # the accelerations need not join smoothly: torques may jump
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
             T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # the peak velocity of a quintic is 15/8 of its mean
@@ -293,7 +293,7 @@ class MujocoArm:
             if self._steps % self._every == 0:
                 found.append(self._report())
         self._reference = target
-        if stopped:  # the brakes lock joints that stand, unless they slip
+        if stopped:  # brakes lock joints that have stopped, unless a brake slips
             slipping = {one.joint - 1 for _, one in self._active if isinstance(one, scenario.SlippingBrake)}
             for i, rate in enumerate(self._d.qvel.tolist()):
                 if abs(rate) < STILL and i not in slipping and not self._d.eq_active[i]:
@@ -387,7 +387,7 @@ class MujocoArm:
         self._d.eq_active[i] = held
 
     def _set_brakes(self) -> None:
-        """Put the brakes on if it has stopped, and off otherwise."""
+        """Apply the brakes if the arm has stopped; release them otherwise."""
         brakes = BRAKE * self.inertial.max_torque if self.mode is BodyMode.STOPPED else np.zeros_like(self._effort)
         for _, one in self._active:
             if isinstance(one, scenario.SlippingBrake):
@@ -433,7 +433,7 @@ def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
         _set_inertia(m, i, *row)
     m.dof_armature[:], m.dof_damping[:] = inertial.armature, inertial.viscous
     m.dof_frictionloss[:], m.dof_solimp[:] = inertial.coulomb, LOCK
-    m.body_simple[:], m.dof_simplenum[:] = 0, 0  # as the masses were changed after compilation
+    m.body_simple[:], m.dof_simplenum[:] = 0, 0  # needed because the masses were changed after compilation
     mujoco.mj_setConst(m, mujoco.MjData(m))
     return m, mujoco.MjData(m)
 
@@ -442,7 +442,7 @@ def _set_inertia(m: Any, link: int, mass: float, centre: Floats, inertia: Floats
     """Give a link its mass, centre and inertia about that, in its own frame."""
     body = m.body(f"link{link}").id
     moments, axes = np.linalg.eigh(inertia)
-    axes[:, 2] *= np.sign(np.linalg.det(axes))  # a rotation
+    axes[:, 2] *= np.sign(np.linalg.det(axes))  # makes the axes right-handed, so that they are a rotation
     m.body_mass[body], m.body_ipos[body], m.body_inertia[body] = max(mass, MIN_MASS), centre, moments
     mujoco.mju_mat2Quat(m.body_iquat[body], axes.ravel())
     m.body_sameframe[body] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE

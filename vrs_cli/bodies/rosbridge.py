@@ -39,10 +39,10 @@ ACTION = "control_msgs/action/FollowJointTrajectory"
 GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
 NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] from the timeline, for the arm to follow it
-MAX_AGE_S = 1.0  # of a measurement that tells where the arm is
+MAX_AGE_S = 1.0  # maximum age of a measurement of the arm's position [s]
 HORIZON = 10.0  # [s] of the timeline in a trajectory, at least; it ends where the robot rests
 MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] in which the arm joins a changed timeline
-SHARE = 0.5  # ours: of the limits of joints, for joining the timeline
+SHARE = 0.5  # fraction of the joint limits used to join the timeline (our choice)
 AHEAD = 2.0  # [s] before the end of a trajectory the next one is sent
 FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two questions for the time of ROS: the first ones, and later ones
 FIRST_ANSWERS = 4
@@ -50,10 +50,10 @@ EARLIER, LATER = 60.0, 1.0  # [s] a measurement may be so much before and after 
 SET_BACK = 1.0  # [s] if stamps go back by more, the clock of ROS was set
 SETTLING = 2.0  # [s] the arm waits so long for the first answers before it follows
 SILENT = 3.0  # [s] without joint_states, after which a message says so
-STATE_PERIOD_MS = 200  # between two states of the controller, which it publishes only while it is active
-MAX_STATE_GAP_S = 1.0  # without them, while joint_states come, the arm counts as stopped
+STATE_PERIOD_MS = 200  # period of the states that an active controller publishes [ms]
+MAX_STATE_GAP_S = 1.0  # maximum gap between states; after it, while joint_states come, the arm counts as stopped [s]
 OPENING = 10.0  # [s] in which a connection opens
-MAX_TOLD = 5  # different messages of rosbridge that are shown in one connection
+MAX_TOLD = 5  # maximum number of different rosbridge messages shown in one connection
 
 
 class Trajectory(NamedTuple):
@@ -65,7 +65,7 @@ class Trajectory(NamedTuple):
 
 
 class RosSettings(Struct, frozen=True):
-    """How to reach the arm: the address of rosbridge, joints, the controller, and the topic of joint_states.
+    """Settings for reaching the arm: the address of rosbridge, joints, the controller, and the topic of joint_states.
 
     `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: trajectories are goals of its action,
     not messages of its topic.
@@ -412,7 +412,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
 
 
 async def _wait(body: BodyClient, seconds: float) -> None:
-    """Wait some seconds. Raises what ends the body meanwhile."""
+    """Wait for some seconds. Raises the error that ends the body meanwhile."""
     loop = asyncio.get_running_loop()
     due = loop.time() + seconds
     async for _ in body.ticks():

@@ -25,7 +25,7 @@ from vrs_cli.kinematics.transform import Vector
 from vrs_cli.twin.healthy import load_torque
 from vrs_cli.values.measured import BodyMode, Report
 
-MAX_DISTURBANCES = 10_000  # of a scenario
+MAX_DISTURBANCES = 10_000  # maximum number of disturbances in a scenario
 
 
 class Disturbance(Struct, frozen=True, tag_field="kind"):
@@ -224,7 +224,7 @@ STEP = 0.008  # [s] between two reports
 BANDWIDTH = 30.0  # [rad/s] of the servos
 VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] of their friction
 STICKS_BELOW = 1e-3  # [rad/s, m/s]
-MISSED = 0.1  # of an acceleration, which the servos do not know
+MISSED = 0.1  # fraction of an acceleration that the servos do not compensate
 MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] that a joint moves at the flange, [kg m2]
 NOISE, ENCODER = 2e-5, 1e-4  # [rad, m]
 
@@ -246,7 +246,7 @@ class ServoArm:
         levers = np.linalg.norm(np.array(arm.jacobian(arm.model.poses["ready"]))[:3], axis=0)
         self._inertia = LEAST_INERTIA + MASS * levers**2
         self._disturbances = disturbances
-        self._standing: dict[int, float] = {}  # blocked joints, from 0, and where they stand
+        self._standing: dict[int, float] = {}  # positions of blocked joints by index from 0 [rad, m]
         self._stopped: Floats | None = None
         self._steps = 0
 
@@ -257,7 +257,7 @@ class ServoArm:
 
     @property
     def joints(self) -> Joints:
-        """Where the joints really are [rad, m]."""
+        """The real joints [rad, m]."""
         return tuple(self._joints.tolist())
 
     def own_time(self, t: float) -> float:
@@ -299,7 +299,7 @@ class ServoArm:
                     torque[one.joint - 1] -= one.torque
         friction = VISCOUS * velocity + COULOMB * np.tanh(velocity / STICKS_BELOW)
         rest = -(MISSED * acceleration + friction + torque / self._inertia) / BANDWIDTH**2
-        decay = exp(-BANDWIDTH * STEP)  # of the error of a critically damped servo under a constant force
+        decay = exp(-BANDWIDTH * STEP)  # decay of the error of a critically damped servo under a constant force
         a, b = self._error - rest, self._rate + BANDWIDTH * (self._error - rest)
         self._error = rest + (a + b * STEP) * decay
         self._rate = (b - BANDWIDTH * (a + b * STEP)) * decay

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options that are also fields of Limits
-MAX_DIAGNOSTICS = 20  # printed for a file
+MAX_DIAGNOSTICS = 20  # maximum number of diagnostics printed for a file
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options with one output file: only for one run
 MAIN = "main"  # the program of a project that is executed

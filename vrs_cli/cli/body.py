@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vrs_cli.bodies.mujoco_arm import MujocoArm
 
 
-MAX_TOLD = 5  # wrong lines that are reported
+MAX_TOLD = 5  # maximum number of wrong lines that are reported
 MAX_LINE_CHARS = 1 << 16
 MAX_JUMP = 5.0  # [s] a longer jump of the clock makes a new simulated arm
 Tell = Callable[[str], None]

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 LOOKED_EVERY = 0.25  # [s] between two looks at the files, with --watch
-ROUNDS = 10  # rounds: a mend may uncover another
+ROUNDS = 10  # maximum number of rounds of mends: a mend may uncover another
 
 
 class Finding(Struct, frozen=True):

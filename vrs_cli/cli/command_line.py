@@ -192,7 +192,7 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
-    """Tell the decisions that the file of a robot leaves open; with `fitted` also its task."""
+    """Report the decisions that the file of a robot leaves open; with `fitted` also its task."""
     from vrs_cli.kinematics.model_data import task_notes
 
     notes = () if model.origin is None else model.origin.notes
@@ -220,7 +220,7 @@ def clock_of(rate: float | None) -> WallClock | None:
     return WallClock(time.monotonic, time.sleep, rate)
 
 
-SCRIPT_WAIT_S = 60.0  # a unit waits so long for a scripted peer
+SCRIPT_WAIT_S = 60.0  # maximum time that a unit waits for a scripted peer [s]
 
 
 def chosen_outside(options: argparse.Namespace) -> Outside:

@@ -44,7 +44,7 @@ class Experiment(NamedTuple):
     defaults: Mapping[str, object]
 
 
-OWN_DEFAULTS: dict[str, object] = {  # of the options that only some experiments have
+OWN_DEFAULTS: dict[str, object] = {  # defaults of options that only some experiments have
     "lead": LEADS,
     "policy": POLICIES,
     "seeds": 20,
@@ -78,7 +78,7 @@ CHARTED = {
     "deltas": "d",
     "ahead": "a",
     "preview": "w",
-}  # without plain frames, whose error is much larger
+}  # without plain frames: their error is much larger
 
 
 def experiment(options: Namespace) -> int:

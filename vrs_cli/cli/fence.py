@@ -19,7 +19,7 @@ from vrs_cli.errors import LimitReached
 GRACE = 2.0  # [s] for the step to end; then it is broken off
 LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and numpy need
 
-LAST_BYTES = 16_000_000  # kept free: without free memory CPython 3.11 may loop in an exception handler
+LAST_BYTES = 16_000_000  # bytes kept free: without them CPython 3.11 may loop in an exception handler
 LOOK = 0.02  # [s] of CPU between two looks at the memory: a program takes less than LAST_BYTES in this time
 STATM = Path("/proc/self/statm")  # of Linux
 

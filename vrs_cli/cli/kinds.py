@@ -110,7 +110,7 @@ look_rate = partial(_within, 1.0, 200.0, "Hz")  # how often an experiment looks 
 
 
 def cycles(text: str) -> int:
-    """Return how often a program is executed."""
+    """Return the number of times that a program is executed."""
     from vrs_cli.language.run.runtime import MAX_CYCLES
 
     value = whole(text)
@@ -205,12 +205,12 @@ def endpoint(text: str) -> Endpoint:
 
 
 def idle_time(text: str) -> float:
-    """Return how long a robot may work for nobody [s]; 0 means for ever (infinity)."""
+    """Return how long a robot may work without users [s]; 0 means for ever (infinity)."""
     return positive(text) if number(text) else inf
 
 
 def _read(parse: Callable[[str], T], text: str) -> T:
-    """Return what `parse` makes of a text."""
+    """Return the value that `parse` makes of a text."""
     try:
         return parse(text)
     except VrsError as error:

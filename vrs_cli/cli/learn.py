@@ -168,7 +168,7 @@ def _text_shower(attended: bool) -> Callable[[str], None]:
 
 
 def _check(folder: Path) -> int:
-    """Tell what is wrong with a lesson, or with all lessons in a folder; returns the exit status."""
+    """Report the mistakes of a lesson, or of all lessons in a folder; return the exit status."""
     from vrs_cli.teach.classroom import faults
 
     if not folder.is_dir():

@@ -61,7 +61,7 @@ Exit status: 1 a program stopped with an error, or a file has mistakes; 2 the co
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run a command line; returns the exit status. No exception leaves."""
+    """Run a command line; return the exit status. Raises no exception."""
     _prepare_streams()
     if arguments and arguments[0] in PAGES:
         return _run_guarded("vrs", PAGES[arguments[0]])
@@ -189,7 +189,7 @@ def _tell_error(prog: str, message: str, status: int) -> int:
         sys.stdout.flush()
     except OSError:
         _abandon_output()
-    with suppress(OSError):  # the terminal may be gone
+    with suppress(OSError):  # the terminal may be closed
         print(f"{prog}: {message}", file=sys.stderr)
     return status
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 PAGES = (".html", ".htm")
-MAX_COMMANDS = 1000  # rows of the table of a report
+MAX_COMMANDS = 1000  # maximum number of rows of the table of a report
 HALF_DIGIT = 0.0005  # [s]: messages round the end to three decimals, perhaps up
 STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
@@ -192,7 +192,7 @@ def _write_report(
 
 
 def _or_why(what: str, make: Callable[[], str]) -> str:
-    """Return a part of the page, or a sentence that says why this machine cannot make it."""
+    """Return a part of the page, or a sentence with the reason why this machine cannot make that part."""
     from html import escape
 
     try:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.timeline import Timeline
 
 
-MAX_MEASURED = 500_000  # reports that can be played
+MAX_MEASURED = 500_000  # maximum number of reports that can be played
 
 
 def where(options: Namespace) -> None:

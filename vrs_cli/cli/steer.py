@@ -40,14 +40,14 @@ from vrs_cli.values.acts import ListBranches
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.numbers import count
 
-KEPT = 1000  # targets between two calls of gc.freeze
-MAX_COMPLAINTS = 5  # reported lines that are no targets or out of reach
-MAX_LINE_CHARS = 1 << 16  # a longer line is cut and is no target
+KEPT = 1000  # number of targets between two calls of gc.freeze
+MAX_COMPLAINTS = 5  # maximum number of reported lines that hold no target, or a target out of reach
+MAX_LINE_CHARS = 1 << 16  # maximum length of a line; a longer one is cut and is not a target
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
-READ_AHEAD = 1000  # targets that are read ahead
-TRIES = 3  # measured round trips
+READ_AHEAD = 1000  # maximum number of targets that are read ahead
+TRIES = 3  # number of measured round trips
 ALLOWANCE = 0.1  # [s] for varying delays and for planning
 
 

@@ -96,7 +96,7 @@ async def _watch(options: Namespace) -> None:
 
 
 def _abort(client: Client, news: News) -> None:
-    """Stop the robot, and show what became of it."""
+    """Stop the robot, and show the result."""
     try:
         client.begin(Abort, news.keep_answer)
     except VrsError as error:

@@ -45,7 +45,7 @@ LOOK = 5e-3  # [s] between looks for the deepest touch
 MAX_LOOKS = 50
 SLOTS = 32  # slots for parts near the arm
 
-Pair = tuple[int, int]  # two owners, the smaller one first
+Pair = tuple[int, int]  # the numbers of two owners, the smaller one first
 STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
 
 
@@ -276,7 +276,7 @@ class _Search:
         ]
 
     def _pair(self, key: int) -> _SolidPair:
-        """Return the facts about a pair of solids, which are computed once."""
+        """Return the properties of a pair of solids, which are computed once."""
         moving, other = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
         owners, of = self.physics.owners_of(key), (moving, other.link)
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
@@ -449,5 +449,5 @@ def touching_at_rest(model: RobotModel) -> frozenset[Pair]:
 
 
 def stroke(links: Iterable[LinkSolids]) -> float:
-    """Return how far a finger moves at most as the hand opens [m]."""
+    """Return the greatest distance that a finger moves as the hand opens [m]."""
     return max((sum(length(one.slide) + 0.2 * length(one.turn) for one in group.opens) for group in links), default=0.0)

@@ -32,7 +32,7 @@ from vrs_cli.kinematics.transform import (
     unit_quaternion,
 )
 
-ARENA = 4 << 20  # bytes for the contacts of one pose
+ARENA = 4 << 20  # memory for the contacts of one pose [bytes]
 SCENE, ARM = 1, 2  # bits: the arm is compared with scene and arm, the scene not with itself
 TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -91,7 +91,7 @@ class Physics:
         self._kinds = {solid: name for name, solid in enumerate(dict.fromkeys(kinds))}
         self._spec = mujoco.MjSpec()
         self._spec.memory = ARENA
-        self._spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD  # one contact a pair is enough
+        self._spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD  # one contact per pair is enough
         self._owned: list[int] = []
         world = self._spec.worldbody
         if floor is not None:

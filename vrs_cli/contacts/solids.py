@@ -38,7 +38,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
-AROUND = 24  # points on a circle of a hull
+AROUND = 24  # number of points on a circle of a hull
 OUTSIDE = 1.0 / cos(pi / AROUND)  # the ratio of radii of a polygon around a circle
 SHORT = 1e-9  # [m] shorter lengths count as zero
 

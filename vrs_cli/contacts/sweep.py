@@ -186,8 +186,8 @@ def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
 
 
 STEP = 0.006  # [s] between samples of a motion
-LEAST_STEPS = 3  # samples of a segment
-SAFE = 1.5  # factor of the change of speed between samples
+LEAST_STEPS = 3  # minimum number of samples of a segment
+SAFE = 1.5  # safety factor on the change of speed between samples
 
 
 class LinkFrames(NamedTuple):
@@ -204,7 +204,7 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
     base = np.array(model.base).reshape(3, 4)
     turns[0], places[0] = base[:, :3], base[:, 3]
     cosine, sine = np.cos(q.T)[:, :, None], np.sin(q.T)[:, :, None]
-    turned = np.empty((count, 3, 3))  # turned by the joint alone
+    turned = np.empty((count, 3, 3))  # the rotations of the joint alone
     for i, link in enumerate(model.links, 1):
         step, before = np.array(link_pose(model, i, 0.0)).reshape(3, 4), turns[i - 1]
         if link.kind is JointKind.PRISMATIC:
@@ -213,7 +213,7 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
         else:
             x, y, c, s = before[:, :, 0], before[:, :, 1], cosine[i - 1], sine[i - 1]
             turned[:, :, 0], turned[:, :, 1], turned[:, :, 2] = c * x + s * y, c * y - s * x, before[:, :, 2]
-            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one product of matrices instead of `count`
+            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one matrix product instead of `count`
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
     return LinkFrames(turns, places)
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 MM = 1e-3  # [m]
-MAX_CONTACTS = 1000  # kept contacts
+MAX_CONTACTS = 1000  # maximum number of kept contacts
 
 
 class ContactWatch:
@@ -42,10 +42,10 @@ class ContactWatch:
     ) -> None:
         self._engine, self._around, self._tell = engine, around, tell
         self._last: Checker | None = None
-        self._missing = False  # True after it was told
+        self._missing = False  # whether the missing MuJoCo was reported
         self.contacts = deque[tuple[str, Contact]](
             maxlen=MAX_CONTACTS
-        )  # told contacts, with the texts of their motions
+        )  # reported contacts, with the texts of their motions
         self._number = 0  # the number of the motion of the last contact
         engine.checks.append(self.check)
 
@@ -60,7 +60,7 @@ class ContactWatch:
             hint = "DISABLE COLLISION lets it begin all the same"
             raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
-            return  # another target of a motion whose contact was told
+            return  # another target of a motion whose contact was reported
         self._number = delta.motion.number
         self.contacts.append((text, found))
         self._tell(said)

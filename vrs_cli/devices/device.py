@@ -34,7 +34,7 @@ from vrs_cli.errors import (
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
-MAX_LINE_BYTES = 1024  # read bytes that are confirmed at once of a line without BUFFER_SIZE
+MAX_LINE_BYTES = 1024  # maximum length of a line [bytes], unless BUFFER_SIZE is given
 MAX_CLIENTS = 64
 RANGES: Mapping[str, tuple[int, int]] = {
     "LOCAL_PORT": (0, 65535),
@@ -167,9 +167,9 @@ def check_known(device: str) -> None:
         raise DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
-FULL = 65536  # unread bytes at a peer for which the program waits
+FULL = 65536  # number of unread bytes at a peer above which the program waits
 CONFIRM_BYTES = 8192  # bytes
-CLOSE_CONNECTION, HANDLE = 600, 2  # of FCMND (public V+ programs); a handle has two bytes there
+CLOSE_CONNECTION, HANDLE = 600, 2  # FCMND's number, and its bytes of a handle (public V+ programs)
 END_OF_LINE = "\r\n"  # ends written lines
 RETURN, LINE_FEED = 13, 10
 _END = re.compile(rb"[\r\n]")
@@ -245,7 +245,7 @@ class Device(Struct, eq=False):
     expired: bool = False
     dialing: bool = False
     _fresh: bool = False
-    _refused: int | None = None  # the outcome of dialing: 0 for a connection
+    _refused: int | None = None  # outcome of dialing: 0 for a connection, else an error code
     _connections: dict[int, DeviceConnection] = field(default_factory=dict)
 
     # --- opening and closing ---
@@ -292,7 +292,7 @@ class Device(Struct, eq=False):
         self.status = SUCCESS
 
     def close(self) -> None:
-        """Close it with all its connections."""
+        """Close the device with all its connections."""
         if self.open:
             self.outside.close(self.name)
         if self.address is not None:
@@ -459,7 +459,7 @@ class Device(Struct, eq=False):
     # --- waiting in vain ---
 
     def expire(self, *, of_getc: bool) -> None:
-        """Give up the operation that waits."""
+        """Cancel the waiting operation."""
         if of_getc:
             self.expired = True
         else:

@@ -19,8 +19,8 @@ from typing import NamedTuple, Protocol
 from vrs_cli.devices.device import Arrival, DeviceEvent
 from vrs_cli.errors import NetworkClosed
 
-WINDOW = 65536  # unread bytes of one connection
-PIECE = 16384  # bytes of one read
+WINDOW = 65536  # maximum number of unread bytes of one connection
+PIECE = 16384  # maximum number of bytes of one read
 PAUSE = 0.02  # [s] after which an unfinished line counts as a line
 GRACE = 0.5  # [s] for written bytes to leave after the device is closed
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: finds peers that are gone
@@ -140,7 +140,7 @@ class Traffic:
         port = self._ports[device]
         try:
             client, _address = port.listener.accept()
-        except OSError:  # the client has gone already
+        except OSError:  # the client has already left
             return
         handle = min(port.free)
         port.free.remove(handle)

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 
-RATE = 20.0  # pictures a second
+RATE = 20.0  # pictures per second
 ESCAPE = 0.05  # [s] after which Esc is a key of its own
-MIN_PICTURE_ROWS = 10  # a smaller picture is left out
+MIN_PICTURE_ROWS = 10  # minimum height of a picture [rows]; a smaller one is left out
 
-NEAR = 4  # so few unchanged cells between two changed ones are written again
+NEAR = 4  # maximum number of unchanged cells between two changed ones that are rewritten
 
 STYLES = {ink: ink_style(ink) for ink in Ink}
 ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
@@ -81,7 +81,7 @@ class ArmWindow(Container):
         if at.height < MIN_PICTURE_ROWS:
             return
         page = Page(at.width, colours=True, unicode=self._unicode, height=at.height + 1)
-        _, *lines = self._drawing.lines(self._look(), page)  # without the first line, which repeats the text
+        _, *lines = self._drawing.lines(self._look(), page)  # omits the first line, which repeats the text
         app, where = get_app(), (at.xpos, at.ypos, at.width, at.height)
         before = app.renderer.last_rendered_screen
         if before is not None and where == self._where and len(lines) == len(self._lines) and not app.is_done:

@@ -66,7 +66,7 @@ def config_of(text: str, path: str) -> Config:
 
     try:
         given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # such as numbers of 5000 digits or endlessly nested lists
+    except (ValueError, RecursionError) as error:  # for instance numbers of 5000 digits, or deeply nested lists
         return Config(wrong=(f"{path} is no TOML: {error}",))
     good: dict[str, Any] = {}
     wrong = []

@@ -148,7 +148,7 @@ class Shell:
         self._status: PromptStatus | None = None  # the last known state
         history, note = open_history(state_folder(os.environ) / "history")
         self._answers: PromptSession[str] | None = None
-        self._pages = False  # the last line was a single one: long answers may go through a pager
+        self._pages = False  # whether the last line was a single one, so that long answers may go through a pager
         config = read_config(os.environ)
         self.notes = [*filter(None, (note, *config.wrong))]
         self.backstage = Backstage(lambda: make_terminal(place, self._answer, config), self._redraw)
@@ -295,7 +295,7 @@ class Shell:
             run_in_terminal(self.backstage.ready.screens.keep_up)
 
     def _leave_entry(self) -> bool:
-        """Leave or go on with the program that is typed, at Ctrl-C or Ctrl-D. Return False if none is typed."""
+        """Leave or continue the program being typed, at Ctrl-C or Ctrl-D. Return False if no program is being typed."""
         terminal, status = self.backstage.ready, self._look()
         if terminal is None or status is None or self._hung_up or not status.in_program:
             return False
@@ -396,7 +396,7 @@ def without_echo(*, signals: bool) -> Iterator[None]:
     """
     try:
         import termios
-    except ImportError:  # Windows echoes nothing that is not read
+    except ImportError:  # Windows echoes only text that is read
         yield
         return
     try:

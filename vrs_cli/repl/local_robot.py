@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 ROBOT = "; robot: "  # the first line of a file names its robot
-SLOW, REST = 0.1, 10.0  # after a text that takes more than SLOW [s], a pause of REST times as long
+SLOW, REST = 0.1, 10.0  # after a text that takes more than SLOW [s], pause for REST times its duration
 
 
 class ShellRobot:
@@ -174,7 +174,7 @@ class LoggedTerminal:
     # --- writing ---
 
     def _keep(self, write: Callable[[Transcript], None]) -> None:
-        """Add something to the transcript, if there is one. A full disk ends the transcript and nothing else."""
+        """Add an entry to the transcript, if there is one. A full disk only ends the transcript."""
         if self.transcript is None:
             return
         try:

@@ -33,7 +33,7 @@ from vrs_cli.values.tagged import Act
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, ServerMessage
 
-MAX_CHARS = 50_000  # characters of one message over a connection
+MAX_CHARS = 50_000  # maximum number of characters of one message over a connection
 
 
 class LineReader(Protocol):
@@ -63,7 +63,7 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
             line = reader.read() if reader.goes_on() else None
         except Ended:
             raise
-        except KeyboardInterrupt:  # between two lines
+        except KeyboardInterrupt:  # Ctrl-C between two lines
             if not exchange.terminal.attended:
                 raise
             line = reader.read()
@@ -235,7 +235,7 @@ class Exchange:
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # messages to handle after the open question
         self._waits = self._asks = False
-        self._breaks = self._count_breaks()  # at the last line
+        self._breaks = self._count_breaks()  # the number of breaks at the last line
         self._withdrawn: set[int] = set()
         self._question = 0  # the number of the open question, 0 for none
         self.wake: Callable[[], object] = int  # called from any thread when `keep_up` has something to do
@@ -274,12 +274,12 @@ class Exchange:
         return self.port.cuts + self.port.stalls * self.terminal.attended
 
     def drop(self, what: str) -> None:
-        """Tell that a typed line is not sent."""
+        """Report that a typed line is not sent."""
         self.lose(f"not given, for the connection was cut meanwhile: {what}")
 
     def leave_entry(self, why: str = "") -> None:
         """Forget the program that is being typed, unless the user, who is asked, wants to go on with it."""
-        if self.port.open:  # a server without a connection forgets it by itself
+        if self.port.open:  # after a cut the server forgets the entry
             self.act(LeaveEntry(why))
 
     def leave(self) -> None:
@@ -320,7 +320,7 @@ class Exchange:
         except RequestRefused as error:
             self.lose(str(error))
         except BrokenPipeError:
-            raise  # the reader of the output has gone
+            raise  # nobody reads the output any more
         except (Exception, KeyboardInterrupt) as error:
             self.interrupted |= isinstance(error, KeyboardInterrupt)
             if why := self.port.give_up(error):
@@ -336,11 +336,11 @@ class Exchange:
             return
         if end.seq or not self.port.name:
             self._show(_refusal_reply(end, line))
-        else:  # the refusal is not the robot's
+        else:  # the refusal comes from the connection, not from the robot
             self.lose(str(end.refusal.error()))
 
     def lose(self, why: str) -> None:
-        """Tell that something was not done."""
+        """Report that something was not done."""
         self.failed = True
         self.told(why)
 

@@ -11,10 +11,10 @@ from threading import Thread
 from typing import Protocol
 
 KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two updates in real time: while the arm moves, and at rest
-MIN_WAIT_S = 0.01  # the shortest wait
+MIN_WAIT_S = 0.01  # minimum wait [s]
 QUESTION = "\0"  # a reader of lines returns it in place of a line when a program asks
-AHEAD = 1000  # lines that are read ahead
-CHUNK = 65536  # bytes of one read
+AHEAD = 1000  # maximum number of lines that are read ahead
+CHUNK = 65536  # maximum number of bytes of one read
 
 
 class Driven(Protocol):
@@ -51,7 +51,7 @@ class PipedLines:
         line = self._next()
         if isinstance(line, str):
             return line
-        self._lines.put(None)  # for a second call
+        self._lines.put(None)  # marks the end again, for a second call
         raise StopIteration if line is None else line
 
     def _next(self) -> str | Exception | None:
@@ -72,7 +72,7 @@ class PipedLines:
                     self._put(f"{line}\n")
             left += self._decoder.decode(b"", final=True)
         except OSError:
-            pass  # the terminal is gone
+            pass  # the terminal is closed
         except UnicodeError as error:
             self._put(error)
         if left:

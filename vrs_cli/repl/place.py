@@ -25,7 +25,7 @@ SHOW pictures the arm here; vrs view, typed outside this prompt, in a browser.""
 
 
 class Place(Protocol):
-    """The place of a shell's robot."""
+    """Where a shell's robot runs, and how the shell reaches it."""
 
     @property
     def lives(self) -> bool:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 
-BAR = 30  # characters
+BAR = 30  # length of the bar [characters]
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
 STANDS = 1.0  # [s] after its last motion the arm counts as at rest
 LIVE_KEYS = f"{ABORT}   any other key ends the picture, not the motion"
@@ -82,7 +82,7 @@ class Player(Struct):
         timeline = watched.timeline
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
         if self.playback.follows and self.playback.playing and self.passes():
-            self.playback = self.playback.follow(wall)  # its clock may have been corrected
+            self.playback = self.playback.follow(wall)  # the robot's clock may have been corrected
         position = position_at(watched.arm, timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         doing = position.text if position.moving else "at rest"

@@ -87,7 +87,7 @@ class ValLexer(Lexer):
 GAP = " | "
 ABORT = "^X ABORT"
 ACTIVE = "class:argument"
-MIN_MESSAGE_COLUMNS = 12  # a shorter message is left out
+MIN_MESSAGE_COLUMNS = 12  # minimum width of a message [columns]; a shorter one is left out
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
@@ -181,7 +181,7 @@ def asked_about(document: Document) -> str:
 # --- completion, suggestions and keys ---------------------------------------------------------------------------------
 
 
-MAX_SUGGESTION_LINES = 2000  # lines of the history that are searched at each key
+MAX_SUGGESTION_LINES = 2000  # maximum number of history lines searched at each key
 
 
 class FromHistory(AutoSuggest):

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
 
 
-PROGRESS_DELAY_S = 0.5  # a program runs so long before its progress is shown
+PROGRESS_DELAY_S = 0.5  # time that a program runs before its progress is shown [s]
 REFRESH = 0.1  # [s] between two lines of progress
 CLEAR_LINE = "\r\x1b[K"
 
@@ -74,7 +74,7 @@ class ShellTerminal:
         self._since: float | None = None
         self._refreshed = 0.0
         self._progress_shown = False
-        self.echoed = False  # the terminal has echoed ^C
+        self.echoed = False  # whether the terminal has echoed ^C
 
     @property
     def stream(self) -> TextIO:
@@ -255,7 +255,7 @@ def latest(reply: Reply) -> str:
 
 
 USUAL = "less"
-OPTIONS = {"LESS": "FRX"}  # as git sets it: keep colours, quit if one screen is enough, do not clear
+OPTIONS = {"LESS": "FRX"}  # the options that git sets: keep colours, quit if one screen is enough, do not clear
 LONG = (
     replies.HelpOverview,
     replies.HelpTopic,

@@ -37,9 +37,9 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.twin.healthy import Blocks, HealthyResidual, load_torque
 from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, Report
 
-EXPLAINED = 0.9  # share of the squared residuals that a cause must explain
-KICKED = 0.6  # the same for a joint that is blocked in full motion, which kicks the others
-WAY = 10.0  # times the noise: a joint that goes farther moves
+EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
+KICKED = 0.6  # the same fraction for a joint blocked in full motion, which disturbs the other joints
+WAY = 10.0  # factor on the noise above which a displacement counts as motion
 LATELY = 0.15  # [s] before the end in which joints may stand still
 MAX_DELAY = 1.5  # [s]
 MAX_GROWTH = 0.5  # [s/s] of a delay
@@ -157,7 +157,7 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
 
 def _standing(it: Evidence) -> Likely | None:
     """Test for joints that stand still though the timeline moves them, while the others are where they should be."""
-    it = it._replace(noise=it.pure_noise)  # a joint that stands needs no model of its motion
+    it = it._replace(noise=it.pure_noise)  # the errors of a standing joint need no model of its motion
     back = it.measured[::-1]
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
     samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # so many samples each joint has stood until now
@@ -232,16 +232,16 @@ BLOCK = 0.05  # [s] residuals are averaged over blocks of this length
 APART = 0.009  # [s] closer reports are skipped: 100 a second suffice
 GAP = 0.5  # [s] after a longer gap between reports all sums start again
 FALSE_ALARMS = 1e-6  # [1/h] for normal noise
-JOINT_ALLOWANCE = 9.0  # of a squared residual with one degree of freedom: 3 standard deviations
-TOOL_ALLOWANCE = 14.0  # the same for the three degrees of a place
-LOAD_WINDOW = 8  # blocks in which a load is looked for: longer healthy errors may look like one
+JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of freedom: 3 standard deviations
+TOOL_ALLOWANCE = 14.0  # the same allowance with the three degrees of freedom of a position
+LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times healthy errors may resemble a load
 SAG = 0.1  # [rad, m] a joint gives way to its usual load by at most this
 DECIDE = 0.2  # [s] from detection to the alarm, for more evidence of the cause
-SECOND = round(1.0 / BLOCK)  # blocks in a second
+SECOND = round(1.0 / BLOCK)  # number of blocks in a second
 WAITS = 3  # seconds until the healthy model learns from a second
 CALM = 25.0  # a robot with smaller squared residuals for a second has recovered
 BEFORE = 0.1  # [s] of evidence before the onset
-SAMPLE_NOISE = 2.0  # noise of a sample by that of a block, which has five reports on average
+SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to that of a block, which averages five reports
 MEMORY = 3.0  # [s] of reports that are kept as evidence
 EDITS = 10.0  # [s] timelines before a change are kept so long
 
@@ -250,7 +250,7 @@ def exponent(allowance: float, freedoms: int) -> float:
     """Return lambda > 0 with E exp(lambda (x - allowance)) = 1 for x chi-square distributed: the root of
     -freedoms / 2 log(1 - 2 lambda) = lambda allowance below 1/2.
     """
-    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # left of `low` the two sides come closer again
+    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # below `low` the two sides approach each other again
     for _ in range(100):
         middle = 0.5 * (low + high)
         if middle >= 0.5 or -0.5 * freedoms * log1p(-2.0 * middle) > middle * allowance:
@@ -288,7 +288,7 @@ class DivergenceWatch:
             [threshold(JOINT_ALLOWANCE, 1, share)] * n + [threshold(TOOL_ALLOWANCE, 3, share), load_threshold(n, share)]
         )
         self._samples: deque[Sample] = deque()
-        self._befores: deque[tuple[float, Timeline]] = deque()  # when they were replaced, and timelines until then
+        self._befores: deque[tuple[float, Timeline]] = deque()  # times of replacement [s], and the timelines until then
         self._timeline: Timeline | None = None
         self.reset()
 
@@ -299,7 +299,7 @@ class DivergenceWatch:
         self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # evidence for a load by block, the newest first
         self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
         self._waiting: deque[list[Blocks]] = deque()  # seconds to learn from; the last one is not complete
-        self._found: tuple[float, float] | None = None  # since when, and when the alarm is due
+        self._found: tuple[float, float] | None = None  # onset [s], and when the alarm is due [s]
         self._calm = 0
         self._samples.clear()
         self._bounds: dict[int, tuple[Floats, Floats]] = {}
@@ -334,7 +334,7 @@ class DivergenceWatch:
         return alarm
 
     def _close_block(self, timeline: Timeline) -> DivergenceAlarm | None:
-        """Judge the block that has ended."""
+        """Evaluate the block that has ended; return an alarm if one is due."""
         times, residuals = zip(*self._cell, strict=True)
         self._cell, cell = [], floor(times[0] / BLOCK)
         joints, rates = zip(*(self._g_at_begin(timeline, cell + number) for number in (-1, 0, 1)), strict=True)
@@ -411,7 +411,7 @@ class DivergenceWatch:
         return float(ratios[longest]), longest + 1
 
     def _evidence(self, timeline: Timeline, since: float) -> Evidence:
-        """Collect what a cause is sought in."""
+        """Collect the evidence from which the cause is inferred."""
         samples = [sample for sample in self._samples if sample.t >= since - BEFORE]
         times, measured = np.array([one.t for one in samples]), np.array([one.joints for one in samples])
         g, ago = (positions_at(self.arm, timeline, times - back) for back in (0.0, BLOCK))

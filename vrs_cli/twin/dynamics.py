@@ -34,7 +34,7 @@ from vrs_cli.kinematics.robot_file import ROBOTS
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, unit, vector_difference
 
 GRAVITY: Vector = (0.0, 0.0, -9.81)  # [m/s2]
-PARAMETERS = 10  # inertial parameters of a link
+PARAMETERS = 10  # number of inertial parameters of a link
 AXIS_Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -67,7 +67,7 @@ class InertialModel(NamedTuple):
 
 
 class LinkMotion(NamedTuple):
-    """How a link moves, over N samples: R (N, 3, 3) and origin (N, 3) of its frame, its angular velocity and
+    """The motion of a link over N samples: R (N, 3, 3) and origin (N, 3) of its frame, its angular velocity and
     acceleration, and the acceleration of the origin less that of gravity, each (N, 3); `axis` (N, 3) of its joint and
     `lever` (N, 3) from the frame before to its own.
     """
@@ -189,24 +189,24 @@ def _skew(v: Floats) -> Floats:
 
 
 def _times(matrices: Floats, vectors: Floats) -> Floats:
-    """(N, 3, 3) and (N, 3) -> (N, 3)."""
+    """Multiply matrices (N, 3, 3) by vectors (N, 3); return (N, 3)."""
     found: Floats = np.einsum("nij,nj->ni", matrices, vectors)
     return found
 
 
 def _parts(T: Transform) -> tuple[Floats, Floats]:
-    """Return the rotation (3, 3) and the place (3,) of a transform."""
+    """Return the rotation (3, 3) and the position (3,) of a transform."""
     rows = np.array(T).reshape(3, 4)
     return rows[:, :3], rows[:, 3]
 
 
-MASSES = ROBOTS / "masses"  # of the built-in robots, in files that only a body reads
-ROUNDING = 1e-12  # of a moment of inertia
+MASSES = ROBOTS / "masses"  # folder of the masses of built-in robots, which only a body reads
+ROUNDING = 1e-12  # relative rounding error of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] a moment of inertia
-POSES, SEED = 100, 1  # random poses for drives with unknown data
-RESERVE = 2.0  # ours: greatest torque of a drive, by that for gravity and the greatest acceleration
-ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of the greatest inertia, and of RESERVE torques
-ROUND = 24  # slices along half a circle, for second moments of a slab to 1e-4
+POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
+RESERVE = 2.0  # ratio of a drive's greatest torque to that for gravity and greatest acceleration (our choice)
+ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of greatest inertia, of RESERVE torques
+ROUND = 24  # number of slices along half a circle: second moments of a slab to 1e-4
 
 
 def masses_of(model: RobotModel) -> tuple[LinkMasses, ...]:
@@ -288,7 +288,7 @@ def _with_drives(
 # --- inertias of shapes --------------------------------------------------------------------------------------------
 
 
-Slice = Iterator[tuple[Vector, float]]  # points with their areas [m2]
+Slice = Iterator[tuple[Vector, float]]  # yields points with their areas [m2]
 
 
 class UnitSolid(NamedTuple):
@@ -350,7 +350,7 @@ def point_masses(body: Body) -> PointMasses:
 def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMasses:
     """Return the hull of two balls: a cap of each, and the cone that touches both."""
     (r, s), far = radii, hypot(*vector_difference(end, start))
-    if far <= abs(r - s):  # one ball holds the other
+    if far <= abs(r - s):  # one ball contains the other
         centre, r, s, far = (start, r, r, 0.0) if r >= s else (end, s, s, 0.0)
         T = _along_z(centre, (0.0, 0.0, 1.0))
     else:

@@ -22,18 +22,18 @@ from vrs_cli.kinematics.joints import Joints
 # and in the one before; load [rad or m, s, s2]
 PRIOR = (0.01, 0.05, 0.005, 0.003, 0.05, 0.005, 0.003, 0.02)
 BEGUN = 1e-3  # [rad/s, m/s] of a joint whose dry friction has its full size
-ACTIVITY = (0.01, 0.1, 0.4)  # of the limits of velocity and acceleration: bounds between classes of activity
+ACTIVITY = (0.01, 0.1, 0.4)  # bounds between classes of activity, as fractions of the velocity and acceleration limits
 START = 2e-3  # [rad, m] noise before it is known
 LEAST_NOISE = 2e-4  # [rad, m] that is never undercut (0.011 deg): play, and what an operator need not know
 STICK = 2e-3  # [rad, m] a joint that hardly moves may stand beside its set point: dry friction holds it there
 SLOW = 5e-3  # [rad/s, m/s] below which it may
-FEW = 100  # blocks after which a class has noise of its own
+FEW = 100  # number of blocks after which a class has its own noise
 GRAVITY = 9.81  # [m/s2]
-MEMORY = 12_000.0  # blocks (10 minutes of motion) after which what was learned counts a third
-OUTLIER = 4.0  # standard deviations: what lies beyond counts as this
-TAIL = 1.5  # the largest healthy error of the past counts as at least so many standard deviations
-RELATIVE = 0.1  # share of the predicted residual that may be wrong
-CORRELATED = 4.0  # successive blocks count as one: their errors are alike
+MEMORY = 12_000.0  # number of blocks (10 minutes of motion) after which learned data have a third of their weight
+OUTLIER = 4.0  # limit of a residual [standard deviations]; larger ones are reduced to it
+TAIL = 1.5  # minimum ratio of the largest healthy error of the past to the standard deviation
+RELATIVE = 0.1  # fraction of the predicted residual that may be wrong
+CORRELATED = 4.0  # number of successive blocks that count as one, because their errors are correlated
 
 
 class Blocks(NamedTuple):
@@ -109,7 +109,7 @@ class HealthyResidual:
         mean = np.einsum("bnk,nk->bn", features, self._coefficients)
         unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
         noise = self.noise[self._classes(blocks)]
-        moving = mean - self._coefficients[:, 0]  # an offset is as sure as it is
+        moving = mean - self._coefficients[:, 0]  # the part that RELATIVE applies to: not the offset
         slow = STICK * np.exp(-((np.abs(blocks.velocity).min(axis=1) / SLOW) ** 2))
         return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2 + slow**2), noise)
 
@@ -138,8 +138,8 @@ class HealthyResidual:
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
         weight = np.maximum(self._weight, 1.0)
         own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least that of the largest error
-        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # and more while little is learned
-        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # less activity, no more noise
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # more while few were learned
+        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # rises with the class of activity
         self.learned += len(blocks.times)
 
 

@@ -28,7 +28,7 @@ from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.values.numbers import count
 
-MAX_SHOWN = 60  # characters of a wrong line
+MAX_SHOWN = 60  # maximum number of characters shown of a wrong line
 
 
 class LineFormat(Enum):
@@ -142,7 +142,7 @@ class RosTime(Struct, frozen=True):
 
 
 class Header(Struct, frozen=True):
-    """The part of a std_msgs/msg/Header that is read."""
+    """The fields read from a std_msgs/msg/Header."""
 
     stamp: RosTime
 

@@ -11,7 +11,7 @@ from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.values.world import CellScene
 from vrs_cli.wire.records import RecordError
 
-MAX_CELL_BYTES = 1_000_000  # of a cell in a message
+MAX_CELL_BYTES = 1_000_000  # maximum size of a cell in a message [bytes]
 
 
 class FollowRecord(Struct, frozen=True):

@@ -87,7 +87,7 @@ class Reader(Generic[M]):
 
 
 def marks_of(frame: Frame) -> MessageMarks | None:
-    """Return the type, id and number of a frame; None if it is no message."""
+    """Return the type, id and number of a frame; None if the frame is not a message."""
     try:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:

@@ -30,7 +30,7 @@ from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_recor
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
 
-START = 0  # the checksum before the first line
+START = 0  # the initial checksum, before the first line
 KEY = b',"crc":"'
 SEALED = KEY + b'%08x"}'
 LENGTH = len(SEALED % START)
@@ -38,8 +38,8 @@ _SAID = re.compile(rb',"crc":"([0-9a-f]{8})"}$')
 
 
 class Checksums:
-    """The checksums of a file's lines, in order. `last`: of the last line; None if the lines have none, as in older
-    files.
+    """Computes the checksums of a file's lines, in order. `last`: the checksum of the last line; None if the lines have
+    no checksums, as in older files.
     """
 
     def __init__(self, last: int | None = START) -> None:
@@ -144,7 +144,7 @@ ROW, EVENTS, CHECKPOINT, REPORTS = (
     b'{"events":',
     b'{"checkpoint":',
     b'{"reports":',
-)  # the first bytes of these lines
+)  # the first bytes of lines that are not deltas
 
 
 class Marks(msgspec.Struct):
@@ -198,7 +198,7 @@ class LineEncoder:
         return self._line(record)
 
     def reports(self, columns: ReportColumns, first: int, last: int) -> bytes:
-        """Encode the reports from `first` to before `last`."""
+        """Encode the reports from `first` up to, but not including, `last`."""
         return self._line(reports_record(columns, first, last))
 
     def _line(self, record: msgspec.Struct) -> bytes:

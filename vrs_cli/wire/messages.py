@@ -99,7 +99,7 @@ class ShowBranch(RobotAct[BranchShown], frozen=True):
     joints: Number | None = None
 
 
-MAX_TIMES = 2000  # of one Positions: they take the server at least 20 ms
+MAX_TIMES = 2000  # maximum number of times in one Positions: they take the server at least 20 ms
 
 if TYPE_CHECKING:
     AnyAct = Act[Any]

@@ -37,12 +37,12 @@ NEEDED_FIELDS = {
     MotionKind.JOINT: "goal",
     MotionKind.STEERED: "goal",
     MotionKind.STRAIGHT: "pose",
-}  # without it a motion cannot be planned again
+}  # without this field a motion cannot be planned again
 
-MAX_NUMBER = 1e15  # sums and products of numbers in a file stay finite
-MAX_DEGREE = 5  # of a polynomial, at most
+MAX_NUMBER = 1e15  # maximum magnitude of a number in a file: sums and products stay finite
+MAX_DEGREE = 5  # maximum degree of a polynomial
 ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
-DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # of a motion
+DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # defaults of a motion
 NO_FRAMES = Frames()
 
 Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
@@ -152,7 +152,7 @@ class SegmentRecord(StrictRecord, frozen=True):
     pieces: tuple[PieceRecord, ...] = ()
 
 
-Pieces = Callable[[Segment], tuple[PieceRecord, ...]]  # of the joints of a line
+Pieces = Callable[[Segment], tuple[PieceRecord, ...]]  # returns the joint pieces of a straight line
 
 
 def no_pieces(_: Segment) -> tuple[PieceRecord, ...]:
@@ -172,7 +172,7 @@ class EventRecord(StrictRecord, frozen=True):
 
 
 class EventEditRecord(StrictRecord, frozen=True):
-    """The events' part of a delta."""
+    """The changes of events in a delta."""
 
     keep: Count
     drop: Count = 0
@@ -216,7 +216,7 @@ class Form(msgspec.Struct, frozen=True):
 
 
 class RecordError(ValueError):
-    """The error for data that is no valid record."""
+    """The error for data that are not a valid record."""
 
 
 class Motions(dict[int, Motion]):

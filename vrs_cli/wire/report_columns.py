@@ -24,7 +24,7 @@ from vrs_cli.trajectory.reports import EFFORT, MAX_NUMBER, MODE, MODES, VELOCITY
 from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.records import Joints, RecordError, StrictRecord, Time
 
-MAX_RECORD_REPORTS = 1 << 16  # of one record
+MAX_RECORD_REPORTS = 1 << 16  # maximum number of reports in one record
 COMPRESSION_LEVEL = 1  # higher levels take much longer and gain little
 
 
@@ -41,7 +41,8 @@ class ReportsRecord(StrictRecord, frozen=True):
 
 
 def reports_record(columns: ReportColumns, first: int, last: int) -> ReportsRecord:
-    """Convert the reports from `first` to before `last` to a record. Equal reports give equal records."""
+    """Convert the reports from `first` up to, but not including, `last` to a record. Equal reports give equal
+    records."""
     n, flags = columns.joint_count, bytes(columns.flags[first:last])
     numbers = slice(first * n, last * n)
     rates = columns.rates.get(VELOCITY) if any(flag & VELOCITY for flag in flags) else None
@@ -117,7 +118,7 @@ def _places(size: int) -> range:
     return range(size) if sys.byteorder == "little" else range(size - 1, -1, -1)
 
 
-MAX_MESSAGE_REPORTS = 2000  # of one message
+MAX_MESSAGE_REPORTS = 2000  # maximum number of reports in one message
 Rows = Annotated[tuple[Joints, ...], Meta(max_length=MAX_MESSAGE_REPORTS)]
 
 

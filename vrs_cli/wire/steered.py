@@ -82,7 +82,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
         raise RecordError(f"a target of steering for timeline version {record.version}, not for {before.version}")
     try:
         delta = _plan_again(motion, record.executed, record.tick, record.rates, before, arm)
-    except (ArithmeticError, ValueError):  # the numbers are those of no robot
+    except (ArithmeticError, ValueError):  # no robot can have these numbers
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
         raise RecordError("a target of steering has become something else: it was made by another version of vrs")
@@ -120,7 +120,7 @@ def _checksum(segments: Iterable[Segment]) -> int:
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
 
 
-MAX_REMEMBERED = 4000  # segments, as in four long snapshots
+MAX_REMEMBERED = 4000  # maximum number of remembered segments, as in four long snapshots
 
 Key = tuple[Path, float, Transform, float]
 

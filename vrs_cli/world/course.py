@@ -260,7 +260,7 @@ class WorldCourse:
         return max(until, self.begins)
 
 
-MAX_COURSES = 6  # kept courses, of the latest versions
+MAX_COURSES = 6  # maximum number of kept courses, of the latest versions
 
 
 class World:

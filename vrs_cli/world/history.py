@@ -110,7 +110,7 @@ _MISSING = object()
 
 
 CELL = 0.1  # [m] between the lines of the grid
-MAX_CELLS = 100  # cells of a body; a larger body is always a candidate
+MAX_CELLS = 100  # maximum number of cells of a body; a larger body is always a candidate
 PRESSED = 0.005  # [m] a body may be pressed so far into its support
 LEVEL = 1e-4  # [m] bodies whose heights differ less carry together
 FALLS = 1e-3  # [m] a smaller fall is not reported
@@ -194,7 +194,7 @@ def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tupl
 
 
 def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform) -> None:
-    """Let a body stand at a place from now on."""
+    """Let a body stand at a pose from now on."""
     lift(history, name)
     area = bounds(solids, T_world_body)
     covered = cells(area)

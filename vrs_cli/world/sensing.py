@@ -35,7 +35,7 @@ from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 GRAVITY = 9.81  # [m/s2]
 MIN_STEP_S = 2.0**-11  # [s] the shortest step: half a millisecond, so that nothing of 1 ms is missed
 FINEST = 2.0**-22  # [s] found instants are multiples of this, from the start of their segment
-MAX_PASSAGES = 100_000  # kept results of searches
+MAX_PASSAGES = 100_000  # maximum number of kept search results
 
 
 class Crossing(NamedTuple):
@@ -123,7 +123,7 @@ class Sensing:
         self._arm, self._bodies, self.regions = arm, bodies, regions
         self._levers = levers(arm.model)[1]
         self._known: dict[object, tuple[object, Passage]] = {}
-        self.looks = 0  # number of poses that were looked at
+        self.looks = 0  # number of poses that were examined
 
     def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
         """Return the numbers of the regions that a body at a fixed pose is in."""
@@ -202,7 +202,7 @@ class Sensing:
                 return compose(world_pose(self._arm, mounted, path.joints(s)), held)
 
             return Way(sight.body, pose, pace, growth, duration)
-        if self._arm.steady is not None:  # the tool turns differently from the path, so only short steps are safe
+        if self._arm.steady is not None:  # the tool turns differently from the path: only short steps are safe
             tool = frames.tool if sight.at_tool else IDENTITY
             mounted, held = Frames(frames.base, tool), sight.T
 

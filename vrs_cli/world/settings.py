@@ -203,6 +203,6 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
             history.set((kind, place), count)
     for time, what in state.due:
         if isinstance(what, PartLands):
-            put(history, what.part, settings.solids[what.part], what.T)  # later falls end on it
+            put(history, what.part, settings.solids[what.part], what.T)  # parts that fall later can land on it
         history.plan(time, what)
     add_grip(history, settings)

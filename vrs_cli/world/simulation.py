@@ -47,7 +47,7 @@ from vrs_cli.world.settings import SLACK, WorldSettings, add_grip, part_between,
 from vrs_cli.world.solids import bounds, point_apart
 
 STANDS = 1e-7  # [m] a part that would fall less stands
-MAX_AT_ONE_INSTANT = 1000  # happenings of one instant: stops rules that drive each other
+MAX_AT_ONE_INSTANT = 1000  # maximum number of happenings at one instant; stops rules that trigger each other
 
 
 class ArmEnters(Happening, frozen=True):
@@ -81,7 +81,7 @@ class Simulation:
 
     @property
     def next_time(self) -> float:
-        """Return when the next thing happens [s]; infinity if nothing does."""
+        """Return the time of the next happening [s]; infinity if there is none."""
         history, timeline = self.history, self._timeline
         index = history.get("events")
         event = timeline.event(index).time if index < timeline.event_count else inf
@@ -307,7 +307,7 @@ class Simulation:
         lasting = up_to_grid(sqrt(2.0 * found.drop / GRAVITY))
         self._span_begins(name, SpanKind.FALLS, T, found.on)
         low = T._replace(pz=T.pz - found.drop)
-        put(history, name, settings.solids[name], low)  # later falls end on it
+        put(history, name, settings.solids[name], low)  # parts that fall later can land on it
         history.plan(history.now + lasting, PartLands(name, low, found.on))
         if settings.sensing.regions:
             self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
@@ -440,7 +440,7 @@ class Simulation:
         for region in sorted(before ^ inside):
             bodies = history.get(("region", region), frozenset[str]()) ^ {body}
             history.set(("region", region), bodies)
-            if bodies <= {body}:  # the first body comes, or the last one goes
+            if bodies <= {body}:  # the first body enters, or the last one leaves
                 history.add((SEES, region), (history.now, bool(bodies)))
             self._show(self._settings.scene.sensors[region].signal, bool(bodies))
 

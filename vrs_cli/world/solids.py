@@ -26,7 +26,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
-MAX_STEPS = 64  # steps of a search: smooth solids take about twenty, others five
+MAX_STEPS = 64  # maximum number of search steps: smooth solids take about twenty, others five
 CLOSE = 1e-12  # [m] the error with which a search ends
 NOTHING = 1e-11  # [m] solids that are nearer touch
 EDGE = 1e-4  # [m] solids that overlap less, seen from above, are beside each other
@@ -47,7 +47,7 @@ class Solid(NamedTuple):
     depth: float
 
 
-Solids = tuple[Solid, ...]  # of one body, in its frame
+Solids = tuple[Solid, ...]  # the solids of one body, in its frame
 
 
 def solids_of(shape: Shape | Beam | Zone | Proximity) -> Solids:
@@ -145,7 +145,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
         nearer, simplex = _nearest(simplex)
         closer = sqrt(dot(nearer, nearer))
         if closer >= gap or (best > NOTHING and (closer < best - NOTHING or len(simplex) == 4)):
-            break  # only rounding is left: a separating plane was found
+            break  # the remainder is rounding: a separating plane was found
         if closer < NOTHING or len(simplex) == 4:
             return Separation(-rims, _ORIGIN)
         v, gap = nearer, closer
