@@ -382,7 +382,7 @@ class MujocoArm:
         mujoco.mj_setConst(self._m, mujoco.MjData(self._m))
 
     def _hold_joint(self, i: int, held: bool) -> None:
-        """Hold a joint where it is, or let it go."""
+        """Lock a joint at its present position, or unlock it."""
         self._m.eq_data[i, 0] = self._d.qpos[i]
         self._d.eq_active[i] = held
 

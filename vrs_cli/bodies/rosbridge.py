@@ -82,8 +82,9 @@ class RosSettings(Struct, frozen=True):
 class RosArm:
     """The conversation with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
 
-    `mode`: in reports; the arm also holds where it cannot follow, until RESYNC. It has stopped while its controller,
-    which was active before, publishes no state. `tell`: takes messages for the user, each kind once in a connection.
+    `mode`: the mode in reports. The arm also holds where it cannot follow, until RESYNC. The arm counts as stopped
+    while its controller, which was active before, publishes no state. `tell`: takes messages for the user, each kind
+    once in a connection.
     """
 
     def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
@@ -256,7 +257,7 @@ class RosArm:
         }
 
     def _apart(self) -> str | None:
-        """Return why the measured arm is not near the timeline; None if it is."""
+        """Return why the measured arm is not near the timeline; None if the arm is near."""
         assert self._measured is not None, "it is called only with a measurement"
         t, joints, _ = self._measured
         if self.body.now() - t > MAX_AGE_S:

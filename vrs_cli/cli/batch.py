@@ -131,12 +131,12 @@ class Batch(Struct, frozen=True):
 
     @property
     def source(self) -> Source:
-        """Return the first file."""
+        """The first file."""
         return self.sources[0]
 
     @property
     def aside(self) -> bool:
-        """Return whether the result of the run is alone on standard output."""
+        """Whether the result of the run is alone on standard output."""
         return self.options.json or self.outputs.takes_standard_output
 
     def run(self) -> int:
@@ -315,7 +315,7 @@ class Batch(Struct, frozen=True):
         return self.owners.get(key_of(program), self.source)
 
     def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
-        """Report how the run ended, and write the files. After an error they have what there is of the trajectory."""
+        """Report how the run ended, and write the files. After an error they contain the trajectory up to the error."""
         if self.heard is not None:
             self.heard.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
@@ -387,7 +387,7 @@ def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[
 
 
 def _advice(option: str) -> str:
-    """Return what helps if the limit of an option stops a program."""
+    """Return the advice for a program that was stopped by the limit of an option."""
     if option == "signals":
         return "--signals FILE says when inputs change"
     return f"give it more with --{option.replace('_', '-')}"

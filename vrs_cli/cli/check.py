@@ -126,7 +126,7 @@ FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "js
 
 
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
-    """Mend a text, and return what is left. A mend may uncover another one, so `find` looks again."""
+    """Mend a text; return the remaining diagnostics. A mend may uncover another mistake, so `find` is called again."""
     now = finding
     for _ in range(ROUNDS):
         mends = tuple(_apart(now.diagnostics))
@@ -136,7 +136,7 @@ def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Fin
 
 
 def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield the mends that do not overlap; of two that do, the one that begins first."""
+    """Yield mends that do not overlap; of two overlapping ones, only the one that begins first."""
     line, end = 0, 0
     for one in found:
         span = one.span
@@ -347,7 +347,7 @@ def fmt(options: Namespace) -> int:
 
 
 def _tell(source: Source, text: str, options: Namespace) -> None:
-    """Show, name or rewrite a file that is not canonical."""
+    """Print, report or rewrite a file that is not in canonical form."""
     path = source.path
     if options.diff:
         _show(_difference(path, source.text, text))

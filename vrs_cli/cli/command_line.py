@@ -28,7 +28,7 @@ USUAL_ROBOT = "puma560"
 
 
 class CommandLineError(UsageError):
-    """The command line itself is wrong. Its message has no VAL-II text, because no VAL-II was typed."""
+    """The error for a wrong command line. Its message has no VAL-II text, because no VAL-II was typed."""
 
     def __str__(self) -> str:
         return f"{self.detail} ({self.hint})" if self.hint else self.detail

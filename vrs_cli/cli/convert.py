@@ -29,7 +29,7 @@ class Conversion(Batch, frozen=True):
 
     @property
     def aside(self) -> bool:
-        """Return whether the written program is alone on standard output."""
+        """Whether the written program is alone on standard output."""
         return bool(self.options.output == STANDARD_STREAM)
 
     def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:

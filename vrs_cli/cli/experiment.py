@@ -1,4 +1,4 @@
-"""`vrs lab experiment`: measure what delays do to commands, and to what is seen of a robot far away. This module has
+"""`vrs lab experiment`: measure the effect of delays on commands, and on the view of a remote robot. This module has
 `delays`; `other_experiments.py` has the others.
 """
 
@@ -131,13 +131,13 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def sound(self) -> bool:
-        """Return whether the flags report all errors of deltas."""
+        """Whether the flags report all errors of deltas."""
         outside = self.outcome.outside
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 
     @property
     def has_moved(self) -> bool:
-        """Return whether the robot has moved: not all commands were aborted."""
+        """Whether the robot has moved: not all commands were aborted."""
         return self.outcome.aborted < self.outcome.commands
 
 

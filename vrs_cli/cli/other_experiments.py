@@ -172,7 +172,7 @@ sys.exit(run(sys.argv[1:]))
 
 
 def run_study(options: Namespace) -> int:
-    """Let one participant do all trials that are left. Raises CommandLineError, FileError, FileDamaged."""
+    """Let one participant do all remaining trials. Raises CommandLineError, FileError, FileDamaged."""
     from vrs_cli.lab.study import DryRun, Results, load_study, pseudonym, study_trials
 
     if options.file is None:

@@ -125,7 +125,8 @@ def connect(options: Namespace) -> int:
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:
-    """Return a teller that leaves out a text equal to the one before: failed attempts to connect repeat theirs."""
+    """Return a function that reports texts, but not the same text twice in a row: failed attempts to connect repeat
+    theirs."""
     last = ""
 
     def tell(text: str) -> None:

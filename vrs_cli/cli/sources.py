@@ -37,7 +37,7 @@ class Source(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """Return the name of the file without its folder and ending; "" for standard input."""
+        """The name of the file without its folder and ending; "" for standard input."""
         return os.path.splitext(os.path.basename(self.path))[0] if self.is_file else ""
 
     def diagnostics_text(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:

@@ -131,7 +131,7 @@ class _Run:
 
     @property
     def source(self) -> str:
-        """Return the name of the stream in messages."""
+        """The name of the stream in messages."""
         return "standard input" if self.live else str(self.options.file)
 
     def run(self) -> int:

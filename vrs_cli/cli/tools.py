@@ -68,7 +68,7 @@ def completion(options: Namespace) -> None:
 
 
 def _teach(action: Action, file: object, folder: object) -> None:
-    """Set what completes an argument."""
+    """Set the shell's completion of an argument."""
     from vrs_cli.cli.recorded import formats
     from vrs_cli.kinematics.robot_file import robot_names
 

@@ -50,8 +50,8 @@ STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
 
 
 class Checker:
-    """Finds contacts of an arm in a scene. `clearance`: things that come nearer than this also count [m]. `allow`: the
-    names of pairs that do not count; the last link is also called hand.
+    """Finds contacts of an arm in a scene. `clearance`: solids that come nearer than this also count as touching [m].
+    `allow`: the names of pairs that do not count; the last link is also called hand.
 
     Owners are numbers with `names`: the links, the floor, the fixtures, then the parts, from `first_part` on.
     """
@@ -218,8 +218,8 @@ class _Search:
                 self.excused.add(pair.owners)
 
     def _room(self) -> tuple[Floats, Floats]:
-        """Bound how far everything comes. Return the corners of the box in which the arm moves, in the robot's frame
-        [m].
+        """Compute the bounds of the arm's motion. Return the corners of the box in which the arm moves, in the robot's
+        frame [m].
         """
         checker, sweep, n, stage = self.checker, self.sweep, self.n, self.stage
         bodies, between = checker.balls, checker.between
@@ -419,12 +419,12 @@ class _Search:
 
 
 def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
-    """Return the levers of bodies, towards each link that is no neighbour."""
+    """Return the levers of bodies towards each link that is not a neighbour."""
     return [levers(model, body, other) for body in bodies for other in range(1, body.link - 1)]
 
 
 def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
-    """Return for each link the ball around all solids that move with it."""
+    """Return, for each link, the ball around all solids that move with the link."""
     balls: list[list[Ball]] = [[] for _ in range(model.joint_count + 1)]
     for link, ball in bounds:
         balls[link].append(ball)

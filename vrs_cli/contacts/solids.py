@@ -1,9 +1,9 @@
 """Convex solids that stand for the links of an arm and for the things in a scene, to look for contacts.
 
-A link has the solids of its shapes (`RobotModel.collision`, else `kinematics.bodies`). A cylinder or a capsule stays
-what it is. A box is the hull of its corners, because MuJoCo's own comparison of boxes misses some that are near. A
-cone, a slab and a capsule of two radii become the convex hull of points on them, a mesh file its convex hull. A link
-whose mesh cannot be read gets capsules along it, as does each link of a robot without shapes.
+A link has the solids of its shapes (`RobotModel.collision`, else `kinematics.bodies`). Cylinders and capsules are used
+unchanged. A box is the hull of its corners, because MuJoCo's own comparison of boxes misses some that are near. A cone,
+a slab and a capsule of two radii become the convex hull of points on them, a mesh file its convex hull. A link whose
+mesh cannot be read gets capsules along it, as does each link of a robot without shapes.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Soli
 
 
 def _along_z(place: Vector, way: Vector) -> Transform:
-    """Return a frame at a place whose z axis is along a way."""
+    """Return a frame at a position whose z axis points along a direction."""
     z = unit(way)
     return frame(any_normal(z), z, place)
 

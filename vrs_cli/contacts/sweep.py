@@ -106,8 +106,8 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
 
 
 def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> bool:
-    """Return whether hand and parts begin alike and change at the same times. Then everything goes on alike, because it
-    follows from that and from the motions.
+    """Return whether hand and parts begin alike and change at the same times. Then all later states are equal too,
+    because they follow from these and from the motions.
     """
     begun = since - shift
     first, other = (next(stages(*of, t, t + SAME)) for of, t in ((before, begun), (after, since)))
@@ -158,7 +158,8 @@ def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]
 
 
 def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], list[float]]:
-    """Return times, and how far the hand is open then. Between them it moves evenly. The first is not after `begin`."""
+    """Return times, and how far the hand is open then. Between these times the hand moves evenly. The first time is not
+    after `begin`."""
     moving, before = list[Event](), None
     for event in _of_hand(timeline, end):
         before = event

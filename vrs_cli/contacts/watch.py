@@ -1,5 +1,5 @@
 """Look for contacts before an engine commits a motion. With ENABLE COLLISION a motion that touches is refused; without
-it, in a scene, contacts are told once a motion.
+it, in a scene, contacts are reported, once per motion.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ MAX_CONTACTS = 1000  # maximum number of kept contacts
 
 
 class ContactWatch:
-    """Checks the motions of an engine. `around` returns the scene and its world, or None if there is none. `tell` gets
-    a line for people.
+    """Checks the motions of an engine. `around` returns the scene and its world, or None if there is none. `tell` takes
+    messages for the user.
     """
 
     def __init__(
@@ -123,11 +123,11 @@ class ContactWatch:
 
     @property
     def checker(self) -> Checker | None:
-        """Return the checker that was used last."""
+        """The checker that was used last."""
         return self._last
 
     def tell_missing(self) -> None:
-        """Say once that contacts are not checked because MuJoCo is missing."""
+        """Report once that contacts are not checked because MuJoCo is missing."""
         if not self._missing and find_spec("mujoco") is None:
             self._missing = True
             self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")

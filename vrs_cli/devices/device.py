@@ -58,7 +58,7 @@ class Address(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """Return the name of its unit in a recording."""
+        """The name of its unit in a recording."""
         return f"TCP:{self.host}:{self.port}" if self.host else f"TCP:{self.port}"
 
 
@@ -92,12 +92,12 @@ def read_address(how: str) -> Address:
 class DeviceEvent(Enum):
     """Events that happen on a device without a request."""
 
-    OPENED = "opened"  # a connection
-    REFUSED = "refused"  # a requested connection; the code says why
+    OPENED = "opened"  # a connection was opened
+    REFUSED = "refused"  # a requested connection was refused; the code gives the reason
     CAME = "data"
     PAUSED = "pause"  # the last bytes have no end of line, and nothing follows
-    ENDED = "closed"  # no more bytes come; sent bytes may arrive
-    GONE = "gone"  # sent bytes do not arrive any more
+    ENDED = "closed"  # no more bytes arrive; sent bytes may still reach the peer
+    GONE = "gone"  # sent bytes no longer reach the peer
     WRITTEN = "written"  # all sent bytes have left
 
 
@@ -143,7 +143,7 @@ class Outside:
         """Send bytes to a connection. `ask`: let WRITTEN arrive when all bytes have left."""
 
     def confirm_read(self, device: str, handle: int, count: int) -> None:
-        """Tell that `count` bytes were read, so that as many more may come."""
+        """Report that `count` bytes were read, so that as many more may arrive."""
 
     def release(self, device: str, handle: int) -> None:
         """Close a connection. A later one may get the same handle."""
@@ -185,9 +185,9 @@ YET: Final = Waits.YET
 
 
 class DeviceConnection(Struct, eq=False):
-    """`told`: the program knows that it is open. `unwritten` [bytes]: sent since all had left; `asked`: it is to be
-    told when that is so again. `taken` [bytes]: read since the world outside was told. `returned`: a line has ended
-    with CR, and a LF that follows belongs to it.
+    """A connection of a device. `told`: the program knows that the connection is open. `unwritten`: bytes sent since
+    the last time when all bytes had left; `asked`: WRITTEN was requested. `taken`: bytes read since the last
+    `confirm_read`. `returned`: a line has ended with CR, so a LF that follows belongs to that line.
     """
 
     handle: int
@@ -228,9 +228,9 @@ class DeviceConnection(Struct, eq=False):
 
 
 class Device(Struct, eq=False):
-    """`attached`: what ATTACH has named, `name`: with its port once that is known. `fault`: why it cannot be had.
-    `status`, `length` and `handle` are those of the last operation. `expired`: GETC has waited long enough; `dialing`:
-    a connection was asked for.
+    """The device of a unit. `attached`: the name given to ATTACH; `name`: the same with the port once that is known.
+    `fault`: the reason why the device cannot be used. `status`, `length` and `handle` are those of the last operation.
+    `expired`: GETC has waited long enough; `dialing`: a connection was asked for.
     """
 
     attached: str
@@ -399,7 +399,7 @@ class Device(Struct, eq=False):
 
     @property
     def has_more(self) -> bool:
-        """Return whether bytes have come since GETC began to wait; the step reads the bytes that it has taken again."""
+        """Whether bytes have come since GETC began to wait; the step reads the bytes that it has taken again."""
         return self.expired or self._fresh or not self.open
 
     def _count_read(self, one: DeviceConnection, count: int) -> None:

@@ -81,9 +81,7 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Gives units the arrivals of a script. It tells once if a program writes something other than what was
-    recorded.
-    """
+    """Gives units the arrivals of a script. Warns once if a program writes something other than what was recorded."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)

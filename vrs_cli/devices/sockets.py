@@ -1,4 +1,5 @@
-"""TCP over real sockets, and serial lines. They decide which programs may use them, and when arrivals are seen."""
+"""TCP over real sockets, and serial lines. This module decides which programs may use them, and when programs see
+arrivals."""
 
 from __future__ import annotations
 
@@ -195,7 +196,7 @@ class Sockets(Outside):
         return str(address)
 
     def _not_ready(self, what: str, hint: str) -> DeviceNotReady:
-        """Tell why a device is not ready, because its status does not say it. Return the error."""
+        """Report why a device is not ready, because its status does not contain the reason. Return the error."""
         fault = DeviceNotReady(what, hint)
         self.tell(str(fault))
         return fault

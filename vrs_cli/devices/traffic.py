@@ -103,7 +103,7 @@ class Traffic:
         self._loop.call_soon_threadsafe(act, self)
 
     def close(self, device: str) -> None:
-        """Close a device. Nothing of it arrives any more."""
+        """Close a device. No more events of the device arrive."""
         done = Done()
         self.do(lambda it: it._close(device, done))
         done.wait(GRACE)
@@ -125,7 +125,7 @@ class Traffic:
             self._loop.stop()
 
     def listen(self, device: str, listener: socket.socket, clients: int) -> None:
-        """Let clients in."""
+        """Accept clients at a port."""
         self._ports[device] = _Port(listener, set(range(1, clients + 1)))
         self._watch_port(device)
 

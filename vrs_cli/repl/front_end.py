@@ -53,7 +53,8 @@ class FrontEnd(Exchange):
         return list(end.choices) if isinstance(end, messages.Completed) else []
 
     def end_of(self, make: MakeRequest, seconds: float = AT_ONCE) -> ServerMessage | None:
-        """Send a request of which nothing is shown. Return its end, or None if it does not come in time."""
+        """Send a request without showing its answers. Return the final answer, or None if that does not arrive in
+        time."""
         found: Inbox[ServerMessage] = Inbox()
         try:
             self.port.begin(make, found.put)
@@ -62,7 +63,7 @@ class FrontEnd(Exchange):
         return self.port.take(found, seconds)
 
     def rest(self) -> float:
-        """Return how long nothing visible happens [s], unless a message comes."""
+        """Return the time until something visible happens [s], unless a message arrives."""
         now = self.status()
         return min(max(self.port.due, MIN_WAIT_S), KEEPING_UP if now.clock < now.end else RESTING)
 
@@ -76,7 +77,7 @@ class FrontEnd(Exchange):
         return FarHand(self.begin, question.joints, question.units, seen.found)
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request beside the one that is waited for, and carry out what is due."""
+        """Send a request beside the awaited one, and carry out what is due."""
         id = self.port.begin(make, outlet)
         self.keep_up()
         self.after()

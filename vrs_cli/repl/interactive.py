@@ -104,7 +104,7 @@ class Backstage(Generic[V]):
 
     @property
     def ready(self) -> V | None:
-        """Return the value, or None if it is not made yet."""
+        """The value, or None if it is not made yet."""
         return self._value
 
     def wait(self) -> V:
@@ -199,7 +199,7 @@ class Shell:
 
     @property
     def _hung_up(self) -> bool:
-        """Return whether the terminal is gone: its user has not left, and can be asked nothing."""
+        """Whether the terminal is gone: its user has not left, and can be asked nothing."""
         return self.prompts.app.input.closed
 
     # --- as the reader of lines ---
@@ -367,13 +367,13 @@ class Shell:
 
 @contextmanager
 def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
-    """Let Ctrl-C stop what is done for the user."""
+    """Let Ctrl-C stop the command that is being carried out for the user."""
     with stoppable(terminal.interrupt), without_echo(signals=True):
         yield
 
 
 async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
-    """Wait for some time [s], or until something wakes."""
+    """Wait for some time [s], or until `woken` is set."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             await woken.wait()

@@ -15,8 +15,8 @@ ENDINGS = tuple(number for number in SAID if number != signal.SIGINT)
 
 
 class Ended(KeyboardInterrupt):
-    """A signal ends the process: everything that Ctrl-C would stop is stopped, and nothing follows. `status`: the exit
-    status as shells report it.
+    """The exception for a signal that ends the process: everything that Ctrl-C would stop is stopped, and nothing
+    follows. `status`: the exit status as shells report it.
     """
 
     def __init__(self, number: int) -> None:

@@ -1,4 +1,4 @@
-"""The robot of a shell in this process, with what only such a robot has: a transcript (LOG), a trajectory file
+"""The robot of a shell in this process, with features that only such a robot has: a transcript (LOG), a trajectory file
 (`--save`) and a recovery file.
 """
 
@@ -90,7 +90,7 @@ class ShellRobot:
             self._terminal.log_typed(self.port.status().prompt, text)
 
     def _keep(self) -> None:
-        """Write what is only in memory to the recovery file."""
+        """Write everything that exists only in memory to the recovery file."""
         try:
             if self._keeper is not None:
                 self._keeper.keep()
@@ -230,7 +230,7 @@ class Keeper:
         self._kept = None
 
     def offer(self) -> None:
-        """Ask whether to load what other shells have left."""
+        """Ask whether to load the recovery files of other shells."""
         session, terminal = self._conversation.session, self._terminal
         for one in left_files(self._folder):
             first, _, rest = one.text.partition("\n")
@@ -275,7 +275,7 @@ class Recorder:
 
     @property
     def model(self) -> RobotModel | None:
-        """Return the robot of the existing file."""
+        """The robot of the existing file."""
         return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session, terminal: Terminal) -> Message:

@@ -1,4 +1,4 @@
-"""The loop of the shell: read a line, send it, show what is said, ask what is asked, until the user leaves.
+"""The loop of the shell: read a line, send it, show the replies and ask the robot's questions, until the user leaves.
 
 `run_loop` reads lines, at a prompt or from a pipe, and gives each to `Exchange.take`. The exchange sends it to the
 port of the robot, takes the messages that come back (`_hear`), shows replies and puts questions at the terminal, until
@@ -214,8 +214,8 @@ def _without_byte_order_mark(source: Iterable[str]) -> Iterator[str]:
 class Exchange:
     """Sends the lines of one user to a port, shows what is said and asks what is asked at a terminal.
 
-    `told` gets messages about the connection. `interrupted`: Ctrl-C came during the last line. `failed`: something was
-    not done, and `told` got the reason. `noted`: an error that cannot be shown now.
+    `told` takes messages about the connection. `interrupted`: Ctrl-C was pressed during the last line. `failed`:
+    something was not done, and `told` took the reason. `noted`: an error that cannot be shown now.
     """
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
@@ -403,7 +403,7 @@ class Exchange:
     # --- Ctrl-C ---
 
     def interrupt(self) -> bool:
-        """Stop what is waited for, at Ctrl-C. Return whether it ends by itself. An open question is answered with
+        """Stop the awaited command, at Ctrl-C. Return whether that command then ends. An open question is answered with
         Ctrl-C. Safe in a signal handler.
         """
         if not self._waits or self._asks:
@@ -419,7 +419,7 @@ class Exchange:
 
     @property
     def question_is_withdrawn(self) -> bool:
-        """Return whether the present question waits for no answer any more."""
+        """Whether the present question waits for no answer any more."""
         return self._question in self._withdrawn
 
     def come(self, message: ServerMessage) -> None:

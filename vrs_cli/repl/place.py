@@ -29,19 +29,19 @@ class Place(Protocol):
 
     @property
     def lives(self) -> bool:
-        """Return whether the robot goes on while a line is typed."""
+        """Whether the robot goes on while a line is typed."""
 
     @property
     def waits(self) -> bool:
-        """Return whether something is shown or asked before the first line."""
+        """Whether something is shown or asked before the first line."""
 
     @property
     def remote(self) -> bool:
-        """Return whether answers take time."""
+        """Whether answers take time."""
 
     @property
     def banner(self) -> str:
-        """Return the text before the first prompt of a terminal; "" for none."""
+        """The text before the first prompt of a terminal; "" for none."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         """Make the front end of the shell. Raises VrsError."""

@@ -147,8 +147,8 @@ async def watch(
 def show_motion(
     watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None], world: World | None = None
 ) -> None:
-    """Show the arm as it moves (SHOW), until it stands or a key is pressed. `keep_up` carries out what is due. `abort`
-    stops the robot. `world`: the cell around it.
+    """Show the arm as it moves (SHOW), until it has stopped or a key is pressed. `keep_up` carries out what is due.
+    `abort` stops the robot. `world`: the cell around it.
     """
 
     def text() -> str:

@@ -81,7 +81,7 @@ class ShellTerminal:
         return self._stream or sys.stdout
 
     def interrupt(self) -> bool:
-        """Stop what is waited for, at Ctrl-C; return False if nothing is."""
+        """Stop the awaited command, at Ctrl-C; return False if there is none."""
         self.echoed = True
         return self.screens.interrupt()
 

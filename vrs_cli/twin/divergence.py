@@ -96,7 +96,7 @@ class Evidence(NamedTuple):
         return int(np.argmax(np.abs(self.error[self.late]).mean(axis=0) / self.noise))
 
     def share(self, error: Floats) -> float:
-        """Return the explained share of the squared residuals if `error` (N, n) is left of them."""
+        """Return the explained fraction of the squared residuals if `error` (N, n) remains."""
         left, all_of_it = ((((one / self.noise) ** 2).sum()) for one in (error, self.error))
         return float(1.0 - left / max(all_of_it, 1e-30))
 
@@ -156,7 +156,7 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
 
 
 def _standing(it: Evidence) -> Likely | None:
-    """Test for joints that stand still though the timeline moves them, while the others are where they should be."""
+    """Test for joints that stand still although the timeline moves them, while the other joints follow it."""
     it = it._replace(noise=it.pure_noise)  # the errors of a standing joint need no model of its motion
     back = it.measured[::-1]
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise

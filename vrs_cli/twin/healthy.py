@@ -1,4 +1,4 @@
-"""The healthy residual of a robot: how far a body that does what it is told is from its timeline, learned as it moves.
+"""The healthy residual of a robot: the distance of a correctly working body from its timeline, learned while it moves.
 
 A controller lags, sags and sticks. So the healthy residual of a joint (measured minus g) is a sum of known functions of
 the commanded motion with unknown coefficients, and noise: an offset, parts in proportion to velocity (lag) and

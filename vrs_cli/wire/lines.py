@@ -171,7 +171,7 @@ class LineEncoder:
 
     @property
     def checksum(self) -> int | None:
-        """Return the checksum of the last line; None if lines have none."""
+        """The checksum of the last line; None if lines have none."""
         return self._checksums.last
 
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:

@@ -1,8 +1,8 @@
 """The course of a world (where each part is at any time, and which signals sensors and rules set), and the world that
 computes it.
 
-A course follows from a timeline and a scene alone. It is simulated forward as far as somebody asks. After an edit of
-the timeline only the changed rest is computed again.
+A course follows from a timeline and a scene alone. It is simulated forward only as far as it is queried. After an edit
+of the timeline only the changed remainder is computed again.
 """
 
 from __future__ import annotations
@@ -223,7 +223,7 @@ class WorldCourse:
         )
 
     def known_until(self, wanted: float) -> float:
-        """Carry out what is due at the next instant if that is not after `wanted` [s]. Return the time before which
+        """Carry out the happenings of the next instant if that is not after `wanted` [s]. Return the time before which
         everything is computed then; infinity if nothing is due any more.
         """
         with self._lock:
@@ -233,7 +233,7 @@ class WorldCourse:
 
     @property
     def notes(self) -> tuple[tuple[float, str, str], ...]:
-        """Return the notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on
+        """The notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on
         nothing), FALL, EDGE, FEEDER, ENDLESS.
         """
         self._advance(self.timeline.end)
@@ -264,8 +264,8 @@ MAX_COURSES = 6  # maximum number of kept courses, of the latest versions
 
 
 class World:
-    """An arm in a cell. It keeps the courses of the versions of the timeline that were asked for last. Any thread may
-    ask.
+    """An arm in a cell. It keeps the courses of the timeline versions that were queried last. Any thread may call any
+    method.
     """
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:

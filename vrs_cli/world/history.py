@@ -20,7 +20,7 @@ CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees
 
 
 class Due(NamedTuple):
-    """Something that happens at a time. At one instant the order is by rank, within one rank by the order of
+    """A planned happening and its time. At one instant the order is by rank, within one rank by the order of
     planning.
     """
 
@@ -82,7 +82,7 @@ class WorldHistory:
 
     @property
     def due(self) -> tuple[Due, ...]:
-        """Return all planned happenings, the earliest first."""
+        """All planned happenings, the earliest first."""
         found: tuple[Due, ...] = self._values.get("due", ())
         return found
 
@@ -194,7 +194,7 @@ def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tupl
 
 
 def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform) -> None:
-    """Let a body stand at a pose from now on."""
+    """Record that a body stands at a pose from now on."""
     lift(history, name)
     area = bounds(solids, T_world_body)
     covered = cells(area)
@@ -205,7 +205,7 @@ def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transfor
 
 
 def lift(history: WorldHistory, name: str) -> None:
-    """Take a body out of the grid."""
+    """Remove a body from the grid."""
     place = history.get(("place", name))
     if place is None:
         return

@@ -81,14 +81,14 @@ class Simulation:
 
     @property
     def next_time(self) -> float:
-        """Return the time of the next happening [s]; infinity if there is none."""
+        """The time of the next happening [s]; infinity if there is none."""
         history, timeline = self.history, self._timeline
         index = history.get("events")
         event = timeline.event(index).time if index < timeline.event_count else inf
         return min(event, history.due[0].time if history.due else inf)
 
     def advance(self, until: float) -> None:
-        """Carry out all that is due up to a time [s]."""
+        """Carry out all happenings up to a time [s]."""
         history, timeline = self.history, self._timeline
         instant, count = -inf, 0
         while (coming := self.next_time) <= until and coming < inf:
@@ -168,7 +168,7 @@ class Simulation:
     # --- where things are ---
 
     def span(self, name: str, t: float) -> PartBegin:
-        """Return what a part does at a time [s], or its first known span. Raises KeyError."""
+        """Return the span of a part at a time [s], or its first known span. Raises KeyError."""
         spans: Sequence[PartBegin] = self.history.rows(("spans", name))
         if not spans:
             raise KeyError(name)
@@ -243,7 +243,7 @@ class Simulation:
     # --- the hand ---
 
     def _arrive(self, before: float, after: float) -> None:
-        """Let the fingers arrive: their gap has changed from one width to another [m]."""
+        """Carry out the arrival of the fingers: their gap has changed from one width to another [m]."""
         if self.history.get("held") is None:
             self._take(before, after)
         add_grip(self.history, self._settings)
