@@ -145,7 +145,7 @@ class Channel:
         self._wrong: list[tuple[float, float]] = []  # cut times, and the times until which samples report them [s]
 
     def change(self, cut: float, applied: float) -> None:
-        """Note that samples of times after the cut were wrong. All later samples mention the cut as long as such a
+        """Record that samples of times after the cut were wrong. All later samples mention the cut as long as such a
         wrong sample may still be shown, so that a listener that misses some of them learns of it.
         """
         if cut < applied + self.viewer.ahead:

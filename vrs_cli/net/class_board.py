@@ -27,7 +27,7 @@ class Lessons(Protocol):
         """Carry out a line for the lesson; return False if it is for the robot. `done` answers the line."""
 
     def standing(self, student: str) -> tuple[str, int, int]:
-        """Return the title of a student's lesson, the number of passed steps, and that of all steps."""
+        """Return the title of a student's lesson, the number of passed steps, and the number of all steps."""
 
 
 class ClassBoard:

@@ -138,7 +138,7 @@ class ClientSession(UserSession):
         self._robot.driving.beat(self.name)
 
     def flush(self) -> None:
-        """Send what the user has been told."""
+        """Send the waiting messages to the user."""
         if self.link is not None:
             self.link.flush()
 
@@ -196,8 +196,9 @@ class ClientSession(UserSession):
     # --- what comes ---
 
     def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
-        """Carry out a message, or tell the client why not. A command that arrives after its `until` is refused, as its
-        user expects it no longer, unless it stops the robot. `waited`: the message was parked here, and came in time.
+        """Carry out a message, or send the client the reason for a refusal. A command that arrives after its `until` is
+        refused, as its user expects it no longer, unless it stops the robot. `waited`: the message was parked here, and
+        came in time.
         """
         self.beat()
         try:

@@ -1,8 +1,8 @@
 """The course of a robot's world for clients that draw its parts: computed once for all of them, when somebody wants it.
 
 A thread of its own computes it in short steps, and rests between them, longer where the robot has work. So neither the
-robot nor the connections wait for it, and of many changes that come together only the last timeline is computed. What
-is known is true up to the first change that has not been computed; a client is told what it has not heard of that.
+robot nor the connections wait for it, and of many changes that come together only the last timeline is computed. The
+known part is valid up to the first change that was not computed; each client is sent the part that it lacks.
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ class CourseTeller:
         self._computer = CourseComputer(world, now, looks=looks)
         self._changed = Condition()
         self._clients = 0
-        self._timeline: Timeline | None = None  # the last; None while nobody listens
+        self._timeline: Timeline | None = None  # the last timeline; None while there are no listeners
         self._cut = self._taken = NEVER  # cuts that `_known` does not contain yet; the second is being computed
         self._known: Known | None = None
 
@@ -274,7 +274,7 @@ class CourseTeller:
     # --- computing ---
 
     def step(self) -> bool:
-        """Compute a little; return whether there is more to compute."""
+        """Do one step of the computation; return whether more is to be computed."""
         with self._changed:
             timeline, before = self._timeline, self._known
             self._taken, self._cut = self._taken.first(self._cut), NEVER

@@ -91,7 +91,7 @@ class DeliveryLog:
             self.put(frame)
 
     def since(self, seq: int) -> list[Frame] | None:
-        """Return the frames after the number `seq`; None if some of them are forgotten."""
+        """Return the frames after the number `seq`; None if some of these are forgotten."""
         missed = self.seq - seq
         if not 0 <= missed <= len(self._told):
             return None

@@ -73,7 +73,7 @@ class DurableLog:
         return (journal is not None and journal.unsettled) or (memory is not None and memory.changed)
 
     def settle(self) -> None:
-        """Put everything on the disk. Raises FileError."""
+        """Write everything to the disk. Raises FileError."""
         try:
             if self._journal is not None:
                 self._journal.settle()

@@ -1,7 +1,8 @@
 """The client's side of a served robot, without sockets: a mirror of it, its clock, and the requests under way.
 
-Nothing is done twice, and nothing by itself. A request that was on its way when the connection was cut ends later: it
-was done, or it did not come to the robot. Only its user may ask again. The time of the day is an argument.
+No request is sent twice, and none without its user. A request that was on its way when the connection was cut ends
+later: it was carried out, or it did not reach the robot. Only the user may send it again. The time of the day is an
+argument.
 """
 
 from __future__ import annotations
@@ -172,7 +173,7 @@ class FarEnd:
         return request
 
     def expect(self, request: messages.Request) -> None:
-        """Add a request that is on its way to the preview."""
+        """Add a request that was sent to the preview."""
         if not self._passes or self.preview is None:
             return
         self.preview.forward = self.round_trip / 2.0  # the usual delay until a request arrives [s]
@@ -206,7 +207,7 @@ class FarEnd:
 
     @property
     def no_connection(self) -> RequestRefused:
-        """The error for a message that cannot be sent; it says how long there was no connection."""
+        """The error for a message that cannot be sent; its text contains how long there was no connection."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 
@@ -248,7 +249,7 @@ class FarEnd:
             outlet(message)
 
     def learn(self, message: messages.ServerMessage) -> None:
-        """Update the mirror, clocks and status by a message."""
+        """Update the mirror, the clocks and the status from a message."""
         match message:
             case messages.Welcome():
                 self._take_welcome(message)
@@ -457,7 +458,7 @@ class FarEnd:
         return Expected(0, DRAGGING.text, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
 
     def preview_now(self) -> Previewed:
-        """Return what the robot will do, as it is known now. In any thread."""
+        """Return the robot's future motion, as far as it is known now. Any thread may call this method."""
         assert self.preview is not None, "there is a mirror"
         plan = self.preview.plan
         expected = plan.expected if (dragged := self._drag_effect) is None else (*plan.expected, dragged)

@@ -109,7 +109,7 @@ class Share:
         self._all = all
 
     def spend(self, seconds: float, now: float, *, typing: bool) -> None:
-        """Charge CPU time [s]. In any thread."""
+        """Charge CPU time [s]. Any thread may call this method."""
         (self._typing if typing else self._lines).spend(seconds, now)
         self._all.spend(seconds, now)
 

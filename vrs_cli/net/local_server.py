@@ -1,4 +1,4 @@
-"""Servers of this process for one user of this machine: of a robot of this process, or of pages alone."""
+"""Servers that run in this process for one local user: they serve a robot of this process, or only pages."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ HERE = ListenAddress("127.0.0.1", 0)
 
 
 class PagePlace(Struct, frozen=True):
-    """A place for a page: the listening address, the secret, and the files of the page."""
+    """The address at which a page is served: the listening address, the secret, and the files of the page."""
 
     address: ListenAddress
     secret: str

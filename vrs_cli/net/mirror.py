@@ -35,7 +35,7 @@ SLACK = 0.25  # fraction of the window: older parts are dropped only beyond it, 
 
 class ClockReading(Struct, frozen=True):
     """A reading of a robot's clock: `now` [s] when a wall clock was at `since` [s]. The clock goes on at `rate`; None:
-    it stands, as time is virtual or paused. While it goes it shows no time before `floor` [s].
+    the clock stands, because time is virtual or paused. While the clock goes, it shows no time before `floor` [s].
     """
 
     now: float = 0.0
@@ -248,7 +248,7 @@ class LastStatus:
         self._status, self._clock = status, self._clock.then(told, now)
 
     def forget_pace(self) -> None:
-        """Let the clock stand, as the robot may be another one with a clock of its own."""
+        """Stop the clock: the robot may be a different one, with a clock of its own."""
         self._status = replace(self._status, pace=None)
         self._clock = ClockReading(max(self._clock.now, self._clock.floor))
 

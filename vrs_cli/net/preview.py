@@ -1,4 +1,4 @@
-"""Predict what a robot behind a slow line will do, and keep the times of which viewers saw something wrong. Pure.
+"""Predict the motion of a robot behind a slow line, and keep the times for which viewers saw something wrong. Pure.
 
 The user's side plans a command that is still on its way as the robot will: it applies f to the same timeline, at the
 time when the command should arrive. The planned change is unconfirmed until the robot's own change has come.
@@ -250,7 +250,7 @@ class FlagWindow(NamedTuple):
 
 
 class Flags:
-    """The times of which viewers saw something wrong, by the robot's clock [s]. `ahead`: a viewer sees times up to so
+    """The times for which viewers saw something wrong, by the robot's clock [s]. `ahead`: a viewer sees times up to so
     much after the present [s].
     """
 

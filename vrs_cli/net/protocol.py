@@ -9,7 +9,7 @@ is passed in.
         ...                                 # to the socket
     connection.closing                      # close the socket, when its frames are sent
 
-Nothing that comes raises an exception.
+No received frame raises an exception.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """A served robot with its users and those who watch it, and the hub of all robots of a server.
 
-Requests go into the robot's inbox. What the robot says comes back in one queue, in the order in which it was said; the
-thread of the connections is woken once for the whole queue. It gives answers to users first, then what all hear.
+Requests go into the robot's inbox. The robot's messages come back in one queue, in the order of sending; the thread of
+the connections is woken once for the whole queue. That thread sends answers to users first, then the messages for
+everybody.
 """
 
 from __future__ import annotations
@@ -217,8 +218,8 @@ class Room(ServedRobot):
         self.session.actor.tell(lambda: self.put(lambda: self._spread(message, by, ticket)))
 
     def _lags(self) -> bool:
-        """Return whether the robot has to wait until the output of TYPE is sent. In virtual time it also waits until
-        its user has taken that.
+        """Return whether the robot has to wait until the output of TYPE is sent. In virtual time the robot also waits
+        until its user has taken this output.
         """
         if self._typed_bytes - self._given_bytes > HIGH_WATER_BYTES:
             return True
@@ -334,7 +335,7 @@ class Room(ServedRobot):
             self.broadcast.announce(self._pulled)
 
     def activity(self) -> messages.Activity:
-        """Return who drives and which programs run."""
+        """Return the name of the driver and the running programs."""
         running = (track for track in tuple(self.session.tasks) if track.running and track.in_program)
         return messages.Activity(self.driving.lease.holder, tuple(track.task.program for track in running))
 
@@ -535,7 +536,7 @@ class Hub:
             self.open(name)
 
     def close(self) -> None:
-        """Close all rooms, so that everything is on the disk. Raises FileError."""
+        """Close all rooms, and write everything to the disk. Raises FileError."""
         with ExitStack() as stack:
             for room in self.rooms.values():
                 stack.callback(room.close)

@@ -9,7 +9,7 @@ from vrs_cli.wire.codec import schema_text
 
 
 def text() -> str:
-    """What `docs/protocol.schema.json` holds."""
+    """Return the content of `docs/protocol.schema.json`."""
     return schema_text(f"vrs protocol, version {VERSION}", client=FromClient, server=FromServer)
 
 

@@ -200,10 +200,10 @@ class Driving:
 
 
 class Plan(Struct, frozen=True):
-    """How a robot is served. `journal`: the file for its timeline, None for none. `folder`: of its files. `one_user`:
-    all clients are one person, so the lease is taken only by asking for it. `idle`: seconds without users and viewers
-    after which the robot is paused. `reach`: how much of the journal stays in memory. `cell`: around the robot.
-    `styled`: renders a reply as lines, for clients that ask for them with `rendered`.
+    """The settings with which a robot is served. `journal`: the file for its timeline, None for none. `folder`: of its
+    files. `one_user`: all clients are one person, so the lease is taken only by asking for it. `idle`: seconds without
+    users and viewers after which the robot is paused. `reach`: how much of the journal stays in memory. `cell`: around
+    the robot. `styled`: renders a reply as lines, for clients that ask for them with `rendered`.
     """
 
     model: RobotModel

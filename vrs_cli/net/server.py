@@ -169,7 +169,7 @@ class _Link:
 
     @property
     def _has_more(self) -> bool:
-        """Whether a long reply to this client is not sent to its end yet."""
+        """Whether a part of a long reply to this client is still to be sent."""
         return self.client is not None and self.client.link is self and self.client.has_more
 
     def _count(self) -> None:
@@ -178,7 +178,7 @@ class _Link:
             self.client.pace.waiting = self.connection.waiting + self.sink.waiting
 
     async def _drain(self) -> None:
-        """Send what waits, and the parts of a long reply, whenever the socket has taken what it holds."""
+        """Send the waiting frames, and the parts of a long reply, whenever the socket has taken its bytes."""
         with suppress(OSError):
             while (self.sink.waiting > HIGH_WATER or self._has_more) and not self.socket.transport.is_closing():
                 if self.sink.waiting > HIGH_WATER:

@@ -64,7 +64,8 @@ class Loop:
         raise RequestRefused(*CLOSED)
 
     def soon(self, act: Callable[[], object]) -> None:
-        """Call `act` in the loop, without waiting. Safe in a signal handler. A closed loop does nothing."""
+        """Call `act` in the loop, without waiting for the end. Safe in a signal handler. Does nothing if the loop is
+        closed."""
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(act)
 
@@ -194,7 +195,7 @@ class SocketPort:
         return self.far.mirror
 
     def preview_now(self) -> Previewed:
-        """Return what the robot will do, with the commands on their way. Raises RequestRefused if closed."""
+        """Return the robot's future motion, including the commands on their way. Raises RequestRefused if closed."""
         if self._loop.ends:
             raise RequestRefused(*CLOSED)
         return self.far.preview_now()  # runs in the caller's thread: a window asks fifty times a second
