@@ -1,6 +1,6 @@
 """The client's side of a served robot, without sockets: a mirror of it, its clock, and the requests under way.
 
-No request is sent twice, and none without its user. A request that was on its way when the connection was cut ends
+No command is sent twice, and none without its user. A command that was on its way when the connection was cut ends
 later: it was carried out, or it did not reach the robot. Only the user may send it again. The time of the day is an
 argument.
 """
@@ -173,7 +173,7 @@ class FarEnd:
         return request
 
     def expect(self, request: messages.Request) -> None:
-        """Add a request that was sent to the preview."""
+        """Add a sent request to the preview."""
         if not self._passes or self.preview is None:
             return
         self.preview.forward = self.round_trip / 2.0  # the usual delay until a request arrives [s]

@@ -40,7 +40,7 @@ HERE = ListenAddress("127.0.0.1", 0)
 
 
 class PagePlace(Struct, frozen=True):
-    """The address at which a page is served: the listening address, the secret, and the files of the page."""
+    """A page to be served: the listening address, the secret, and the files of the page."""
 
     address: ListenAddress
     secret: str
