@@ -348,7 +348,7 @@ RESERVED: Mapping[str, str] = {
     **dict.fromkeys(
         ("IF", "THEN", "ELSE", "CASE", "OF", "FOR", "TO", "WHILE", "DO", "UNTIL", "GOTO"), "a word of blocks and jumps"
     ),
-    **dict.fromkeys(("ALWAYS", "MMPS", "IPS", "BY"), "a word that stands behind a value"),
+    **dict.fromkeys(("ALWAYS", "MMPS", "IPS", "BY"), "a word after a value"),
 }
 
 
