@@ -58,14 +58,6 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
         joints, velocity, acceleration = (freeze(np.array(q) * scales) for q in rates)
         return cls(freeze(time), joints, velocity, acceleration, Location(rows, units), freeze(np.array(at.hand)))
 
-    @classmethod
-    def at_times(cls, observer: Observer, t: ArrayLike, model: RobotModel, units: Units) -> Posture:
-        """Return the posture at a time [s] or at times (N,). Raises ValueError, TypeError."""
-        times = numbers(t, "t")
-        if times.ndim > 1:
-            raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
-        return cls.of(observer.over(times) if times.ndim else observer.at(float(times)), model, units)
-
     @property
     def xyz(self) -> Floats:
         """Return X, Y, Z of the tool tip (..., 3)."""
@@ -111,6 +103,14 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
         return table(repr(self), number_columns(*names), len(times), row)
 
 
+def posture_at(observer: Observer, t: ArrayLike, model: RobotModel, units: Units) -> Posture:
+    """Return the posture at a time [s] or at times (N,). Raises ValueError, TypeError."""
+    times = numbers(t, "t")
+    if times.ndim > 1:
+        raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
+    return Posture.of(observer.over(times) if times.ndim else observer.at(float(times)), model, units)
+
+
 def place_text(location: Location) -> str:
     """Return the coordinates of one location as text."""
     units = location.units
@@ -149,7 +149,7 @@ class Preview(Struct, frozen=True, eq=False):
     def where(self, t: ArrayLike | None = None) -> Posture:
         """Return the posture at a time [s] or at times (N,); without `t`, when a command sent now will arrive."""
         observer = Observer(RecordedRobot(self.arm, self.timeline))
-        return Posture.at_times(observer, self.arrives if t is None else t, self.arm.model, self.units)
+        return posture_at(observer, self.arrives if t is None else t, self.arm.model, self.units)
 
     def __repr__(self) -> str:
         end, under_way = self.timeline.end, count(len(self.commands), "command")

@@ -29,6 +29,7 @@ from vrs_cli.api.posture import (
     forward,
     jacobian,
     place_text,
+    posture_at,
     ways,
 )
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
@@ -328,7 +329,7 @@ class Robot:
         """Return the posture of the robot at a time [s], past or future, at times (N,), or now."""
         if t is None:
             return Posture.of(self._robot.at(), self._model, self.units)
-        return Posture.at_times(self._robot, t, self._model, self.units)
+        return posture_at(self._robot, t, self._model, self.units)
 
     def preview(self) -> Preview:
         """Return a preview of the robot's motion, including the commands that have not arrived yet. A robot of this
