@@ -335,7 +335,7 @@ def has_browser() -> bool:
 
 
 class DemoPlace(Local):
-    """A robot of this process. Its first lines are typed for the user."""
+    """A robot in this process. The first lines are entered for the user."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         front_end = super().front_end(terminal)

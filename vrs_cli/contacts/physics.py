@@ -33,7 +33,7 @@ from vrs_cli.kinematics.transform import (
 )
 
 ARENA = 4 << 20  # memory for the contacts of one pose [bytes]
-SCENE, ARM = 1, 2  # bits: the arm is compared with scene and arm, the scene not with itself
+SCENE, ARM = 1, 2  # collision bits: the arm is checked against scene and arm, the scene not against itself
 TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
     SolidForm.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,

@@ -260,7 +260,7 @@ class Sweep:
         self._turned = np.sqrt(0.5 * np.square(np.diff(self.frames.turns, axis=1)).sum(axis=(2, 3)))
 
     def _inflate(self, ways: Floats) -> Floats:
-        """Return ways (k, N - 1) with an allowance for speed that changes between two samples."""
+        """Return distances (k, N - 1), enlarged for changes of speed between two samples."""
         if ways.shape[1] < 2:
             return ways
         change = np.abs(np.diff(ways / self._spans, axis=1))

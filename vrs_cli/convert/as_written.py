@@ -313,7 +313,7 @@ class RapidTranslator:
             yield f"  {word} {TYPES[kind]} {name}{_braces(sizes)}{value};"
 
     def _sizes(self, datum: Datum) -> list[int]:
-        """Return the sizes of an array as the run or the text uses it; none for a variable that is no array."""
+        """Return the dimensions of an array, as the run or the text uses it; empty for other variables."""
         scope, kind, key = datum
         least = self.arrays.get(datum, [])
         used = [index for index in self.memory.cells(kind, key) if index is not None and not scope] if least else []

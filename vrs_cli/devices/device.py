@@ -327,7 +327,7 @@ class Device(Struct, eq=False):
     # --- what arrives ---
 
     def arrive(self, arrival: Arrival) -> None:
-        """Keep an arrival until it is read."""
+        """Store incoming data until a program reads it."""
         self._fresh = True
         handle, event = arrival.handle, arrival.event
         if event is DeviceEvent.REFUSED:

@@ -60,7 +60,7 @@ class _Part(Struct):
     written: bytearray = field(default_factory=bytearray)
 
     def look(self, now: float) -> float:
-        """Update and return the time of the next line [s], which is later than what the program has done."""
+        """Update and return the time of the next line of the script [s]; it is after the last action of the program."""
         if self.due is None and self.open and self.lines:
             _, line = self.lines[0]
             if line.after is None:

@@ -43,7 +43,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT_CLEARANCE = 0.25  # fraction of the smaller of two clearances that must certainly be left between them
+KEPT_CLEARANCE = 0.25  # fraction of the smaller of two clearances that must be proved between them
 END_PART = 1e-4  # fraction of a path: closer to a stop on a boundary than this, samples are dense anyway
 MAX_SEARCH_LOOKS = 5000
 REMEMBERED_SURVEYS = 64  # number of cached surveys: a line may be planned again, with other stops or for a held key

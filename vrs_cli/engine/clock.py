@@ -17,8 +17,8 @@ SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
 class VirtualClock:
-    """The present instant of the robot, `now` [s]. Time passes only when the robot waits, and then immediately. The
-    past can be edited.
+    """The present instant of the robot, `now` [s]. Time passes only when the robot waits, and then immediately.
+    Commands may change the past.
     """
 
     realtime = False  # in real time the past has happened, and cannot be changed

@@ -703,7 +703,7 @@ class Engine:
     # --- other courses of events ---
 
     def bookmark(self) -> Bookmark:
-        """Return a bookmark of the present course of events, for `take_up`."""
+        """Return a marker of the present history, to which `take_up` can return."""
         return Bookmark(self.book, self.settings, self.now)
 
     def take_up(self, mark: Bookmark) -> None:

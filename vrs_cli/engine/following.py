@@ -419,7 +419,7 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
         return samples[0].joints, samples[-1].joints
     ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
-    # the least time in which the joints move by `MAX_SEED_STEP`: they may be quick for a moment
+    # minimum time for a joint step of `MAX_SEED_STEP`; short, because joints may be fast for a moment
     shortest, behind = (samples[-1].s, 0)
     for sample, way in zip(samples, travelled, strict=True):
         while way - travelled[behind] >= MAX_SEED_STEP:

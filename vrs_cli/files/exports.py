@@ -47,7 +47,7 @@ class Exporter(Struct, frozen=True):
     summary: str
     write: Callable[..., None]
     check: Callable[[], None] = lambda: None
-    usual: Callable[[Timeline], float] | None = None  # None: the rate of tables
+    usual: Callable[[Timeline], float] | None = None  # the default sampling rate [1/s]; None: that of tables
     of_moment: bool = False
     shows_cell: bool = False
     tells_measured: bool = False

@@ -170,7 +170,7 @@ class Steering:
 
 # --- a dragged tool: from wishes to joints ---------------------------------------------------------------------------
 
-MISS_TOLERANCE = 1e-4, radians(0.05)  # distance within which the tool counts as being at the wish [m, rad]
+MISS_TOLERANCE = 1e-4, radians(0.05)  # distance within which the tool counts as being at its target [m, rad]
 STALL_GAIN = 1e-3  # fraction of the remaining distance: a wish that gains less leads nowhere
 # bound on the sum of the wrist's distances from straight, before and after it passes through straight
 WRIST_PASS_SUM = sin(radians(25.0))
@@ -273,7 +273,7 @@ class Pursuit:
         if self._finds_all:
             # called now because the first call takes the time of many wishes
             arm.inverse_branch(arm.forward(q), self.kept, q)
-        self._stalled = 0  # number of wishes that led nowhere
+        self._stalled = 0  # number of successive targets that moved nothing
 
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace

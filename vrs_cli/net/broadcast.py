@@ -42,7 +42,7 @@ Letter = Callable[[streams.MessageForm], streams.Packet]  # encodes one message 
 
 
 def letter(message: messages.ServerMessage) -> Letter:
-    """Return a function that encodes a message, once in each form."""
+    """Return a function that encodes a message in a requested form, and keeps each encoded form."""
     return cache(partial(streams.packet_of, message))
 
 

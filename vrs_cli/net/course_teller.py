@@ -124,7 +124,7 @@ class CourseComputer:
         return known.until < max(known.course.timeline.last, self._now()) + LEAST_AHEAD
 
     def step(self, known: Known) -> Known:
-        """Return the known part after one more step; the same object if all is known."""
+        """Return the known part of the course after one more step; the same object if all is known."""
         course = known.course
         wanted = max(course.timeline.last, self._now()) + AHEAD
         if self.wants_more(known):

@@ -197,7 +197,7 @@ KINDS = (*FORMS, TRACE)
 
 
 def parse_delays(text: str) -> Delays:
-    """Read delays as people write them. Raises DelayError; NonexistentFile for a trace."""
+    """Read delays in the notation for users. Raises DelayError, and NonexistentFile for a missing trace."""
     words = text.split()
     if not words:
         raise DelayError("which delays?", f"200ms, or one of {', '.join(KINDS)}")

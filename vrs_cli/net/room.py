@@ -342,8 +342,8 @@ class Room(ServedRobot):
     # --- as time passes ---
 
     def tick(self) -> None:
-        """Do what is due: drop users who are gone, stop programs over their limits, write reports. Call it some times a
-        second. Raises an error of the robot's thread that nobody has waited for.
+        """Do what is due: drop users who are gone, stop programs over their limits, write reports. Call it several
+        times a second. Raises an error of the robot's thread that no caller has received.
         """
         now = self.wall()
         for client in tuple(self._away):

@@ -49,7 +49,7 @@ from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
-MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports per second, and maximum number at once after a cut
+MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports per second, and in one burst after a cut
 REFUSED_EVERY = 1.0  # [s] between two refusals of reports
 STATUS_EVERY = 1.0  # [s] between two messages of counts and clock
 DELAY_SHARE = 1.0 / 16.0  # weight of a new delay in the mean
@@ -377,7 +377,8 @@ class ServedRobot:
         del self._unwritten[: len(reports)]  # keeps reports that another thread has added meanwhile
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
-        """Return the lease that restricts commands; for a robot of one user None, until somebody asks for it."""
+        """Return the lease that restricts commands; a robot of one user has none until somebody
+        requests it."""
         return None if self.plan.one_user and not lease.holder else lease
 
     # --- requests of users ---

@@ -106,7 +106,7 @@ BINDS = 0.95  # of a limit: above this it binds, because lines are planned with 
 ROUNDING = 1e-9  # [rad] tolerance of an angle
 NEAR_END = 1.0  # [deg, mm] a joint this close to the end of its range is at the end
 SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
-NOTHING = 5e-4  # of a limit: a smaller share is shown as zero, without a time
+NOTHING = 5e-4  # fraction of a limit: a smaller load is shown as zero, without a time
 ENTRY = 9  # characters of a matrix element
 PLAIN_WIDTH = 100  # characters per row of matrices, if the page has no width
 

@@ -46,7 +46,7 @@ class FrontEnd(Exchange):
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
-        """Return words that may come next after a text. Raises an internal error in this process."""
+        """Return words that may follow a text. If the robot is in this process, its internal errors are raised."""
         end = self.end_of(lambda id: messages.Complete(id, text, everything))
         if isinstance(end, Refused):
             end.refusal.error()

@@ -205,8 +205,8 @@ class Shell:
     # --- as the reader of lines ---
 
     def read(self) -> str | None:
-        """Return a line, or QUESTION if a program asks; None if the user leaves. Ctrl-C drops the line that is typed;
-        at an empty prompt it leaves a program that is typed, or stops the one that runs.
+        """Return a line, or QUESTION if a program asks; None if the user leaves. Ctrl-C drops the typed line; at an
+        empty prompt it leaves a program that is being typed, or stops the running one.
         """
         while True:
             try:

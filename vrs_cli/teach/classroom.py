@@ -107,7 +107,7 @@ def _serve(
 
 
 def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
-    """Put a line with delays before an address, and return the address of its other end."""
+    """Start a proxy with delays in front of an address, and return the address of the proxy."""
     from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
     from vrs_cli.net.socket_port import Loop
 

@@ -315,7 +315,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
 
 
 def _is_valued(around: Situation, name: str) -> bool:
-    """Return whether a name is a given real, or a real in the table of a rule."""
+    """Return whether a name is a real variable that the exercise gives, or that a rule of the cell sets."""
     values: list[Value | None] = []
     if around.given is not None:
         values = [around.given.variables.value(item) for item in items_named(around.given, name)]

@@ -201,7 +201,7 @@ class Timeline:
         return 0.0 if found is None else found
 
     def changes(self, channel: int) -> Iterator[tuple[float, float]]:
-        """Yield when a channel becomes another value [s], and which."""
+        """Yield the time [s] of each change of a channel, and its new value."""
         before = 0.0
         set_to = () if self._events is None else rope.changes(self._events, channel)
         for time, several in groupby(set_to, lambda change: change[0]):

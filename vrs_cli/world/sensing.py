@@ -117,7 +117,7 @@ class Way(NamedTuple):
 
 
 class Sensing:
-    """Searches crossings of bodies (by name) and regions (by number), and keeps the results."""
+    """Finds when bodies (by name) cross regions (by number), and keeps the results."""
 
     def __init__(self, arm: RobotArm, bodies: Mapping[str, Solids], regions: Sequence[Region]) -> None:
         self._arm, self._bodies, self.regions = arm, bodies, regions

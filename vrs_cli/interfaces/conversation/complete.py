@@ -257,7 +257,7 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return _explain_candidates(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    group = _GROUP.match(rest) if word.group_size else None  # the closed parenthesis of words like READ
+    group = _GROUP.match(rest) if word.group_size else None  # the complete parenthesis after words like READ
     return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.group_size if group else 0)
 
 

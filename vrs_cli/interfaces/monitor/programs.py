@@ -42,7 +42,7 @@ from vrs_cli.values import replies
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.questions import Editing
 
-MANY = 100  # number of programs or variables from which a search is long
+MANY = 100  # a search through at least this many programs or variables counts as long
 
 
 @handles("LISTP")

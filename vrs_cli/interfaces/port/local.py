@@ -181,7 +181,7 @@ class LocalPort:
             return self.session.engine.events.subscribe()
 
     def report(self, reports: Sequence[Report]) -> None:
-        """Add reports of a body to the record of the robot, and react to an alarm as set. Raises IllegalValue."""
+        """Add reports of a body to the robot's record, and react to an alarm as configured. Raises IllegalValue."""
         with self._driving:
             self.session.body.take(reports)
         self._do_what_is_due()

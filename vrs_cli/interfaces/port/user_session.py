@@ -168,7 +168,7 @@ class UserSession:
             self.pending[ticket] = pending
 
     def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
-        """Queue a dialogue at the robot, to be carried out with the state of this user."""
+        """Queue a dialogue for the robot; it runs with the state of this user."""
         session = self.session
         if self.user_state is not session.own_user_state:
             dialogue = session.at(self.user_state, dialogue)

@@ -439,7 +439,7 @@ class Station:
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
-        """Stop the program or line that a user waits for before its next step; `user_state`: only if this user waits.
+        """Stop, before its next step, the program or line for which a user waits. `user_state`: only if that user does.
         Return False if nobody waits, or if a line is being read: then the reader of that line must be stopped. Safe in
         a signal handler.
         """

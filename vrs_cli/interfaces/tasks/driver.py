@@ -504,7 +504,7 @@ class Driver:
         self._do(track, self._event(track, budget))
         self.tasks.current = tasks.PROMPT_LINE
         signals.follow_clock()  # changes that the task has made on the timeline are not changes of the signals now
-        # if the task reacts to more than one signal: one after the other
+        # reactions to several signals are carried out one after the other
         if track.reacts and self._left_now(track) > 0:
             track.wake = self.engine.now
 

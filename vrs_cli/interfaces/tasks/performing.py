@@ -41,7 +41,7 @@ STEPS_A_START = 100  # number of steps that take as long as the start of a task
 
 
 class TypedLine(NamedTuple):
-    """A line that programs typed, and the robot's time at its end [s]."""
+    """A line that a program printed with TYPE, and the robot's time when the line was complete [s]."""
 
     t: float
     text: str

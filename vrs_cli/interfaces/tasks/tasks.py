@@ -393,7 +393,7 @@ class Tasks(System):
     # --- signals ---
 
     def _signal_changed(self, signal: int, on: bool) -> None:
-        """Check the waits that a signal may end, and reactions."""
+        """Check the waits that a signal may end, and the reactions that it may start."""
         if on and signal == self._engine.settings.parameters["LATCH.SIGNAL"]:
             position = self._engine.position()
             self._latch, self._latched = (position.T_world_tool, position.joints), True

@@ -343,7 +343,7 @@ _OTHERS = (
 
 
 def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
-    """Return the axis of the tip along which the fingers point, if it is clearly another than Z.
+    """Return the axis of the tip along which the fingers point, if it is clearly not Z.
 
     They point from the last joint to their ends and to the tip. `last`: a point of the last joint; `fingers`: the ends
     of fingers, both in the frame of the tip.

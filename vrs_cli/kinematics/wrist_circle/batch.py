@@ -87,7 +87,7 @@ class SearchPlaces:
 
 
 def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
-    """Return joints (K, 6) that include some near every solution of poses (N, 3, 4), and the pose of each (K,)."""
+    """Return joints (K, 6), at least one near each solution of the poses (N, 3, 4), and their pose indexes (K,)."""
     count, step = len(T), 2.0 * pi / GRID
     rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
     ends = np.full(len(rows), pi + step)  # one step beyond a whole turn at either end

@@ -90,7 +90,7 @@ class Constants(Struct, frozen=True):
     # --- expressions ---
 
     def _in_expressions(self, expressions: Iterable[Expression]) -> list[Diagnostic]:
-        """Return the mistakes in the smallest parts of expressions that have no value."""
+        """Return the mistakes in expressions without a value; each marks the smallest part that has no value."""
         return [found for expression in expressions for found in self._expression(expression)]
 
     def _expression(self, expression: Expression) -> list[Diagnostic]:

@@ -123,7 +123,7 @@ class Halt(Effect, frozen=True):
 
 
 class LookAround(Effect, frozen=True):
-    """A reaction may be due, as after a SIGNAL of the program; the task calls it."""
+    """Tells the task to check whether a reaction is due, for instance after a SIGNAL of the program."""
 
 
 class RunSignal(Effect, frozen=True):

@@ -326,7 +326,7 @@ class Context(Struct, frozen=True):
         self.environment.system.begin_reading()
 
     def observes_at(self, op: int) -> None:
-        """Note the operation that reads signals next."""
+        """Record which operation will read signals next."""
         self.environment.signals.place = op
 
     def fold_case(self, text: str) -> str:

@@ -21,7 +21,7 @@ from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.values.diagnostics import Dialect, Span
 
-ANGLES, AXES = 6, 12  # the count of numbers of a transformation: with three angles, or with three axes
+ANGLES, AXES = 6, 12  # how many numbers define a transformation: with three angles, or with three axes
 
 
 class Node(Struct, frozen=True, kw_only=True):

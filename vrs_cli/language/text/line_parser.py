@@ -164,7 +164,7 @@ def _load_table(file: Path, grammar: str) -> Table | None:
     try:
         data = file.read_bytes()
         if zlib.crc32(data[CHECKSUM:]) != int.from_bytes(data[:CHECKSUM], "big"):
-            return None  # marshal trusts what it reads
+            return None  # marshal does not check what it reads
         form, source, states, rules, *rest = marshal.loads(data[CHECKSUM:])
         return Table(states, [Rule(*rule) for rule in rules], *rest) if (form, source) == (FORM, grammar) else None
     except (OSError, EOFError, ValueError, TypeError):

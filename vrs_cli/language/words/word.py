@@ -16,7 +16,7 @@ from msgspec import Struct
 
 
 class Shape(Enum):
-    """The shape of an argument."""
+    """The kind of syntax of an argument: a number, a location, a program name and so on."""
 
     REAL = "real"
     STRING = "string"

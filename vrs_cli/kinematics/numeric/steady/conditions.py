@@ -71,7 +71,7 @@ class Terms(NamedTuple):
 
 
 class SteadyConditions:
-    """The conditions of one arm for the place of a tool's tip."""
+    """The equations for the joints of one arm whose tool tip is at a given position."""
 
     def __init__(self, batch: SerialBatch, T_flange_tool: Transform) -> None:
         self.batch, self.tool, self.joints = batch, T_flange_tool, batch.joints
