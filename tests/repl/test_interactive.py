@@ -65,7 +65,7 @@ def run(*keys: str, file: str | None = None, clock: RobotClock | None = None) ->
 
 
 def front_end(shell: Shell) -> FrontEnd:
-    return shell.backstage.wait().screens
+    return shell.terminal_maker.wait().screens
 
 
 def session(shell: Shell) -> Session:
@@ -309,7 +309,7 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
 
 
 def test_completion_knows_what_is_defined(shell: Shell) -> None:
-    terminal = shell.backstage.wait()
+    terminal = shell.terminal_maker.wait()
     terminal.screens.take("SET pallet = TRANS(500,150,-100,90,90,0)")
     found = ValCompleter(lambda: terminal).get_completions(Document("MOVE pa"), CompleteEvent(text_inserted=True))
     (completion,) = found
@@ -318,7 +318,7 @@ def test_completion_knows_what_is_defined(shell: Shell) -> None:
 
 
 def test_nothing_pops_up_on_an_empty_line(shell: Shell) -> None:
-    completer = ValCompleter(shell.backstage.wait)
+    completer = ValCompleter(shell.terminal_maker.wait)
     assert list(completer.get_completions(Document(""), CompleteEvent(text_inserted=True))) == []
     assert list(completer.get_completions(Document(""), CompleteEvent(completion_requested=True)))
 
@@ -332,7 +332,7 @@ def test_before_the_tables_are_there_nothing_is_suggested_or_coloured() -> None:
 
 
 def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
-    terminal = shell.backstage.wait()
+    terminal = shell.terminal_maker.wait()
 
     def broken(*_arguments: object, **_options: object) -> object:
         raise RuntimeError("no names")
@@ -531,14 +531,14 @@ def test_while_the_arm_moves_it_is_drawn_as_it_changes(monkeypatch: pytest.Monke
 
 
 def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:
-    terminal = shell.backstage.wait()
+    terminal = shell.terminal_maker.wait()
     with pytest.raises(KeyboardInterrupt), stoppable(terminal.interrupt):
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_the_toolbar_shows_the_clock_and_the_last_message(shell: Shell) -> None:
-    terminal = shell.backstage.wait()
+    terminal = shell.terminal_maker.wait()
     terminal.screens.take("DRIVE 1, 60")
     terminal.show(Message("all is well"))
     shell._look()
@@ -578,7 +578,7 @@ def test_a_question_in_a_program_is_no_step(capsys: pytest.CaptureFixture[str]) 
 def test_the_form_of_the_word_stands_above_the_state() -> None:
     with keyboard():
         shell = Shell(Local())
-        shell.backstage.wait()
+        shell.terminal_maker.wait()
         shell._look()
         shell.prompts.default_buffer.text = "DRIVE 1, "
         shell.prompts.default_buffer.cursor_position = 9

@@ -136,7 +136,7 @@ class Batch(Struct, frozen=True):
 
     @property
     def aside(self) -> bool:
-        """Whether the result of the run is alone on standard output."""
+        """Whether standard output has only the result of the run, so that messages go to standard error."""
         return self.options.json or self.outputs.takes_standard_output
 
     def run(self) -> int:

@@ -29,7 +29,7 @@ class Conversion(Batch, frozen=True):
 
     @property
     def aside(self) -> bool:
-        """Whether the written program is alone on standard output."""
+        """Whether standard output has only the converted program, so that messages go to standard error."""
         return bool(self.options.output == STANDARD_STREAM)
 
     def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:

@@ -131,7 +131,7 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def sound(self) -> bool:
-        """Whether the flags report all errors of deltas."""
+        """Whether the flags equal those of both logs, and no error of deltas is outside the flagged times."""
         outside = self.outcome.outside
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 

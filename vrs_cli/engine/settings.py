@@ -332,7 +332,7 @@ class Settings(Struct, frozen=True):
 
     @property
     def moves(self) -> bool:
-        """Whether motions are executed."""
+        """Whether motions move the robot: DRY.RUN is off."""
         return not self.switches["DRY.RUN"]
 
     @property

@@ -80,8 +80,8 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
 # --- what is heavy (the robot, the language, numpy) is made ready behind the first prompt ---
 
 
-class Backstage(Generic[V]):
-    """Makes one value in a thread. `ready` never waits; `wait` does, and raises the error of the making."""
+class BackgroundValue(Generic[V]):
+    """Computes one value in a thread. `ready` never waits; `wait` does, and raises the error of the computation."""
 
     def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
         self._make, self._when_ready = make, when_ready
@@ -92,7 +92,7 @@ class Backstage(Generic[V]):
     def begin(self) -> None:
         """Start the thread, unless it was started."""
         if self._thread is None:
-            self._thread = Thread(target=self._work, name="backstage", daemon=True)
+            self._thread = Thread(target=self._work, name="background value", daemon=True)
             self._thread.start()
 
     def _work(self) -> None:
@@ -151,16 +151,16 @@ class Shell:
         self._pages = False  # whether the last line was a single one, so that long answers may go through a pager
         config = read_config(os.environ)
         self.notes = [*filter(None, (note, *config.wrong))]
-        self.backstage = Backstage(lambda: make_terminal(place, self._answer, config), self._redraw)
+        self.terminal_maker = BackgroundValue(lambda: make_terminal(place, self._answer, config), self._redraw)
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
             lexer=ValLexer(
-                lambda: self.backstage.ready is not None,
+                lambda: self.terminal_maker.ready is not None,
                 lambda: () if self._status is None else self._status.hidden,
                 config.palette,
             ),
-            completer=ValCompleter(lambda: self.backstage.ready),
+            completer=ValCompleter(lambda: self.terminal_maker.ready),
             validate_while_typing=False,
             complete_while_typing=True,
             complete_in_thread=place.remote,
@@ -175,7 +175,7 @@ class Shell:
         )
         self.prompts.default_buffer.enable_history_search = to_filter(True)  # beside the menu: see `key_bindings`
         self.prompts.app.before_render += self._before_render
-        self.prompts.app.after_render += lambda _app: self.backstage.begin()
+        self.prompts.app.after_render += lambda _app: self.terminal_maker.begin()
 
     def run(self) -> int:
         """Run until EXIT, QUIT or Ctrl-D; return the exit status."""
@@ -185,16 +185,16 @@ class Shell:
             print(note)
         with without_echo(signals=False), aborting(self._send_abort):
             if self.place.waits:
-                terminal = self.backstage.wait()
+                terminal = self.terminal_maker.wait()
                 with _interruptible(terminal):
                     terminal.screens.opening()
             if (line := self.read()) is not None:  # the first prompt does not wait for the robot
-                exchange = self.backstage.wait().screens
+                exchange = self.terminal_maker.wait().screens
                 from vrs_cli.repl.loop import run_loop
 
                 run_loop(self, exchange, line)
-        if self.backstage.ready is not None and not self._hung_up:
-            self.backstage.ready.screens.closing()
+        if self.terminal_maker.ready is not None and not self._hung_up:
+            self.terminal_maker.ready.screens.closing()
         return 0
 
     @property
@@ -221,7 +221,7 @@ class Shell:
             except KeyboardInterrupt:
                 if self.prompts.default_buffer.text.strip():
                     print(DROPPED)
-                elif not self._leave_entry() and (ready := self.backstage.ready) is not None:
+                elif not self._leave_entry() and (ready := self.terminal_maker.ready) is not None:
                     with _interruptible(ready):
                         ready.screens.stop_program()
             except EOFError:
@@ -229,7 +229,7 @@ class Shell:
                     return None
 
     def interruptible(self) -> AbstractContextManager[None]:
-        terminal = self.backstage.wait()
+        terminal = self.terminal_maker.wait()
         terminal.pages = self._pages
         return _interruptible(terminal)
 
@@ -237,7 +237,7 @@ class Shell:
         """End a line: tell which lines were typed while the connection was cut, and keep them in the history. Return
         whether the user stays.
         """
-        terminal = self.backstage.wait()
+        terminal = self.terminal_maker.wait()
         terminal.end_progress()
         for line in typed_ahead(self.prompts.app.input) if terminal.screens.was_cut() else ():
             self.prompts.history.append_string(line)
@@ -262,7 +262,7 @@ class Shell:
         """Redraw the state when it changes; at rest redraw the time now and then."""
         shown, drawn, woken, loop = "", -inf, asyncio.Event(), asyncio.get_running_loop()
         while True:
-            terminal = self.backstage.ready
+            terminal = self.terminal_maker.ready
             if terminal is not None:
                 terminal.screens.wake = partial(_soon, loop, woken.set)
             await wait_or_wake(woken, KEEPING_UP if terminal is None else terminal.screens.rest())
@@ -285,18 +285,18 @@ class Shell:
 
     def _send_abort(self) -> None:
         """Stop the robot, whatever it does. Safe in a signal handler."""
-        if self.backstage.ready is not None:
-            self.backstage.ready.screens.abort()
+        if self.terminal_maker.ready is not None:
+            self.terminal_maker.ready.screens.abort()
 
     def _abort(self) -> None:
         """Abort at a prompt, by Ctrl-X: the typed line stays, and what was stopped is shown above it."""
-        if self.backstage.ready is not None:
+        if self.terminal_maker.ready is not None:
             self._send_abort()
-            run_in_terminal(self.backstage.ready.screens.keep_up)
+            run_in_terminal(self.terminal_maker.ready.screens.keep_up)
 
     def _leave_entry(self) -> bool:
         """Leave or continue the program being typed, at Ctrl-C or Ctrl-D. Return False if no program is being typed."""
-        terminal, status = self.backstage.ready, self._look()
+        terminal, status = self.terminal_maker.ready, self._look()
         if terminal is None or status is None or self._hung_up or not status.in_program:
             return False
         with _interruptible(terminal):
@@ -305,7 +305,7 @@ class Shell:
 
     def _leave(self) -> bool:
         """Leave as with EXIT, at Ctrl-D; a terminal that is gone is left at once. Return whether the user leaves."""
-        terminal = self.backstage.ready
+        terminal = self.terminal_maker.ready
         if terminal is None or self._hung_up:
             return True
         with _interruptible(terminal):
@@ -319,7 +319,7 @@ class Shell:
 
     def _look(self) -> PromptStatus | None:
         """Return the state to be shown; None while the robot is made ready."""
-        terminal = self.backstage.ready
+        terminal = self.terminal_maker.ready
         self._status = None if terminal is None else terminal.screens.status()
         return self._status
 
@@ -329,18 +329,20 @@ class Shell:
     def _toolbar(self) -> StyleAndTextTuples:
         """Return the form of the typed word, if there is one, and the state."""
         state: StyleAndTextTuples = [("", self._state())]
-        if self.backstage.ready is None:
+        if self.terminal_maker.ready is None:
             return state
-        found = self.backstage.ready.screens.signature(self.prompts.default_buffer.document.current_line_before_cursor)
+        found = self.terminal_maker.ready.screens.signature(
+            self.prompts.default_buffer.document.current_line_before_cursor
+        )
         width = self.prompts.app.output.get_size().columns
         return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
         """Show the help on the word at the cursor above the prompt, at F1."""
-        run_in_terminal(partial(self.backstage.wait().screens.take, f"? {asked_about(document)}"))
+        run_in_terminal(partial(self.terminal_maker.wait().screens.take, f"? {asked_about(document)}"))
 
     def _state(self) -> str:
-        terminal, status = self.backstage.ready, self._status
+        terminal, status = self.terminal_maker.ready, self._status
         width = self.prompts.app.output.get_size().columns
         if terminal is None or status is None:
             return toolbar(None, "", width)

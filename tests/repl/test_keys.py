@@ -10,7 +10,7 @@ import pytest
 
 from tests.live import PATIENCE
 from vrs_cli.repl.interactive import (
-    Backstage,
+    BackgroundValue,
     without_echo,
 )
 
@@ -44,8 +44,8 @@ def test_what_is_no_terminal_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_nothing_is_made_before_it_is_begun() -> None:
     made: list[int] = []
-    backstage = Backstage(lambda: made.append(1) or "robot")
-    assert (backstage.ready, made) == (None, [])
+    background = BackgroundValue(lambda: made.append(1) or "robot")
+    assert (background.ready, made) == (None, [])
 
 
 def test_it_is_made_once_and_waited_for() -> None:
@@ -57,19 +57,19 @@ def test_it_is_made_once_and_waited_for() -> None:
         made.append(1)
         return "robot"
 
-    backstage = Backstage(make, told.set)
-    backstage.begin()
-    backstage.begin()
-    assert backstage.ready is None
+    background = BackgroundValue(make, told.set)
+    background.begin()
+    background.begin()
+    assert background.ready is None
     gate.set()
-    assert (backstage.wait(), backstage.wait()) == ("robot", "robot")
-    assert (told.wait(PATIENCE), made, backstage.ready) == (True, [1], "robot")
+    assert (background.wait(), background.wait()) == ("robot", "robot")
+    assert (told.wait(PATIENCE), made, background.ready) == (True, [1], "robot")
 
 
 def test_whoever_waits_gets_the_error() -> None:
     def make() -> str:
         raise FileNotFoundError("no robot")
 
-    backstage = Backstage(make)
+    background = BackgroundValue(make)
     with pytest.raises(FileNotFoundError, match="no robot"):
-        backstage.wait()
+        background.wait()
