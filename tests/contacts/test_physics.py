@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations_with_replacement
-from math import dist
+from math import cos, dist, pi, sin
 from random import Random
 
 import pytest
@@ -16,7 +16,15 @@ from vrs_cli.contacts.physics import Physics, Standing
 from vrs_cli.contacts.solids import Solid, SolidForm, solids_of_robot, solids_of_shape
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import at_position, compose, inverse, position, translation
+from vrs_cli.kinematics.transform import (
+    at_position,
+    compose,
+    inverse,
+    position,
+    rotation_about,
+    rotation_z,
+    translation,
+)
 from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, SphereShape
 from vrs_cli.world.solids import Solid as WorldSolid
 from vrs_cli.world.solids import separation, solids_of
@@ -89,6 +97,23 @@ def test_distances_are_those_of_another_method(first: int, second: int) -> None:
         elif true == 0.0:
             assert min(near) < 1e-5
     assert compared > 20
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-9, 1e-3])
+def test_cylinders_on_end_touch_the_floor_as_deep_as_they_are(lean: float) -> None:
+    """MuJoCo is wrong by up to the radius above a level plane, if only rounding turns the axis of the cylinder."""
+    rng, model, (radius, half) = Random(5), load_robot("ur5e"), (0.037, 0.0235)
+    rod = Solid(SolidForm.CYLINDER, (radius, half, 0.0))
+    physics = Physics(model, (), floor=(7, -0.3), kinds=(rod,), grips=1)
+    physics.margin(MARGIN)
+    for _ in range(300):
+        q = tuple(rng.uniform(low, high) for low, high in zip(model.lower, model.upper, strict=True))
+        gap = rng.uniform(-0.02, 0.02)
+        upright = compose(rotation_about((1.0, 0.0, 0.0), lean), rotation_z(rng.uniform(-pi, pi)))
+        height = -0.3 + half * cos(lean) + radius * sin(lean) + gap
+        there = at_position(upright, rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), height)
+        physics.fill([], Standing(50, (rod,), compose(inverse(link_frames(model, q)[-1]), there)))
+        assert min(distance for _, distance in physics.near(q)) == pytest.approx(gap, abs=1e-5)
 
 
 def test_distances_are_those_between_the_solids() -> None:
