@@ -37,7 +37,7 @@ from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
 SEND_EVERY = 0.02  # [s] between two messages with reports
-KEPT = 60.0  # [s] of reports that are kept, to send them again after a cut
+KEPT = 60.0  # [s] of reports kept to send them again after a cut
 MAX_KEPT = 100_000  # reports
 MAX_WAITING_BYTES = 64 * 1024  # maximum bytes waiting for the socket; while more wait, reports stay here
 SETTLING = 3.0  # [s] for the first measurements of the robot's clock
@@ -47,12 +47,10 @@ log = logging.getLogger("vrs_cli")
 
 
 class BodyClient:
-    """A client that is the body of a served robot. All methods are for the thread of the event loop.
-
-    `rate`: reports per second, 2,000 at most. `name`: shown to other users if the token has no name. `order`: follow
-    the timeline or hold still, from a time on. `refusal`: why this client is no longer the body. `told`: takes messages
-    about the connection.
-    """
+    """A client that is the body of a served robot. Call all methods in the thread of the event loop. `rate`: reports
+    per second, at most 2,000. `name`: the name that other users see if the token has none. `order`: the server's last
+    order, to follow the timeline or to hold still from a given time. `refusal`: the reason why this client is no longer
+    the body. `told`: callback for messages about the connection."""
 
     def __init__(
         self,
@@ -70,7 +68,7 @@ class BodyClient:
         self.refusal: VrsError | None = None
         self.client = Client(url, hello_of(token, name), ca=ca, told=told)
         self.far = self.client.far
-        self._sent, self._fresh = deque[Report](), deque[Report]()  # reports that were sent and are kept, and new ones
+        self._sent, self._fresh = deque[Report](), deque[Report]()  # reports already sent but kept, then new ones
         self._first = 0  # the number of the first of these reports
         self.embodied, self._stirred = False, asyncio.Event()
         self.life = ""
@@ -109,7 +107,7 @@ class BodyClient:
         await self.client.close()
 
     async def _embody(self) -> None:
-        """Become the body when the robot's clock is known well; find out which reports the server lacks."""
+        """Become the body once the robot's clock is known well, and find out which reports the server lacks."""
         due = asyncio.get_running_loop().time() + SETTLING
         while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
             await asyncio.sleep(SEND_EVERY)
@@ -183,9 +181,8 @@ class BodyClient:
         return joint_state_at(mirror.arm, mirror.timeline, t)
 
     async def ticks(self) -> AsyncIterator[float]:
-        """Yield the robot's clock [s] `rate` times a second. Raises RequestRefused if another client is the body now,
-        or the error of the server's refusal.
-        """
+        """Yield the robot's clock [s] `rate` times a second. Raises RequestRefused if another client is now the body,
+        or the error with which the server refuses."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while True:
@@ -195,7 +192,8 @@ class BodyClient:
             await asyncio.sleep(due - loop.time())
 
     async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
-        """Yield the present timeline, then each change of it and each order. Raises as `ticks` does."""
+        """Yield the present timeline, then a new item for each change and each order. Raises the same errors as
+        `ticks`."""
         stirred, orders, loop = asyncio.Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
         told = orders, stirred
         self._orders.append(told)
@@ -233,9 +231,8 @@ class BodyClient:
         mode: BodyMode = BodyMode.FOLLOWS,
     ) -> None:
         """Report joints measured at time t [s] of the robot's clock [rad, m], and their velocity [rad/s, m/s] and
-        effort [N m, N] if known. The report is sent within 20 ms, or when the connection is back; the last 60 s of
-        reports are kept. Raises IllegalValue for a report that does not fit this robot.
-        """
+        effort [N m, N] if known. The report is sent within 20 ms, or after the connection is restored; the last 60 s of
+        reports are kept. Raises IllegalValue for a report that does not fit this robot."""
         rows = tuple(None if row is None else tuple(map(float, row)) for row in (joints, velocity, effort))
         count = self.model.joint_count
         for row in rows:

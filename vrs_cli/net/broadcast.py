@@ -32,13 +32,13 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
 MAX_SAMPLE_RATE = 200.0  # [1/s]
-MAX_WAITING_BYTES = 256 * 1024  # maximum bytes of changes that wait for one connection
+MAX_WAITING_BYTES = 256 * 1024  # maximum bytes of changes waiting for one connection
 SLICE = 50  # maximum number of packets in one step (0.5 ms of CPU time)
-HOLD = 0.02  # [s] sending waits so long for an answer to a user
+HOLD = 0.02  # [s] maximum time for which sending pauses while a user waits for an answer
 AGAIN = 0.05  # [s] between two attempts to send to a slow connection
 
 
-Letter = Callable[[streams.MessageForm], streams.Packet]  # encodes one message in a form; each form is encoded once
+Letter = Callable[[streams.MessageForm], streams.Packet]  # encodes one message in a requested form, once per form
 
 
 def letter(message: messages.ServerMessage) -> Letter:
@@ -51,7 +51,7 @@ class Sink(Protocol):
 
     @property
     def waiting(self) -> int:
-        """The number of bytes that were sent and not yet taken by the receiver."""
+        """The number of bytes sent but not yet taken by the receiver."""
 
     def send(self, *packets: streams.Packet) -> None:
         """Send packets in one write."""
@@ -59,9 +59,8 @@ class Sink(Protocol):
 
 class Parcel(NamedTuple):
     """Packets for all listeners in the same state, sent in one write. `number`, `news`, `place`, `heard` and
-    `measured`: the listener's state after the packets. `alone`: send the packets only if nothing else waits; `whole`:
-    they contain everything.
-    """
+    `measured`: the state of the listener after it has received the packets. `alone`: send the packets only if nothing
+    else waits. `whole`: the packets contain the whole state."""
 
     packets: tuple[streams.Packet, ...]
     number: int
@@ -74,17 +73,17 @@ class Parcel(NamedTuple):
 
 
 class Listener:
-    """A connection that gets broadcasts. `number`: the number of the last sent change; `news`: that of the last sent
-    news."""
+    """A connection that receives broadcasts. `number`: the number of the last sent change; `news`: the number of the
+    last sent news."""
 
     def __init__(self, sink: Sink, form: streams.MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
         self.deflates = deflates
-        self.listening: streams.Listening | None = None  # the form in which the listener gets changes; None: no changes
+        self.listening: streams.Listening | None = None  # form in which changes are sent; None: no changes
         self.number, self.news = NOTHING, 0
         self.place: streams.DeflatedPlace | None = None
-        self.heard: Heard | None = None  # the part of the world's course that was sent; None: gets no course
-        self.measured: int | None = None  # the number of the next body report to send; None: gets no reports
+        self.heard: Heard | None = None  # part of the world's course already sent; None: no course
+        self.measured: int | None = None  # number of the next body report to send; None: no reports
         self.channel: Channel | None = None  # the channel of the listener's samples
 
     def takes(self, parcel: Parcel) -> bool:
@@ -99,13 +98,12 @@ class Listener:
         return True
 
 
-NOTHING = -1  # the number of a listener that has got nothing yet
+NOTHING = -1  # the number of a listener that has received nothing yet
 
 
 class Round:
-    """Listeners that are served in turn. `left`: the number of listeners that this round has not served yet. If a round
-    is not finished, the next one begins with the listeners that were left.
-    """
+    """Listeners that are served in turn. `left`: the number of listeners not yet served in this round. A new round
+    begins with the listeners that the last one did not reach."""
 
     def __init__(self) -> None:
         self._order: deque[Listener] = deque()
@@ -118,7 +116,7 @@ class Round:
         self.left = len(self._order)
 
     def take(self, most: int) -> list[Listener]:
-        """Return the next listeners of the round, at most `most`."""
+        """Return up to `most` next listeners of the round."""
         count = min(most, self.left)
         taken = list(islice(self._order, count))
         self._order.rotate(-count)
@@ -142,17 +140,16 @@ class Channel:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # cut times, and the times until which samples report them [s]
+        self._wrong: list[tuple[float, float]] = []  # times of cuts, and until which time samples report each cut [s]
 
     def change(self, cut: float, applied: float) -> None:
-        """Record that samples of times after the cut were wrong. All later samples mention the cut as long as such a
-        wrong sample may still be shown, so that a listener that misses some of them learns of it.
-        """
+        """Record that samples of times after the cut were wrong. All later samples mention the cut for as long as a
+        viewer may still show such a wrong sample; so a listener that misses some samples still learns of it."""
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
     def show(self, position: Position, version: int, clock: float) -> None:
-        """Begin to send the next sample; listeners that have not got the one before skip that."""
+        """Begin to send the next sample; listeners that have not received the previous one skip it."""
         self._wrong = [one for one in self._wrong if one[1] > clock]
         wrong = min((cut for cut, _ in self._wrong), default=None)
         self.sample = letter(messages.Sample(position.time, position.joints, version, clock, wrong))
@@ -170,7 +167,7 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {  # of playback, value, wall time [s]
+STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {  # playback: value, wall time [s]
     messages.PlayStep.PLAY: lambda it, _, wall: it.play(wall),
     messages.PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
     messages.PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
@@ -180,9 +177,8 @@ STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] 
 
 
 class Broadcast:
-    """Sends changes, news and samples of one robot to its listeners. `stream`: the changes; `course`: the course of the
-    world, None without a cell.
-    """
+    """Sends changes, news and samples of one robot to its listeners. `stream`: numbers and encodes the changes.
+    `course`: computes the course of the world; None without a cell."""
 
     def __init__(
         self,
@@ -199,12 +195,12 @@ class Broadcast:
         )
         self._watched, self._wall = watched, wall
         self._everybody = Round()
-        self._hearing: dict[Listener, None] = {}  # listeners that get the course of the world
-        self._measuring: dict[Listener, None] = {}  # listeners that get the reports of the body
-        self._gathered = -inf  # [s] on the wall: when the last batch of reports was made
-        self._measured_due = inf  # [s] and when the next one is due
-        self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempts
-        self._again = inf  # [s] on the wall: when the next attempt is due
+        self._hearing: dict[Listener, None] = {}  # listeners that receive the course of the world
+        self._measuring: dict[Listener, None] = {}  # listeners that receive the reports of the body
+        self._gathered = -inf  # wall time [s] of the last batch of reports
+        self._measured_due = inf  # wall time [s] of the next batch
+        self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempt to send
+        self._again = inf  # wall time [s] of the next attempt
         self._news: dict[type[messages.ServerMessage], tuple[int, Letter]] = {}
         self._parcel = cache(self._pack)  # parcels by listener state, until something happens
         self._last_news = 0
@@ -217,7 +213,7 @@ class Broadcast:
 
     @property
     def is_watched(self) -> bool:
-        """Whether the robot has any user, viewer or publisher."""
+        """Whether the robot has a user, viewer or publisher."""
         return bool(len(self._everybody))
 
     def join(self, sink: Sink, form: streams.MessageForm, *, deflates: bool = False) -> Listener:
@@ -236,9 +232,8 @@ class Broadcast:
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: messages.Subscribe) -> None:
-        """Send a listener what it subscribes to from now on, in place of its earlier subscription. Raises IllegalValue
-        for a wrong rate or tolerance, RequestRefused for `world` without `deltas`.
-        """
+        """Subscribe a listener to what is described, replacing its earlier subscription. Raises IllegalValue for a
+        wrong rate or tolerance, RequestRefused for `world` without `deltas`."""
         joints = None if wanted.joints is None else known_tolerance(wanted.joints)
         if wanted.rate:
             checked_rate(wanted.rate, "samples a second", MAX_SAMPLE_RATE)
@@ -268,7 +263,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def _hear(self, listener: Listener, listening: streams.Listening | None) -> None:
-        """Send a listener changes in this way from now on; None: send none."""
+        """Set how a listener receives changes from now on; None: not at all."""
         if listener.listening is not None:
             self.stream.end(listener.listening.form)
         if listening is not None:
@@ -276,7 +271,7 @@ class Broadcast:
         listener.listening = listening
 
     def _hear_course(self, listener: Listener, *, wanted: bool) -> None:
-        """Start or stop sending a listener the course of the world, from its beginning."""
+        """Start or stop sending the course of the world to a listener; it starts from the beginning."""
         if self.course is None:
             return
         if listener.heard is not None:
@@ -302,9 +297,8 @@ class Broadcast:
             viewer.playback = STEPS[wish.step](viewer.playback, wish.value, self._wall())
 
     def _following(self, rate: float, ahead: float) -> Channel:
-        """Return the channel of listeners that follow the robot at this rate; a new one if the listeners of the old one
-        are still behind, after a jump of virtual time.
-        """
+        """Return the channel of the listeners that follow the robot at this rate. After a jump of virtual time, return
+        a new channel if listeners of the old one are still behind."""
         shared = self._shared.get((rate, ahead))
         timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + ahead
         if (
@@ -373,7 +367,7 @@ class Broadcast:
         return True
 
     def announce(self, news: messages.ServerMessage) -> None:
-        """Send news to all listeners, also to later ones. A slow listener gets only the last news of each type."""
+        """Send news to all present and later listeners. A slow listener receives only the last news of each type."""
         self._last_news += 1
         self._news.pop(type(news), None)  # keeps the dictionary in the order of arrival
         self._news[type(news)] = self._last_news, letter(news)
@@ -386,9 +380,8 @@ class Broadcast:
     # --- sending, slice by slice ---
 
     def hold(self) -> None:
-        """Send nothing for HOLD seconds or until `release`, as a user waits for an answer. After that, sending is not
-        held for equally long, however many users wait for answers.
-        """
+        """Send nothing for HOLD seconds or until `release`, because a user waits for an answer. Sending then continues
+        for equally long before it can be held again, however many users wait for answers."""
         wall = self._wall()
         if wall >= self._free:
             self._held, self._free = wall + HOLD, wall + 2.0 * HOLD
@@ -400,13 +393,13 @@ class Broadcast:
             self._held, self._free = wall, wall + HOLD - (self._held - wall)
 
     def peek(self) -> float:
-        """Return the wall time when `step` has something to do [s]; infinity if it needs an event first."""
+        """Return the wall time [s] at which `step` has work to do; infinity if it waits for an event."""
         if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
             return max(self._wall(), self._held)
         return max(min(self._again, self._audience.peek(), self._measured_due), self._held)
 
     def step(self) -> None:
-        """Make the samples that are due, and send a slice of the waiting packets."""
+        """Make the samples that are due, and send some of the waiting packets."""
         if self._held > self._wall():
             return
         for viewer, version, position in self._audience.step():
@@ -448,9 +441,8 @@ class Broadcast:
         listening: streams.Listening | None,
         form: streams.MessageForm,
     ) -> Parcel:
-        """Return the next parcel for listeners in a state: changes (or a snapshot in their place), news, reports of the
-        body, and a part of the course; never more bytes than may wait.
-        """
+        """Return the next parcel for listeners in a state: changes (or a snapshot that replaces them), news, reports of
+        the body, and a part of the course. It has at most the number of bytes that may wait."""
         stream, packets, size, alone = self.stream, list[streams.Packet](), 0, False
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)

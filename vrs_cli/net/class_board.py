@@ -31,9 +31,9 @@ class Lessons(Protocol):
 
 
 class ClassBoard:
-    """Keeps the state of a class. `clients`: returns the clients of all robots; `grants`: the grants of all tokens;
-    `own`: the robots of a grant; `wall`: the seconds since 1970. All methods are for the thread of the connections.
-    """
+    """Keeps the state of a class. `clients`: returns the clients of all robots. `grants`: returns the grants of all
+    tokens. `own`: returns the robots of a grant. `wall`: returns the seconds since 1970. Call all methods in the thread
+    of the connections."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class ClassBoard:
         self.lessons: Lessons | None = None
         self._help: dict[str, float] = {}
         self._handed_in: dict[str, tuple[str, ...]] = {}
-        self._at: dict[str, str] = {}  # the robot at which each student was last
+        self._at: dict[str, str] = {}  # the robot that each student used last
         self._watching: set[ClientSession] = set()
         self._told: dict[ClientSession, messages.ClassState] = {}
 

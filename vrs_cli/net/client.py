@@ -114,8 +114,8 @@ def open_socket(url: str, tls: ssl.SSLContext | None) -> connect:
 
 
 class SampleBuffer:
-    """A buffer of samples. In real time samples leave the buffer as evenly as they were sent; in virtual time, as soon
-    as they arrive."""
+    """A buffer of samples. In real time, samples leave the buffer at the intervals at which they were sent; in virtual
+    time, as soon as they arrive."""
 
     def __init__(self, far: FarEnd, percentile: float, wall: Callable[[], float]) -> None:
         self._far, self._percentile, self._wall = far, percentile, wall
@@ -131,10 +131,9 @@ class SampleBuffer:
 
 
 class Client:
-    """A connection to a robot. All methods are for the thread of the event loop. `told` takes messages about the
-    connection. `measures`: the client also follows the reports of the robot's body. `ca`: a file with the certificate
-    of the server or of its authority.
-    """
+    """A connection to a robot. Call all methods in the thread of the event loop. `told`: callback for messages about
+    the connection. `measures`: the client also follows the reports of the robot's body. `ca`: a file with the
+    certificate of the server or of its authority."""
 
     def __init__(
         self,
@@ -160,7 +159,8 @@ class Client:
     # --- asking ---
 
     async def open(self) -> messages.Welcome:
-        """Connect; call it once. Raises RequestRefused if no robot answers, and what the server refuses."""
+        """Connect; call it once. Raises RequestRefused if no robot answers, or the error with which the server refused
+        it."""
         self._opened = asyncio.get_running_loop().create_future()
         self._task = asyncio.create_task(self._run())
         done, _ = await asyncio.wait([self._opened], timeout=2.0 * OPENING)
@@ -197,9 +197,8 @@ class Client:
         return check_end(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
-        """Follow the timeline; return the mirror once it has the last `window` seconds, which it keeps (infinity: all
-        of the past). Raises RequestRefused if they do not come.
-        """
+        """Follow the timeline. Return the mirror when it has the last `window` seconds, which it then keeps (infinity:
+        all of the past). Raises RequestRefused if the timeline does not arrive."""
         self.far.window = window
         self.far.news.append(self._see)
         wanted = None if window == inf else window
@@ -215,10 +214,9 @@ class Client:
     async def samples(
         self, rate: float, *, ahead: float = 0.0, percentile: float = USUAL_PERCENTILE
     ) -> AsyncIterator[messages.Sample]:
-        """Yield the robot's joints `rate` times a second, for a client that does not hold the timeline. In real time
-        samples are yielded as evenly as they were sent, delayed so that `percentile` of a hundred arrive in time.
-        `ahead`: how much later than now the robot is shown [s]. Raises RequestRefused, IllegalValue.
-        """
+        """Yield the robot's joints `rate` times a second, for a client that does not keep the timeline. In real time,
+        samples are yielded at the intervals at which they were sent, delayed so that `percentile` of a hundred arrive
+        in time. `ahead`: how much later than now the robot is shown [s]. Raises RequestRefused, IllegalValue."""
         buffer = SampleBuffer(self.far, percentile, time.monotonic)
         self.far.news.append(buffer.hear)
         try:
@@ -237,16 +235,15 @@ class Client:
                 self.begin(messages.Subscribe, lambda _end: None)
 
     async def measure(self) -> None:
-        """Follow the reports of the robot's body, from the window of the past on, if the timeline is followed. Raises
-        RequestRefused.
-        """
+        """Follow the reports of the robot's body; if the timeline is followed, from the beginning of its window. Raises
+        RequestRefused."""
         followed, mirror = self.far.connection.subscription, self.far.mirror
         if self.measures or followed is None or mirror is None:
             return
         self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
-            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now: this call fetches these reports itself
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now: this call fetches them itself
             await self._recall_measured()
         except RequestRefused:
             self.measures = False
@@ -262,15 +259,14 @@ class Client:
             begin = part.parts[-1].times[-1] if part.goes_on else inf
 
     async def _recall_again(self) -> None:
-        """Fetch missing reports until there are none, or the connection is cut: the next welcome begins this again."""
+        """Fetch missing reports until there are none or the connection is cut; the next welcome starts this again."""
         with suppress(RequestRefused):
             while self.far.unmeasured < inf:
                 await self._recall_measured()
 
     def _see(self, message: messages.ServerMessage) -> None:
-        """Fetch missing reports, and missing older parts of the timeline: a snapshot may have only the last part, and
-        UNDO may set the clock back to before it.
-        """
+        """Fetch missing reports and missing older parts of the timeline: a snapshot may contain only the last part, and
+        UNDO may set the clock back to an earlier time."""
         mirror, recalling = self.far.mirror, self._recalling
         if mirror is None:
             return
@@ -287,9 +283,8 @@ class Client:
             self._recalling = asyncio.create_task(self._recall(mirror))
 
     async def _recall(self, mirror: Mirror) -> None:
-        """Fetch the unknown parts of the wanted past, the newest first, until the connection is cut: the next welcome
-        begins this again.
-        """
+        """Fetch the unknown parts of the wanted past, the newest first, until the connection is cut; the next welcome
+        starts this again."""
         with suppress(RequestRefused):
             while (begins := mirror.begins) > (wanted := max(mirror.now - mirror.window, -1.0)) and not mirror.lost:
                 part = await self.ask(lambda id: messages.Window(id, wanted, begins))
@@ -351,7 +346,7 @@ class Client:
             await asyncio.wait([writing])
 
     async def _write(self, socket: ClientConnection) -> None:
-        """Send waiting frames and do what is due, until the connection closes."""
+        """Write waiting frames and do the timed work, until the connection closes."""
         with suppress(ConnectionClosed):
             while not self._leaves and not self.far.connection.closing:
                 self._stirred.clear()
@@ -370,7 +365,7 @@ class Client:
                 await self._stirred.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
-        """Return whether to connect again. Before the first welcome, the answer is no and `open` raises the reason."""
+        """Return whether to connect again. Before the first welcome, return False: `open` then raises the reason."""
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))

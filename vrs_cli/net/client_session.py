@@ -1,8 +1,5 @@
-"""One user of a served robot, over all connections that the user has one after the other.
-
-A message of the client becomes a request to the robot; the robot's answers become messages, in the order in which it
-gave them. Nothing here waits.
-"""
+"""One user of a served robot, over all successive connections of this user. A message of the client becomes a request
+to the robot. The robot's answers become messages, in the order of the answers. Nothing here waits."""
 
 from __future__ import annotations
 
@@ -41,7 +38,7 @@ from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while the user types
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that never wait for a share of CPU time
-# messages that move or change something, by type: their name in texts, and the role that they need
+# messages that move or change something, by type: the name shown to users, and the required role
 CHANGING: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     Press: ("JOG", Role.DESIGNER),
@@ -95,7 +92,7 @@ class ClientSession(UserSession):
         self.link: ClientSocket | None = None
         self.pace = SendPace()
         self._share = Share(robot.allowance, robot.lookers, robot.wall())
-        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # waiting for CPU time; with their bytes
+        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # messages waiting for CPU time
         self.parked_bytes = 0
         self.address = ""
         self.console = False
@@ -105,9 +102,9 @@ class ClientSession(UserSession):
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # the target of a dragged tool, until the robot takes it
         self._pulling: Pending | None = None  # the request that gives this target to the robot
         self._drag_refused = False  # the user was told that the target is refused
-        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and the messages after it
+        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and the messages waiting behind it
         self._status: PromptStatus | None = None  # the status that was last sent
-        self._columns: int | None = None  # width of the client's screen, for replies that are also sent as lines
+        self._columns: int | None = None  # width of the client's screen, for rendered replies
 
     @property
     def robot(self) -> str:
@@ -143,7 +140,8 @@ class ClientSession(UserSession):
             self.link.flush()
 
     def tell(self, message: messages.Numbered) -> None:
-        """Send a message that must arrive exactly once: now, after a long reply, or when the client is back."""
+        """Send a message that must arrive exactly once: now, after the long reply being sent, or when the client is
+        connected again."""
         self._robot.touched[self.flush] = None
         prefixes, long = self._robot.prefixes, isinstance(message, messages.Told) and is_long(message.reply)
         if long or may_hold(prefixes, message):
@@ -180,7 +178,7 @@ class ClientSession(UserSession):
         self.session.actor.let_go_on(self.user_state)
 
     def say(self, message: messages.ServerMessage) -> None:
-        """Send a message if the client is connected; else it is lost."""
+        """Send a message if the client is connected; otherwise drop it."""
         self._robot.touched[self.flush] = None
         if self.link is not None:
             self.link.connection.send(message, self._wall())
@@ -197,9 +195,8 @@ class ClientSession(UserSession):
 
     def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
         """Carry out a message, or send the client the reason for a refusal. A command that arrives after its `until` is
-        refused, as its user expects it no longer, unless it stops the robot. `waited`: the message was parked here, and
-        came in time.
-        """
+        refused, because its user no longer expects it, unless it stops the robot. `waited`: the message arrived in time
+        but had to wait here."""
         self.beat()
         try:
             until = message.until if isinstance(message, messages.Command) and not waited else None
@@ -334,7 +331,7 @@ class ClientSession(UserSession):
         super().ask(message, dialogue, outlet, answer, urgent=urgent)
 
     def _check_turn(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
-        """Return a dialogue that checks the user's rights when its turn comes: the lease may have changed."""
+        """Return a dialogue that checks the user's rights when its turn comes, because the lease may have changed."""
         robot = self._robot
         match message:
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
@@ -396,7 +393,7 @@ class ClientSession(UserSession):
         self.note(_audit_text(message), "done")
 
     def _use_body(self, message: messages.OF_BODY) -> None:
-        """Carry out a message of a body, or a question for what was measured."""
+        """Carry out a message of a body, or a request for measured reports."""
         served = self._robot.served_body
         match message:
             case messages.MeasuredWindow():
@@ -492,7 +489,7 @@ class ClientSession(UserSession):
         return pending is not None and (isinstance(pending.message, TYPING) or pending.answer == self._status_if_new)
 
     def look(self) -> None:
-        """Ask the robot for the status of the prompt, and send it if it has changed."""
+        """Request the status of the prompt from the robot, and send it if it has changed."""
         self.submit(quietly(self.status), Pending(0, self.send, answer=self._status_if_new))
 
     def _status_if_new(self, status: PromptStatus) -> messages.ServerMessage | None:

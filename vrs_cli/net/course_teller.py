@@ -1,9 +1,8 @@
-"""The course of a robot's world for clients that draw its parts: computed once for all of them, when somebody wants it.
-
-A thread of its own computes it in short steps, and rests between them, longer where the robot has work. So neither the
-robot nor the connections wait for it, and of many changes that come together only the last timeline is computed. The
-known part is valid up to the first change that was not computed; each client is sent the part that it lacks.
-"""
+"""The course of a robot's world, for clients that draw its parts. It is computed once for all of them, and only while
+some client wants it. A separate thread computes it in short steps. Between steps it rests, longer while the robot has
+work. So neither the robot nor the connections wait for it, and after several changes in a short time only the last
+timeline is computed. The known part is valid up to the first change that was not computed. Each client receives the
+part that it lacks."""
 
 from __future__ import annotations
 
@@ -28,16 +27,16 @@ if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
     from vrs_cli.world.course import World, WorldCourse
 
-AHEAD = 10.0  # [s] after the end of the timeline, and after now, a course is known at least
-LEAST_AHEAD = 5.0  # [s] after both: with less, more is computed
-BEFORE_NOW = 1.0  # [s] contacts are looked for first from here on
-STRETCH = 0.5  # [s] of a motion in which contacts are looked for in one step
-STANDING = 5.0  # [s] the same while the arm stands
-STEP = 0.001  # [s] of CPU time, in which a course goes on in one step
-SHARE = 0.25  # of a core
-LAG = 0.25  # [s] that a step waits at most for a robot that has work
-LOOKS_EVERY = 0.01  # [s] at a robot that has work
-TOLD_EVERY = 0.05  # [s] between two times that clients are told of a course that is being computed
+AHEAD = 10.0  # [s] minimum time after the end of the timeline, and after now, for which a course is known
+LEAST_AHEAD = 5.0  # [s] after both: when less is known, more is computed
+BEFORE_NOW = 1.0  # [s] contacts are searched first from this time on
+STRETCH = 0.5  # [s] of a motion that are searched for contacts in one step
+STANDING = 5.0  # [s] the same while the arm is at rest
+STEP = 0.001  # [s] of CPU time for one step of a course
+SHARE = 0.25  # share of a core
+LAG = 0.25  # [s] maximum time that a step waits for a robot that has work
+LOOKS_EVERY = 0.01  # [s] pause between steps while the robot has work
+TOLD_EVERY = 0.05  # [s] between two messages to clients about a course that is being computed
 
 MAX_ROWS = 400  # maximum number of rows of a message
 MAX_LOOKED = 600.0  # [s] of a saved trajectory: contacts take 10 ms of CPU for a second of motion
@@ -54,8 +53,8 @@ class Cut(NamedTuple):
 
     @classmethod
     def between(cls, before: Timeline, after: Timeline) -> Cut:
-        """Return the cut between two timelines. Contacts may change in all of the motion before it, as the hand touches
-        the part that it takes at the end; those of steering are not searched again.
+        """Return the cut between two timelines. Contacts may change in the whole motion before the cut, because the
+        hand touches the part that it takes at the end of the motion. Contacts during steering are not searched again.
         """
         since = before.same_until(after)
         last = since - TICK
@@ -92,9 +91,8 @@ class Known(Struct, frozen=True):
     touches: tuple[ContactSpan, ...] = ()
 
     def cut(self, since: float, now: float) -> Known:
-        """Return the part with the contacts that are still valid after a change from `since` on [s]. If none are, they
-        are searched from shortly before `now` on [s].
-        """
+        """Return the part with the contacts that are still valid after a change from `since` on [s]. If no contacts are
+        valid, the search starts again shortly before `now` [s]."""
         if since > self.low:
             return replace(self, high=min(self.high, since), touches=tuple(clip_contacts(self.touches, -inf, since)))
         first = max(self.course.begins, min(now, self.course.timeline.last) - BEFORE_NOW)
@@ -102,9 +100,8 @@ class Known(Struct, frozen=True):
 
 
 class CourseComputer:
-    """Computes the course of a timeline and its contacts, step by step. Pure; for one thread at a time. `now` returns
-    the robot's clock [s]; `looks`: search contacts too, if MuJoCo is there.
-    """
+    """Computes the course of a timeline and its contacts, step by step. Pure; use it in one thread at a time. `now`:
+    returns the robot's clock [s]. `looks`: whether to search contacts too, if MuJoCo is installed."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now
@@ -113,7 +110,7 @@ class CourseComputer:
         self._checker: Checker | None = None
 
     def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
-        """Begin with a timeline; `known`: the part of another timeline that is the same before the cut."""
+        """Begin with a timeline. `known`: the known part for another timeline that is equal before the cut."""
         course = self._world.course(timeline)
         before = known or Known(course, -inf, inf, -inf)
         until = min(before.until, cut.course, course.known_until(-inf))
@@ -145,7 +142,7 @@ class CourseComputer:
         if begin < end:
             end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
             return replace(known, high=end, touches=join_contacts(known.touches, self.touches(known, begin, end)))
-        if known.until == inf and begin < inf:  # nothing moves any more
+        if known.until == inf and begin < inf:  # nothing moves after that
             touches = (one for one in self.touches(known, last, last + STRETCH) if one.end == last + STRETCH)
             found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
             return replace(known, high=inf, touches=join_contacts(known.touches, found))
@@ -203,7 +200,7 @@ class CourseTeller:
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the last timeline; None while there are no listeners
-        self._cut = self._taken = NEVER  # cuts that `_known` does not contain yet; the second is being computed
+        self._cut = self._taken = NEVER  # cuts that `_known` does not include yet; the second one is being computed
         self._known: Known | None = None
 
     # --- listeners ---
@@ -224,7 +221,7 @@ class CourseTeller:
                 self._timeline = self._known = None
 
     def change(self, timeline: Timeline, cut: Cut) -> None:
-        """Take another timeline, which is the same before the cut."""
+        """Take a new timeline, which equals the last one before the cut."""
         if self._clients:
             with self._changed:
                 self._timeline, self._cut = timeline, self._cut.first(cut)
@@ -250,7 +247,7 @@ class CourseTeller:
         return self._computer.looks
 
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
-        """Return the next messages for a listener, and the part that the listener has after them; no messages if it has
+        """Return the next messages for a listener, and the part that it has after them; no messages if it already has
         everything."""
         with self._changed:
             known, cut = self._known, self._cut.first(self._taken)
@@ -296,9 +293,8 @@ class CourseTeller:
 
 
 class CourseThread(CourseTeller):
-    """A course that is computed in a thread of its own while there are listeners. `works` returns whether the robot has
-    work; `woken` is called in that thread when there is more to send; `failed` is called with an unexpected error.
-    """
+    """A course that is computed in a separate thread while there are listeners. `works`: returns whether the robot has
+    work. `woken`: called in that thread when there is more to send. `failed`: called with an unexpected error."""
 
     def __init__(
         self,

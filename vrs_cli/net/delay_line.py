@@ -27,7 +27,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
-RETRANSMIT = 0.2  # [s] until what was lost is sent again: the least that Linux waits (TCP_RTO_MIN)
+RETRANSMIT = 0.2  # [s] until a lost message is sent again: the minimum of Linux (TCP_RTO_MIN)
 MAX_RETRANSMIT_S = 120.0  # maximum time between two tries; it doubles up to this (RFC 6298, 5.5; TCP_RTO_MAX)
 
 
@@ -167,19 +167,19 @@ class DelayWays(Struct, frozen=True):
 # --- delays as people write them -------------------------------------------------------------------------------------
 
 
-MAX_DELAY_S = 3600.0  # [s] a delay
+MAX_DELAY_S = 3600.0  # a delay [s]
 MAX_LOSS = 0.5
 UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
 
 class DelayError(UsageError):
-    """The error for a text or a line of a file that describes no delays. (The code is ours.)"""
+    """The error for a text, or a line of a file, that is not a valid description of delays. (The code is ours.)"""
 
     text = "No delay"
 
 
 class DelayForm(Struct, frozen=True):
-    """The written form of a kind of delays: its durations, of which the last `lasting` ones must be above 0."""
+    """The written form of a kind of delays and its durations; the last `lasting` durations must be above 0."""
 
     make: Callable[..., Delays]
     arguments: str

@@ -1,8 +1,6 @@
-"""Delay the bytes between real sockets: each piece that is sent to one end arrives at the other end when it is due.
-
-Each client is connected to the target. Bytes go both ways unchanged and in order; so does the end of one way, after its
-delay. The bytes on their way are bounded, so a slow reader slows down the sender.
-"""
+"""Delay the bytes between real sockets. Each piece sent to one end arrives at the other end after its delay. Each
+client is connected to the target. Bytes travel in both directions unchanged and in order; the end of a direction is
+delayed too. The number of bytes in transit is bounded, so a slow reader slows down the sender."""
 
 from __future__ import annotations
 

@@ -45,9 +45,8 @@ from vrs_cli.wire.records import RecordError
 
 
 class DurableLog:
-    """The `journal` and `memory` of one robot, None without a folder for them. `length`: the number of segments of its
-    timeline; `most`: the limit of that.
-    """
+    """The `journal` and `memory` of one robot, each None if the robot has no folder for it. `length`: the number of
+    segments of its timeline; `most`: the maximum of `length`."""
 
     def __init__(
         self,
@@ -82,7 +81,7 @@ class DurableLog:
                 self._memory.write()
 
     def note(self) -> None:
-        """Note that a command may have changed the memory."""
+        """Note that a command may have changed the memory, so that it is compared before the next write."""
         if self._memory is not None:
             self._memory.note()
 
@@ -236,7 +235,7 @@ class MemoryFile:
 
 
 def _of_programs(text: str) -> frozenset[int]:
-    """Return the numbers of the lines inside programs, whose errors the user knows already."""
+    """Return the numbers of the lines inside programs; the user already knows errors in these."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
         inside = inside or (opens_entry(line) and ProgramBuffer(line).is_program)

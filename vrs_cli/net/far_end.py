@@ -1,9 +1,7 @@
-"""The client's side of a served robot, without sockets: a mirror of it, its clock, and the requests under way.
-
-No command is sent twice, and none without its user. A command that was on its way when the connection was cut ends
-later: it was carried out, or it did not reach the robot. Only the user may send it again. The time of the day is an
-argument.
-"""
+"""The client's side of a served robot, without sockets: a mirror of the robot, its clock, and the open requests. No
+command is sent twice, and none without its user's order. If the connection is cut while a command is on its way, the
+command ends later: either it was carried out, or it did not reach the robot. Only the user may send it again. The time
+of day is an argument."""
 
 from __future__ import annotations
 
@@ -41,12 +39,10 @@ from vrs_cli.wire.report_columns import ReportRows, reports_of
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-CATCHING_UP = 2.0  # [s] the end of a command waits at most so long for the change that the command made
-COMMAND_TIMEOUT_S = (
-    60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
-)
-REMEMBERED = 600.0  # [s] flags of wrongly shown times are kept so long
-HELD_UP = 3.0  # [s] a command may be on its way for so long and a round trip: later, its user expects it no longer
+CATCHING_UP = 2.0  # [s] maximum time that the end of a command waits for the change made by the command
+COMMAND_TIMEOUT_S = 60.0  # [s] after a cut until the outcome of a command is unknown: no server remembers it longer
+REMEMBERED = 600.0  # [s] for which flags of wrongly shown times are kept
+HELD_UP = 3.0  # [s] added to a round trip: after that time a user no longer expects a command to take effect
 QUIET = 4.0  # [s] of silence after which the connection may be cut: the robot answers a ping every two seconds
 NEAR = 0.05  # [s] with a shorter D_f + D_b, a user sees the effect of a command nearly at once
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of first pings, and the interval of first and of later pings [s]

@@ -1,7 +1,5 @@
-"""Limits of one client and of one robot at a server; each has a clear refusal. Pure: clocks are arguments.
-
-A robot stops only lines and programs of its own users; users of other robots do not wait for them.
-"""
+"""Limits of one client and of one robot at a server. Each limit has its own message of refusal. Pure: clocks are
+arguments. A limit stops only programs and lines of that robot's users; users of other robots do not wait."""
 
 from __future__ import annotations
 
@@ -60,7 +58,7 @@ class Allowance(Struct, frozen=True):
         )
 
     def of_looking(self, share: float, now: float) -> Bucket:
-        """Return a budget of that share of a core, on average over `looking_window`."""
+        """Return a budget with this share of a core, on average over `looking_window`."""
         return Bucket(share, share * self.looking_window, now)
 
 
@@ -69,9 +67,8 @@ UNMEASURED = 2**62  # size limit [bytes] of a folder that is the user's own: non
 
 
 class Bucket:
-    """A budget of messages or of seconds of CPU, which grows by `rate` a second up to `most`. It may be overdrawn. Any
-    thread may spend.
-    """
+    """A budget of messages or of CPU seconds, which grows by `rate` per second up to `most`. It may be overdrawn. Any
+    thread may call `spend`."""
 
     def __init__(self, rate: float, most: float, now: float) -> None:
         self._rate, self.most = rate, most
@@ -98,10 +95,9 @@ class Bucket:
 
 
 class Share:
-    """The CPU time of a user who looks while another one drives. Requests while a line is typed (completion, mistakes)
-    have a budget of their own, so that the line does not wait for them. `all`: the common budget of users who look;
-    only those who have used more than an equal share wait for it.
-    """
+    """The CPU time of a user who looks while another user drives. Requests made while a line is typed (completion,
+    checks) have their own budget, so that the line does not wait for them. `all`: the common budget of users who look;
+    only those who have used more than an equal share wait for it."""
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
         self._lines = allowance.of_looking(allowance.looking, now)
@@ -165,7 +161,7 @@ class Meter:
         self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)
 
     def look(self, used: float, now: float) -> LimitReached | None:
-        """Return why programs have to stop, None if they may go on. `used`: their CPU time so far [s]."""
+        """Return why programs have to stop; None if they may continue. `used`: their CPU time since the start [s]."""
         self._bucket.spend(used - self._used, self._looked)  # charged at the time of the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
@@ -184,10 +180,10 @@ def check_growth(allowance: Allowance, names: int) -> None:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)
 
 
-HIGH_WATER_BYTES = 256 * 1024  # a robot waits for a user for whom so much waits, until only
-LOW_WATER_BYTES = 64 * 1024  # is left
-MIN_PROGRESS_BYTES = 32 * 1024  # a user who takes less than this in
-SEND_TIMEOUT_S = 5.0  # is not waited for any longer; TCP gives a slow reader hundreds of KB at once
+HIGH_WATER_BYTES = 256 * 1024  # if more bytes than this wait for a user, the robot waits until only
+LOW_WATER_BYTES = 64 * 1024  # this many are left
+MIN_PROGRESS_BYTES = 32 * 1024  # a user who takes fewer bytes than this in
+SEND_TIMEOUT_S = 5.0  # this time is not waited for again; TCP sends hundreds of KB at once to a slow reader
 
 
 class SendPace:
@@ -201,11 +197,11 @@ class SendPace:
         self._least, self._until = (
             inf,
             0.0,
-        )  # bytes, and when it is to have taken one more MIN_PROGRESS_BYTES; while it is waited for
+        )  # bytes waiting, and the time by which another MIN_PROGRESS_BYTES must be taken; while the robot waits
         self._stuck = False
 
     def lags(self, now: float) -> bool:
-        """Return whether the robot has to wait for the user. In the robot's thread."""
+        """Return whether the robot has to wait for the user. Call it in the robot's thread."""
         waiting, waited = self.waiting, self._least < inf
         if waiting <= (LOW_WATER_BYTES if waited or self._stuck else HIGH_WATER_BYTES):
             self._least, self._stuck = inf, False

@@ -33,14 +33,14 @@ from vrs_cli.net.tokens import TokenFile, digest_of
 from vrs_cli.values.acts import Define
 from vrs_cli.values.replies import Reply, StyledLine
 
-BROWSER, SHELL = "browser", "shell"  # names of the clients of a local robot, as all users see them
+BROWSER, SHELL = "browser", "shell"  # names of the clients of a local robot, as other users see them
 STARTING = 10.0  # [s] until it listens
 SECRET_BYTES = 18  # random bytes of a secret
 HERE = ListenAddress("127.0.0.1", 0)
 
 
 class PagePlace(Struct, frozen=True):
-    """A page to be served: the listening address, the secret, and the files of the page."""
+    """The address and content of a page: the listening address, the secret, and the files of the page."""
 
     address: ListenAddress
     secret: str
@@ -56,9 +56,8 @@ def new_secret() -> str:
 
 
 def kept_secret(file: Path) -> str:
-    """Return the secret in a file that only its owner may read. Make the file if there is none; if it cannot be made,
-    return a new secret.
-    """
+    """Return the secret in a file that only its owner may read. Make the file if it does not exist; if it cannot be
+    made, return a new secret."""
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         with suppress(FileExistsError), open(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w") as made:
@@ -74,14 +73,13 @@ def checked_host(host: str) -> str:
             f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
             "others watch with vrs serve and vrs view ws://HOST, or over ssh -L",
         )
-    return HERE.host if host == "localhost" else host  # a name may stand for two addresses, with a free port each
+    return HERE.host if host == "localhost" else host  # a name may have two addresses, each with a free port
 
 
 class LocalServer:
-    """A server in a thread of its own, for one user. `place`: of its page; None: any port, no page. `tokens`: for the
-    browser (the secret of the place) and the shell. `relays`: as of `Server`. Raises UsageError if the address is
-    taken.
-    """
+    """A server in a separate thread, for one user. `place`: the address of its page; None: any port and no page.
+    `tokens`: the tokens of the browser (the secret of the place) and of the shell. `relays`: as for `Server`. Raises
+    UsageError if the address is in use."""
 
     def __init__(
         self,
@@ -146,12 +144,12 @@ class LocalServer:
 
 
 class LocalRobot(LocalServer):
-    """A local server of one robot. `name`: empty for that of its model. `folder`: of its files; None: a temporary one.
-    `url` and `tokens` are for clients, who all are one user and need no lease. `rate`: seconds of the robot's clock in
-    one second; None: virtual time. `cell`: around the robot. `program`: to load into its memory; `runs`: the first page
-    executes the first program of it. `styled`: as of `Plan`. Change `session` only in the robot's thread:
-    `session.actor.call`. Raises what is wrong with the program.
-    """
+    """A local server of one robot. `name`: the robot's name; if empty, its model's name. `folder`: the folder of its
+    files; None: a temporary one. `url` and `tokens` are for clients, who are all one user and need no lease. `rate`:
+    seconds of the robot's clock in one second; None: virtual time. `cell`: the cell around the robot. `program`: a
+    program to load into its memory; `runs`: the first page executes the first program of it. `styled`: as for `Plan`.
+    Change `session` only in the robot's thread, with `session.actor.call`. Raises the error of a program that cannot be
+    loaded."""
 
     def __init__(
         self,

@@ -29,14 +29,13 @@ from vrs_cli.wire.steered import SteeredRecord, steered_delta
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-WINDOW = 600.0  # [s] of the past that are kept by default
-SLACK = 0.25  # fraction of the window: older parts are dropped only beyond it, since dropping copies the remainder
+WINDOW = 600.0  # [s] of the past kept by default
+SLACK = 0.25  # share of the window; shorter older parts are kept, since dropping copies the rest
 
 
 class ClockReading(Struct, frozen=True):
-    """A reading of a robot's clock: `now` [s] when a wall clock was at `since` [s]. The clock goes on at `rate`; None:
-    the clock stands, because time is virtual or paused. While the clock goes, it shows no time before `floor` [s].
-    """
+    """A reading of a robot's clock: `now` [s] when a wall clock showed `since` [s]. The clock runs at `rate`; None: it
+    stands still, because time is virtual or paused. While the clock runs, it shows no time before `floor` [s]."""
 
     now: float = 0.0
     rate: float | None = None
@@ -50,17 +49,15 @@ class ClockReading(Struct, frozen=True):
         return max(self.now, self.floor, down_to_grid(self.now + self.rate * (wall - self.since)))
 
     def then(self, later: ClockReading, wall: float) -> ClockReading:
-        """Return a later reading as the successor of this one. The clock does not go back: if it was too far ahead, it
-        stands for a while.
-        """
+        """Return a later reading as the successor of this one. The clock never goes back: if it was too far ahead, it
+        stands still for a while."""
         goes_on = self.rate is not None and later.rate is not None
         return replace(later, floor=self.at(wall)) if goes_on else later
 
 
 class _Held(Struct, frozen=True):
-    """The state of a mirror: the timeline from its segment number `first` on with the `known` events, after change
-    `seq`.
-    """
+    """The state of a mirror after change `seq`: the timeline from segment number `first` on, with the `known`
+    events."""
 
     timeline: Timeline
     first: int
@@ -98,12 +95,10 @@ class _Held(Struct, frozen=True):
 
 
 class Mirror:
-    """A copy of a robot that others move. One thread puts messages in; any thread reads.
-
-    `window`: seconds before the robot's clock that are kept. `begins`: the timeline is known from this time on [s];
-    before it, its joints are not those of the robot. `events`: every change of the known timeline, as of the robot.
-    `world`: of the cell around the robot, None without one. `record`: takes the reports of the body.
-    """
+    """A copy of a robot that others command. One thread puts messages in; any thread reads. `window`: the seconds
+    before the robot's clock that are kept. `begins`: the time from which on the timeline is known [s]; before it, its
+    joints are not the robot's. `events`: every change of the known timeline, as for the robot. `world`: the world of
+    the cell around the robot, None without a cell. `record`: takes the reports of the body."""
 
     def __init__(
         self,
@@ -118,7 +113,7 @@ class Mirror:
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
         self.record = MeasuredRecord(arm.model.joint_count)
-        self.before_measured: Callable[[], None] = lambda: None  # is called before reports are read
+        self.before_measured: Callable[[], None] = lambda: None  # called before reports are read
         self._held = _Held.of(snapshot, seq)
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
 
@@ -130,7 +125,7 @@ class Mirror:
 
     @property
     def measured(self) -> MeasuredTimeline:
-        """The reports of the robot's body, as far as they are known here."""
+        """The known reports of the robot's body."""
         self.before_measured()
         return self.record.view
 
@@ -151,7 +146,7 @@ class Mirror:
 
     @property
     def seq(self) -> int:
-        """The number of the last change that is in the timeline."""
+        """The number of the last change contained in the timeline."""
         return self._held.seq
 
     def whole(self, delta: TimelineDelta) -> TimelineDelta:
@@ -166,14 +161,14 @@ class Mirror:
     # --- changes ---
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
-        """Take the timeline after change `seq`: all of it, or a window up to its end. The mirror is no longer lost."""
+        """Take the timeline after change `seq`: the whole one, or a window up to its end. The mirror is then no longer
+        lost."""
         self._held, self.lost = self._drop_old(_Held.of(snapshot, seq)), False
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
-        """Apply the change with the next number. An old one changes nothing; any other makes the mirror `lost`, as does
-        one that changes an unknown part of the past.
-        """
+        """Apply the change with the next number. A change with an old number does nothing. Any other makes the mirror
+        `lost`, as does a change of an unknown part of the past."""
         held = self._held
         if self.lost or seq <= held.seq:
             return
@@ -188,9 +183,8 @@ class Mirror:
         self.events.publish([here, TimelineReplaced(self.timeline, self.settings)] if forgot else [here])
 
     def steer(self, target: SteeredRecord, seq: int) -> None:
-        """Apply the change with this number, given as one target of steering. If the change cannot be computed from it,
-        the mirror is `lost`, and later changes must come in full.
-        """
+        """Apply the change with this number, which is described by one target of steering. If the change cannot be
+        computed from the target, the mirror is `lost`, and later changes must come in full."""
         held = self._held
         if self.lost or seq <= held.seq:
             return
@@ -212,7 +206,7 @@ class Mirror:
         return True
 
     def _drop_old(self, held: _Held) -> _Held:
-        """Return the state without parts older than the window, if these are long enough to be worth the copy."""
+        """Return the state without parts older than the window, if they are long enough to justify the copy."""
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
         return held.since(begin, self.world) if old else held
@@ -233,14 +227,14 @@ def parting(before: Timeline, after: Timeline) -> float:
 
 
 class LastStatus:
-    """The last status of the robot, with its clock going on. While time is real the shown clock does not go back."""
+    """The last status of the robot, with its clock running on. In real time the shown clock never goes back."""
 
     def __init__(self, wall: Callable[[], float]) -> None:
         self._wall = wall
         self._status, self._clock = PromptStatus(), ClockReading()
 
     def see(self, status: PromptStatus) -> None:
-        """Take a status. As it was some time on its way, the clock is now at or after its time."""
+        """Take a status. Because it needed some time to arrive, the clock is now at or after its time."""
         now, pace = self._wall(), status.pace
         told = ClockReading(status.clock, None if pace is None or pace.paused else pace.rate, now)
         if told.rate is not None and pace == self._status.pace:
