@@ -14,6 +14,8 @@ from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
     JointOutOfRange,
+    LocationTooFar,
+    MotionError,
     PowerOff,
     StraightLineConfiguration,
     UsageError,
@@ -287,6 +289,22 @@ def test_depart_backs_off_from_the_destination(engine: Engine) -> None:
     engine.perform(Move(ToolOffsetTarget(translation(0.0, 0.0, -0.1)), straight=False), program=True)
     engine.perform(Break())
     assert engine.position().T_world_tool.pz == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize("straight", [False, True])
+def test_a_depart_too_far_names_the_greatest_distance(engine: Engine, straight: bool) -> None:
+    engine.perform(Move(NamedTarget("ready"), False), program=False)
+
+    def depart(millimetres: float) -> None:
+        target = ToolOffsetTarget(translation(0.0, 0.0, -millimetres / 1000.0))
+        engine.perform(Move(target, straight), program=False)
+
+    with pytest.raises(LocationTooFar) as refused:
+        depart(2000.0)
+    assert refused.value.hint == "at most 553 mm in this direction"
+    with pytest.raises(MotionError):
+        depart(554.0)
+    depart(553.0)
 
 
 @pytest.mark.parametrize("joint", [0, 7])

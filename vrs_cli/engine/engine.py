@@ -28,7 +28,15 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, angle_between, compose
+from vrs_cli.kinematics.transform import (
+    Transform,
+    angle_between,
+    at_position,
+    compose,
+    length,
+    position,
+    scaled_vector,
+)
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.measured import MeasuredRecord
@@ -185,6 +193,11 @@ class Engine:
                     return self._move(request, program, issued)
                 except LocationOutOfRange as refusal:
                     raise targets.naming_null(refusal, compose(self.frames.base, place)) from None
+            case Move(target=commands.ToolOffsetTarget(T_destination_target=offset)):
+                try:
+                    return self._move(request, program, issued)
+                except LocationTooFar as refusal:
+                    raise self._naming_farthest(refusal, request, offset) from None
             case Move():
                 return self._move(request, program, issued)
             case commands.Alter():
@@ -358,6 +371,20 @@ class Engine:
             text=move.text,
             relative=move.target if isinstance(move.target, commands.RelativeTarget) else None,
         )
+
+    def _naming_farthest(self, refusal: LocationTooFar, move: Move, offset: Transform) -> LocationTooFar:
+        """Return the error for a DEPART. The hint names the greatest distance in reach, in whole millimetres."""
+        asked = 1000.0 * length(position(offset))
+        near, far = 0, ceil(asked)
+        while far - near > 1:
+            middle = (near + far) // 2
+            shorter = at_position(offset, *scaled_vector(position(offset), middle / asked))
+            try:
+                self.trial(structs.replace(move, target=commands.ToolOffsetTarget(shorter)))
+                near = middle
+            except MotionError:
+                far = middle
+        return refusal.reworded(hint=f"at most {near} mm in this direction") if near else refusal
 
     def _after(self, t: float) -> targets.After:
         """Return the motion, number and settings that a new motion at t [s] follows."""
