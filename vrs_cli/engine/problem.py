@@ -233,6 +233,7 @@ class Problem(Struct, frozen=True):
     """A motion to plan: its arm, the state in which it begins, and the time from which on it may begin [s].
 
     A straight line may be slowed down `slowest` times. A motion that would end after `latest` [s] is of no use.
+    `deadline` returns a later such time, for motions that end after `latest`; it takes long, because it plans a motion.
     """
 
     arm: RobotArm
@@ -241,6 +242,12 @@ class Problem(Struct, frozen=True):
     begin: float
     slowest: float = SLOWEST
     latest: float = inf
+    deadline: Callable[[], float] | None = None
+
+    def check_in_time(self, finish: float) -> None:
+        """Raise NotInTime if a motion that ends then [s] is of no use."""
+        if finish > self.latest and (self.deadline is None or finish > self.deadline()):
+            raise NotInTime
 
     @property
     def tool(self) -> ToolState:

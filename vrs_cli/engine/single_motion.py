@@ -5,13 +5,14 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import chain
+from math import inf
 
 from msgspec import structs
 
 from vrs_cli.engine.problem import NoRoomToStop, NotInTime, NoWay, Problem, rest_after, segment_joints
-from vrs_cli.engine.straight import line_stop, straight_segments
+from vrs_cli.engine.straight import least_duration, line_stop, straight_segments
 from vrs_cli.errors import MotionError, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, compose, distance
@@ -46,15 +47,17 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
     return stop + plan_motion(structs.replace(problem, here=place, begin=stop[-1].finish))
 
 
-def plan_directly(problem: Problem) -> tuple[Segment, ...]:
+def plan_directly(problem: Problem, resting: Problem | None = None) -> tuple[Segment, ...]:
     """Plan a motion on its own path. Raises MotionError, NoWay, NotInTime. A motion without any movement becomes a rest
     of no duration. So it keeps its place on the timeline, since it may need to move after an earlier motion changes.
+
+    `resting`: the problem of the same motion from rest. A straight line is of no use if it ends later than that.
     """
     state, motion, begin, lasting = problem.here.joints, problem.motion, problem.begin, 0.0
     segments: tuple[Segment, ...] = ()
     match motion.kind:
         case MotionKind.JOINT | MotionKind.STRAIGHT:
-            outcome = _remembered_plan(_PlanKey(problem))
+            outcome = _remembered_plan(_PlanKey(problem, resting))
             if not isinstance(outcome, tuple):
                 if isinstance(outcome, MotionError) and state.at_rest:
                     raise outcome.reworded()
@@ -75,9 +78,9 @@ class _PlanKey:
     Numbers are compared bit by bit: 0.0 and -0.0 are equal, but may lead to other bits.
     """
 
-    __slots__ = ("parts", "problem")
+    __slots__ = ("parts", "problem", "resting")
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, resting: Problem | None = None) -> None:
         here, motion = problem.here, problem.motion
         tool, frames, target = here.tool, motion.frames, motion.pose or motion.goal or ()
         numbers: Iterable[float] = chain(*here.joints, target)
@@ -86,8 +89,10 @@ class _PlanKey:
             numbers = chain(numbers, frames.base, frames.tool, *(tool[:5] if tool else ()))
             limits = motion.tip_speed, motion.rotation, problem.slowest, problem.latest - problem.begin
             others = *limits, motion.swivel, here.T_flange_tool, tool is None, tool and tool.guides
-        self.problem = problem
-        self.parts = (
+            if resting is not None:
+                others = *others, resting.begin - problem.begin, _PlanKey(resting).parts
+        self.problem, self.resting = problem, resting
+        self.parts: tuple[object, ...] = (
             *(id(problem.arm), id(motion.kind), id(motion.profile), motion.speed, motion.acceleration),
             *(motion.duration, len(here.joints.acceleration), array("d", numbers).tobytes(), *others),
         )
@@ -104,11 +109,15 @@ def _remembered_plan(key: _PlanKey) -> tuple[Segment, ...] | MotionError | NotIn
     """Return the segments of a motion as if it began at time 0, or the error that prevents it. A cached error is never
     raised itself, since its traceback would keep stack frames alive.
     """
-    problem = key.problem
+    problem, resting = key.problem, key.resting
     state, motion = problem.here.joints, problem.motion
     try:
         if motion.kind is MotionKind.STRAIGHT:
-            return straight_segments(structs.replace(problem, begin=0.0, latest=problem.latest - problem.begin))
+            latest, deadline = problem.latest - problem.begin, None
+            if resting is not None:
+                latest = resting.begin + least_duration(resting) - problem.begin
+                deadline = cache(lambda: _deadline(resting) - problem.begin)
+            return straight_segments(structs.replace(problem, begin=0.0, latest=latest, deadline=deadline))
         assert motion.goal is not None
         limits = joint_limits(problem.arm, motion)
         segments = LAWS[motion.profile].joint_motion(state, motion.goal, limits, 0.0, motion, motion.duration)
@@ -188,20 +197,20 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
     return compose(arm.forward(segment_joints(arm, segment, s)), segment.motion.frames.tool)
 
 
+def _deadline(resting: Problem) -> float:
+    """Return when a motion that rounds a corner has to end [s], if it is to be better than the motion from rest."""
+    try:
+        return plan_motion(resting)[-1].finish + MAX_ROUNDING_DELAY_S
+    except MotionError:
+        return inf
+
+
 def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
     """Plan a motion that rounds the corner in which the motion before would end. If that would take longer, plan it
     from rest in the corner. Raises MotionError if neither is possible.
     """
-    refusal: MotionError | None = None
-    try:
-        stopped = plan_motion(resting)
-        moving = structs.replace(moving, latest=stopped[-1].finish + MAX_ROUNDING_DELAY_S)
-    except MotionError as error:
-        refusal = error
-    try:
-        rounded = plan_directly(moving)
-    except (NoWay, NotInTime):
-        if refusal is not None:
-            raise refusal from None
-        return stopped
-    return rounded if rounded[-1].finish <= moving.latest else stopped
+    with suppress(NoWay, NotInTime):
+        rounded = plan_directly(moving, resting)
+        if moving.motion.kind is MotionKind.STRAIGHT or rounded[-1].finish <= _deadline(resting):
+            return rounded
+    return plan_motion(resting)

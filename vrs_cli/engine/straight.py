@@ -18,7 +18,7 @@ from msgspec import structs
 from vrs_cli.engine.boundary import Kinks, Stop, straighten_wrist, survey
 from vrs_cli.engine.following import Follower, Sample, seeds_of
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
-from vrs_cli.engine.problem import SLOWEST, Here, NotInTime, Problem
+from vrs_cli.engine.problem import SLOWEST, Here, Problem
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import WRIST
@@ -125,6 +125,17 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
     if problem.arm.model.task.turns:
         return pose
     return at_position(state.pose, *position(pose))  # the joints determine the turn of the tool; no line prescribes it
+
+
+def least_duration(problem: Problem) -> float:
+    """Return a time that a line from rest takes at least [s]: the limits of the tool allow no less. 0 for arms that may
+    replace the goal of the line, or guide redundant joints.
+    """
+    arm, motion, state = problem.arm, problem.motion, problem.tool
+    if arm.redundancy or arm.holding(motion.frames.tool).steady is not None:
+        return 0.0
+    law, limits = LAWS[motion.profile], tool_limits(arm, motion)
+    return sum([one.duration for one in law.straight_motion(state, _goal(problem, state), limits, motion.duration)])
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
@@ -302,8 +313,7 @@ class _Line:
                 "the tool moves too fast to go over to the line within its limits",
                 "use {MOVE}, or let the arm come to rest first",
             ) from None
-        if self.problem.begin + sum([stretch.duration for stretch in stretches]) > self.problem.latest:
-            raise NotInTime
+        self.problem.check_in_time(self.problem.begin + sum([stretch.duration for stretch in stretches]))
         return stretches
 
     def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
