@@ -18,8 +18,7 @@ from msgspec import structs
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.exercise_text import find_exercise
 from vrs_cli.teach.grading import Grader, Submission, by_student
-from vrs_cli.teach.many import Graded, grade_many
-from vrs_cli.teach.pool import core_count
+from vrs_cli.teach.many import Graded, core_count, grade_many
 from vrs_cli.teach.reports.results import results_object
 from vrs_cli.teach.variants import Variant
 

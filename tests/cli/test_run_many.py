@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
-from vrs_cli.cli.run import FENCE
+from vrs_cli.cli.run import UNWATCHED_LIMITS
 from vrs_cli.interfaces.tasks.limits import OWN, Limits
 
 GOOD = '.PROGRAM one()\n    TYPE "one"\n    DRIVE 1, 10, 100\n.END\n.PROGRAM other()\n    TYPE "other"\n.END\n'
@@ -231,7 +231,7 @@ def test_help_says_what_limits_hold(vrs: Vrs) -> None:
     assert "what is typed (default: 100M; or 1M)" in told
     assert (usual.max_disk, own.max_disk) == (10_000_000, 1_000_000_000)
     assert "written to files (default: 1G; or 10M)" in told
-    assert (FENCE["max_wall"], FENCE["max_memory"]) == (300.0, 4_000_000_000)
+    assert (UNWATCHED_LIMITS["max_wall"], UNWATCHED_LIMITS["max_memory"]) == (300.0, 4_000_000_000)
     assert "(default: any; or 300)" in told
     assert "(default: any; or 4G)" in told
 

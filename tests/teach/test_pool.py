@@ -14,11 +14,11 @@ import pytest
 from msgspec import structs
 
 from tests.live import until
-from vrs_cli.teach import pool
-from vrs_cli.teach.pool import Fence, work_apart
+from vrs_cli.teach import many
+from vrs_cli.teach.many import ProcessLimits, work_apart
 
 Deed = Callable[[], object]
-SMALL = Fence(cpu=1.0, wall=20.0, memory=200_000_000, file=1_000_000)
+SMALL = ProcessLimits(cpu=1.0, wall=20.0, memory=200_000_000, file=1_000_000)
 posix = pytest.mark.skipif(os.name == "nt", reason="limits of POSIX systems")
 
 
@@ -70,9 +70,9 @@ DEEDS: dict[str, Deed] = {
 }
 
 
-def results(items: list[str], jobs: int = 2, fence: Fence = SMALL) -> dict[str, str]:
+def results(items: list[str], jobs: int = 2, limits: ProcessLimits = SMALL) -> dict[str, str]:
     """Return the result of each item, or why it was lost."""
-    return {items[one.number]: one.lost or one.result.decode() for one in work_apart(work, items, jobs, fence)}
+    return {items[one.number]: one.lost or one.result.decode() for one in work_apart(work, items, jobs, limits)}
 
 
 @pytest.mark.parametrize("jobs", [1, 3])
@@ -104,12 +104,12 @@ def test_objects_that_the_caller_has_frozen_stay_frozen() -> None:
 @posix
 def test_a_process_that_needs_too_much_memory_is_ended() -> None:
     patient = structs.replace(SMALL, cpu=60.0)  # to fill what a large parent has freed takes its time
-    assert results(["grow"], fence=patient) == {"grow": "it needed more than 200 MB of memory"}
+    assert results(["grow"], limits=patient) == {"grow": "it needed more than 200 MB of memory"}
 
 
 @posix
 def test_the_wall_ends_what_waits() -> None:
-    assert results(["stop"], fence=Fence(wall=0.2)) == {"stop": "it took longer than 0.2 s"}
+    assert results(["stop"], limits=ProcessLimits(wall=0.2)) == {"stop": "it took longer than 0.2 s"}
 
 
 @posix
@@ -138,7 +138,7 @@ def test_who_stops_asking_ends_all_processes() -> None:
 
 
 def test_a_new_process_does_the_same_where_there_is_no_fork(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pool, "FORK", False)
+    monkeypatch.setattr(many, "FORK", False)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
     monkeypatch.setattr(sys.modules["__main__"], "__spec__", None, raising=False)  # some kernels and runners have none
     found = {one.number: one.lost or one.result for one in work_apart(_doubled, ["a", "b"], 2, SMALL)}

@@ -28,12 +28,21 @@ from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, find_exercise
 from vrs_cli.teach.findings import findings_of
 from vrs_cli.teach.grading import Grader, Grading, Submission, SubmissionRuns, by_student, total_of
-from vrs_cli.teach.many import Graded, grade_many, grade_on_cluster
-from vrs_cli.teach.pool import core_count
+from vrs_cli.teach.many import Graded, core_count, grade_many, grade_on_cluster
 from vrs_cli.teach.propose import propose
 from vrs_cli.teach.reports.pages import Pages
-from vrs_cli.teach.reports.results import Likeness, gradebook, junit, results_object, similar, written_json
-from vrs_cli.teach.reports.students import FOR_STUDENTS, file_stem, plain, points_text
+from vrs_cli.teach.reports.results import (
+    FOR_STUDENTS,
+    Likeness,
+    file_stem,
+    gradebook,
+    junit,
+    plain,
+    points_text,
+    results_object,
+    similar,
+    written_json,
+)
 from vrs_cli.values.numbers import count
 
 MAX_NAME_CHARS = 200

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
 
 
-FENCE: Mapping[str, float] = {  # limits for programs that nobody watches, on systems that have them
+UNWATCHED_LIMITS: Mapping[str, float] = {  # limits for programs that nobody watches, on systems that have them
     "max_wall": 300.0,  # [s] counted limits are reached earlier, except on a very slow machine
     "max_memory": 4_000_000_000,  # bytes of address space; numpy takes some for each core
 }
@@ -89,7 +89,7 @@ def _fence_in(options: Namespace) -> None:
         "max_wall": options.realtime is not None or not hasattr(signal, "setitimer"),
         "max_memory": find_spec("resource") is None,
     }
-    for name, most in FENCE.items():
+    for name, most in UNWATCHED_LIMITS.items():
         if getattr(options, name) is None and not missing[name]:
             setattr(options, name, most)
     if options.sandbox is None:

@@ -23,7 +23,7 @@ from vrs_cli.language.words.monitor import BESIDE, COMMANDS, ON_BRANCH
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Go
 from vrs_cli.values.commands import Move, Stamp
-from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.tagged import TaggedValue
 
 CHANGE = "a change of a variable"
 STOPPING = ("ABORT",)  # words of the commands that overtake all other requests
@@ -88,20 +88,20 @@ def _inner(statement: Statement) -> Statement:
 USUAL_LENGTH = 10.0  # time that a lease lasts after a heartbeat [s]
 
 
-class Granted(Spoken, frozen=True):
+class Granted(TaggedValue, frozen=True):
     """The user `to` drives from now on."""
 
     to: str
 
 
-class Requested(Spoken, frozen=True):
+class Requested(TaggedValue, frozen=True):
     """The user `by` asks to drive; the holder `of` the lease is told."""
 
     of: str
     by: str
 
 
-class Lost(Spoken, frozen=True):
+class Lost(TaggedValue, frozen=True):
     """The user `by` has taken the lease `of` a user whose heartbeat did not arrive in time; that user is told."""
 
     of: str

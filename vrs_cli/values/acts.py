@@ -18,7 +18,7 @@ from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.values.results import CommandRecord, FollowReport, RunResult, Untrue
-from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
+from vrs_cli.values.tagged import RobotAct, TaggedValue, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
@@ -66,7 +66,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
         raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
 
 
-class Valued(Spoken, frozen=True, omit_defaults=True):
+class Valued(TaggedValue, frozen=True, omit_defaults=True):
     """The value of a variable or an expression: exactly one of the fields."""
 
     real: float | None = None
@@ -212,7 +212,7 @@ class Assign(RobotAct[None], frozen=True):
     value: Valued
 
 
-class Defined(Spoken, frozen=True):
+class Defined(TaggedValue, frozen=True):
     """The names of the programs that were stored in memory."""
 
     names: tuple[str, ...]
@@ -232,7 +232,7 @@ class Execute(RobotAct[RunResult], frozen=True):
     cycles: int = 1
 
 
-class CommandList(Spoken, frozen=True):
+class CommandList(TaggedValue, frozen=True):
     """Motion commands in effect."""
 
     commands: tuple[CommandRecord, ...]
@@ -256,7 +256,7 @@ class LookAtParts(RobotAct[replies.PartTable], frozen=True):
     time: float | None = None
 
 
-class Recorded(Spoken, frozen=True):
+class Recorded(TaggedValue, frozen=True):
     """The bytes of a trajectory file."""
 
     data: bytes
@@ -307,7 +307,7 @@ class BranchSeen(Struct, frozen=True):
 MAX_UNTRUE = 3  # maximum number of outdated readings in a survey
 
 
-class Surveyed(Spoken, frozen=True):
+class Surveyed(TaggedValue, frozen=True):
     """The state of a robot. A list is None if the client already has its latest mark. `marks`: the marks of both lists
     and of the requested program; a mark changes whenever the list or program is stored again, and is empty for an
     unknown program.
@@ -342,7 +342,7 @@ class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
     known: tuple[str, ...] = ()
 
 
-class ProgramSource(Spoken, frozen=True):
+class ProgramSource(TaggedValue, frozen=True):
     """A program as SEE shows it: `text` is the `.PROGRAM` line and one line for each step, without `.END`."""
 
     name: str
@@ -380,7 +380,7 @@ class SketchBall(NamedTuple):
     mood: str
 
 
-class Sketch(Spoken, frozen=True, omit_defaults=True):
+class Sketch(TaggedValue, frozen=True, omit_defaults=True):
     """An explanation as a picture in the world [m]: paths that can be `followed`, paths that are `refused`, balls,
     frames of a chain, and a text at a point.
     """
@@ -399,7 +399,7 @@ class WhyRefused(RobotAct[Sketch | None], frozen=True):
     text: str
 
 
-class BoundaryCurves(Spoken, frozen=True):
+class BoundaryCurves(TaggedValue, frozen=True):
     """The boundary of the points that the tool reaches in its present configuration, with its present TOOL. `lines`:
     sequences of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
     `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad], through which the lines rotate.
@@ -416,7 +416,7 @@ class Boundary(RobotAct[BoundaryCurves], frozen=True):
 # --- texts ------------------------------------------------------------------------------------------------------------
 
 
-class Findings(Spoken, frozen=True):
+class Findings(TaggedValue, frozen=True):
     """All mistakes in a text, sorted by line."""
 
     findings: tuple[Diagnostic, ...]
@@ -428,7 +428,7 @@ class ReadDraft(UserAct[Findings], frozen=True):
     text: str
 
 
-class Kept(Spoken, frozen=True):
+class Kept(TaggedValue, frozen=True):
     """The program was stored under this name; `said`: the messages about it."""
 
     name: str

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.values.results import Position
-from vrs_cli.values.tagged import Spoken, UserAct
+from vrs_cli.values.tagged import TaggedValue, UserAct
 
 
 class Limit(Enum):
@@ -52,7 +52,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
                 return f"JT{self.joint} is as fast as it may be"
 
 
-class Shortfall(Spoken, frozen=True, omit_defaults=True):
+class Shortfall(TaggedValue, frozen=True, omit_defaults=True):
     """The distance of the tool from the requested pose [m, rad], and the limits that hold the tool back; no limits once
     it has arrived.
     """
@@ -102,7 +102,7 @@ class Axis(Struct, frozen=True):
 CARTESIAN = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 
-class Seen(Spoken, frozen=True):
+class Seen(TaggedValue, frozen=True):
     """The arm and its clock. `end` [s]: when the arm comes to rest. `said`: messages about the last step."""
 
     position: Position

@@ -12,7 +12,7 @@ from msgspec import Struct
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import angle_between, distance
 from vrs_cli.values.results import Apart, Position
-from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.tagged import TaggedValue
 
 MAX_LATENESS_S = 2.0  # a report that is this much older than the newest one is dropped [s]
 
@@ -175,7 +175,7 @@ class OnAlarm(Enum):
     RESYNC = "resync"
 
 
-class ResyncReport(Spoken, frozen=True):
+class ResyncReport(TaggedValue, frozen=True):
     """The result of RESYNC: from `t` [s] the timeline goes to the measured joints, and from `until` [s] the body
     follows.
 

@@ -9,10 +9,10 @@ from msgspec import Struct
 from vrs_cli.errors import EndOfInput
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.values.diagnostics import Dialect
-from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.tagged import TaggedValue
 
 
-class Asking(Spoken, frozen=True, kw_only=True):
+class Asking(TaggedValue, frozen=True, kw_only=True):
     """A question. `id` is set when the question is asked; an answer carries the `id` of its question."""
 
     id: int = 0

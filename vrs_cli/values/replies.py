@@ -15,7 +15,7 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values import measured, results
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, in_order
-from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.tagged import TaggedValue
 from vrs_cli.values.world import Contact
 
 # --- messages ------------------------------------------------------------------------------------------------------
@@ -29,7 +29,7 @@ class Tone(Enum):
     ERROR = "error"
 
 
-class Message(Spoken, frozen=True):
+class Message(TaggedValue, frozen=True):
     """One or a few lines of text."""
 
     text: str
@@ -44,13 +44,13 @@ class Diagnosed(Struct, frozen=True):
     path: str | None = None
 
 
-class DiagnosticsReport(Spoken, frozen=True):
+class DiagnosticsReport(TaggedValue, frozen=True):
     """The mistakes in a line or a file, sorted by line."""
 
     items: tuple[Diagnosed, ...]
 
 
-class ProgramStopped(Spoken, frozen=True):
+class ProgramStopped(TaggedValue, frozen=True):
     """A program stopped early: `what` is VAL-II's word or message for it, `step` counts from 1.
 
     `source` is the text of the step, empty if there is none.
@@ -66,7 +66,7 @@ class ProgramStopped(Spoken, frozen=True):
 # --- positions and values ------------------------------------------------------------------------------------------
 
 
-class Whereabouts(Spoken, frozen=True):
+class Whereabouts(TaggedValue, frozen=True):
     """WHERE. `stamped`: show the time, because it was asked for or runs by itself."""
 
     position: results.Position
@@ -74,14 +74,14 @@ class Whereabouts(Spoken, frozen=True):
     units: JointUnits = TURNING
 
 
-class WhereaboutsTable(Spoken, frozen=True):
+class WhereaboutsTable(TaggedValue, frozen=True):
     """Positions of WHERE FROM t1 TO t2 STEP dt."""
 
     positions: tuple[results.Position, ...]
     units: JointUnits = TURNING
 
 
-class MeasuredWhereabouts(Spoken, frozen=True):
+class MeasuredWhereabouts(TaggedValue, frozen=True):
     """WHERE MEASURED. `is_last`: this is the last report; nothing is known after it."""
 
     at: measured.MeasuredPosition
@@ -99,7 +99,7 @@ class PartRow(Struct, frozen=True):
     on: str = ""
 
 
-class PartTable(Spoken, frozen=True):
+class PartTable(TaggedValue, frozen=True):
     """PARTS, and WHERE of a part. `stamped`: show the time, because it was asked for or runs by itself."""
 
     rows: tuple[PartRow, ...]
@@ -123,7 +123,7 @@ class PicturedBody(Struct, frozen=True):
     points: tuple[Vector, ...]
 
 
-class ArmPicture(Spoken, frozen=True, tag="Picture"):
+class ArmPicture(TaggedValue, frozen=True, tag="Picture"):
     """SHOW: the arm at one time, as points in the world [m].
 
     `links`: from the base to the flange, with corners of links; `joints`: the points that are joints. `past`,
@@ -142,7 +142,7 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
     bodies: tuple[PicturedBody, ...] = ()
 
 
-class ReachReport(Spoken, frozen=True):
+class ReachReport(TaggedValue, frozen=True):
     """WHY: the text of the location, and the result. `move_contact`, `line_contact`: the first contacts of MOVE and of
     MOVES.
     """
@@ -166,21 +166,21 @@ class NamedLocation(Struct, frozen=True):
         return cls(name, value) if isinstance(value, Transform) else cls(name, None, value)
 
 
-class LocationTable(Spoken, frozen=True):
+class LocationTable(TaggedValue, frozen=True):
     """Locations of LISTL, HERE, POINT, TOOL and BASE."""
 
     rows: tuple[NamedLocation, ...]
     units: JointUnits = TURNING
 
 
-class RealTable(Spoken, frozen=True):
+class RealTable(TaggedValue, frozen=True):
     """LISTR: names or texts of expressions, and their values. `truths`: the values are TRUE or FALSE."""
 
     rows: tuple[tuple[str, float], ...]
     truths: bool = False
 
 
-class StringTable(Spoken, frozen=True):
+class StringTable(TaggedValue, frozen=True):
     """LISTS: names and strings."""
 
     rows: tuple[tuple[str, str], ...]
@@ -197,21 +197,21 @@ class ListedStep(Struct, frozen=True):
     bad: bool = False
 
 
-class ProgramText(Spoken, frozen=True):
+class ProgramText(TaggedValue, frozen=True):
     """LISTP: the header line and the indented steps."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
-class ProgramPart(Spoken, frozen=True):
+class ProgramPart(TaggedValue, frozen=True):
     """EDIT: some steps of a program, and on entry its header, otherwise ""."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
-class FileText(Spoken, frozen=True):
+class FileText(TaggedValue, frozen=True):
     """FLIST: the lines of a text file."""
 
     lines: tuple[str, ...]
@@ -224,7 +224,7 @@ class FileRow(Struct, frozen=True):
     size: int | None
 
 
-class FileTable(Spoken, frozen=True):
+class FileTable(TaggedValue, frozen=True):
     """FDIRECTORY: the files of a folder."""
 
     folder: str
@@ -240,7 +240,7 @@ class ProgramName(Struct, frozen=True):
     comment: str = ""
 
 
-class ProgramNames(Spoken, frozen=True):
+class ProgramNames(TaggedValue, frozen=True):
     """DIRECTORY: the programs in memory."""
 
     rows: tuple[ProgramName, ...]
@@ -256,7 +256,7 @@ class Progress(Struct, frozen=True):
     cycles_left: int | None
 
 
-class StatusReport(Spoken, frozen=True):
+class StatusReport(TaggedValue, frozen=True):
     """STATUS. Speeds in percent, times in seconds; `progress` is None before the first run.
 
     `next_motion`: settings for the next motion only, as VAL-II words.
@@ -273,7 +273,7 @@ class StatusReport(Spoken, frozen=True):
     next_motion: tuple[str, ...] = ()
 
 
-class StatusThen(Spoken, frozen=True):
+class StatusThen(TaggedValue, frozen=True):
     """STATUS AT t [s]: the `motion` at that time, empty if the robot is at rest; `hand` from 0 (closed) to 1; the
     signals that are `on`, and the names of some signals.
     """
@@ -298,7 +298,7 @@ class SignalBank(Struct, frozen=True):
     names: Mapping[int, str] = {}
 
 
-class SignalTable(Spoken, frozen=True):
+class SignalTable(TaggedValue, frozen=True):
     """IO: the states of signals."""
 
     banks: tuple[SignalBank, ...]
@@ -312,14 +312,14 @@ class SettingRow(Struct, frozen=True):
     summary: str
 
 
-class SettingTable(Spoken, frozen=True):
+class SettingTable(TaggedValue, frozen=True):
     """SWITCH, PARAMETER, SPEED: the requested settings."""
 
     title: str
     rows: tuple[SettingRow, ...]
 
 
-class ClockReport(Spoken, frozen=True):
+class ClockReport(TaggedValue, frozen=True):
     """TIME, CLOCK: the robot clock [s], and its rate in real time."""
 
     clock: float
@@ -327,7 +327,7 @@ class ClockReport(Spoken, frozen=True):
     paused: bool = False
 
 
-class BodyReport(Spoken, frozen=True):
+class BodyReport(TaggedValue, frozen=True):
     """BODY: the state of the robot's body (None: no body has reported). `unknown` [s]: the time from which on nothing
     was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm, as long as the body differs from the
     timeline.
@@ -339,14 +339,14 @@ class BodyReport(Spoken, frozen=True):
     alarm: measured.DivergenceAlarm | None = None
 
 
-class Resynchronised(Spoken, frozen=True):
+class Resynchronised(TaggedValue, frozen=True):
     """RESYNC has finished; `units`: the units in which `distances` are shown."""
 
     report: measured.ResyncReport
     units: JointUnits
 
 
-class Identification(Spoken, frozen=True):
+class Identification(TaggedValue, frozen=True):
     """ID. `robot` is the title of the model, `name` its name on a command line."""
 
     version: str
@@ -356,7 +356,7 @@ class Identification(Spoken, frozen=True):
     joint_count: int
 
 
-class FreeReport(Spoken, frozen=True):
+class FreeReport(TaggedValue, frozen=True):
     """FREE: the contents of the memory, and the share of the computer's memory that is free [%], None if unknown."""
 
     programs: int
@@ -376,13 +376,13 @@ class HelpGroup(Struct, frozen=True):
     words: tuple[str, ...]
 
 
-class HelpOverview(Spoken, frozen=True):
+class HelpOverview(TaggedValue, frozen=True):
     """HELP: all words, in groups."""
 
     groups: tuple[HelpGroup, ...]
 
 
-class HelpTopic(Spoken, frozen=True):
+class HelpTopic(TaggedValue, frozen=True):
     """HELP topic: forms of words, or keys, with their meanings."""
 
     title: str
@@ -400,7 +400,7 @@ class HelpEntry(Struct, frozen=True):
     note: str = ""
 
 
-class HelpPage(Spoken, frozen=True):
+class HelpPage(TaggedValue, frozen=True):
     """HELP word: its meanings."""
 
     word: str
@@ -410,13 +410,13 @@ class HelpPage(Spoken, frozen=True):
 # --- the timeline --------------------------------------------------------------------------------------------------
 
 
-class Displaced(Spoken, frozen=True):
+class Displaced(TaggedValue, frozen=True):
     """The effect of a command on motions that were scheduled before."""
 
     displacement: results.Displacement
 
 
-class NoLongerTrue(Spoken, frozen=True):
+class NoLongerTrue(TaggedValue, frozen=True):
     """The readings of signals that no longer hold after a command."""
 
     readings: tuple[results.Untrue, ...]
@@ -433,7 +433,7 @@ class SegmentRow(Struct, frozen=True):
     space: str
 
 
-class TimelineTable(Spoken, frozen=True):
+class TimelineTable(TaggedValue, frozen=True):
     """TIMELINE: the commands and their segments; `stops`: segments after which a motion stops before its end; `untrue`:
     readings of signals that no longer hold.
     """
@@ -455,13 +455,13 @@ class BranchRow(Struct, frozen=True):
     clock: float
 
 
-class BranchTable(Spoken, frozen=True):
+class BranchTable(TaggedValue, frozen=True):
     """BRANCH: all branches."""
 
     rows: tuple[BranchRow, ...]
 
 
-class ComparisonTable(Spoken, frozen=True):
+class ComparisonTable(TaggedValue, frozen=True):
     """COMPARE: two branches by name, and their difference."""
 
     a: str
@@ -470,7 +470,7 @@ class ComparisonTable(Spoken, frozen=True):
     units: JointUnits = TURNING
 
 
-class MeasuredComparisonTable(Spoken, frozen=True):
+class MeasuredComparisonTable(TaggedValue, frozen=True):
     """COMPARE MEASURED: the reports of the body beside the timeline of a branch."""
 
     branch: str
@@ -486,7 +486,7 @@ class Curve(Struct, frozen=True):
     values: tuple[float, ...]
 
 
-class Plot(Spoken, frozen=True):
+class Plot(TaggedValue, frozen=True):
     """PLOT: curves over the same times [s], in the displayed unit."""
 
     title: str
@@ -504,13 +504,13 @@ class ReplayRow(Struct, frozen=True):
     T_world_tool: Transform
 
 
-class ReplayTable(Spoken, frozen=True):
+class ReplayTable(TaggedValue, frozen=True):
     """REPLAY without an animation: the initial pose, and the end of each motion."""
 
     rows: tuple[ReplayRow, ...]
 
 
-class Farewell(Spoken, frozen=True):
+class Farewell(TaggedValue, frozen=True):
     """EXIT, QUIT: the shell ends."""
 
 

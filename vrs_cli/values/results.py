@@ -14,7 +14,7 @@ from msgspec import Struct
 from vrs_cli.errors import Place
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values.tagged import Spoken
+from vrs_cli.values.tagged import TaggedValue
 from vrs_cli.values.world import Contact
 
 
@@ -257,7 +257,7 @@ class StoppedTask(Struct, frozen=True):
         return f"task {self.number} at {self.at:.3f} s"
 
 
-class FollowReport(Spoken, frozen=True):
+class FollowReport(TaggedValue, frozen=True):
     """The result of following a chunk of targets from `begin` until the robot is at rest at `end` [s]: the number of
     samples that came too `late`, the number `held` at the end of a range, and the mean and the worst error of each
     joint [rad, m].
@@ -271,7 +271,7 @@ class FollowReport(Spoken, frozen=True):
     worst: Joints
 
 
-class RunResult(Spoken, frozen=True):
+class RunResult(TaggedValue, frozen=True):
     """The result of a run: cycles completed, robot clock at begin and end [s], text typed, and the error if there was
     one.
 
@@ -299,7 +299,7 @@ class Explainable(Struct, frozen=True):
     summary: str
 
 
-class ExplainOverview(Spoken, frozen=True):
+class ExplainOverview(TaggedValue, frozen=True):
     """EXPLAIN without an argument: its forms."""
 
     rows: tuple[Explainable, ...]
@@ -397,7 +397,7 @@ class MotionPlan(Struct, frozen=True):
     notes: tuple[str, ...] = ()
 
 
-class MotionReport(Spoken, frozen=True):
+class MotionReport(TaggedValue, frozen=True):
     """EXPLAIN of a motion, asked at `now` [s]: its plan, or the refusal, with the location where the motion fails if
     known.
     """
@@ -422,7 +422,7 @@ class Factor(Struct, frozen=True):
     product: Transform
 
 
-class ChainReport(Spoken, frozen=True):
+class ChainReport(TaggedValue, frozen=True):
     """EXPLAIN of a location: `factors` from the world to the location. `arm`: the factors from the world to the flange
     (BASE, the location, TOOL), whose product inverse kinematics solves. `joints` [rad]: of a precision point, whose
     factors are the links.
@@ -435,7 +435,7 @@ class ChainReport(Spoken, frozen=True):
     units: JointUnits = TURNING
 
 
-class AnglesReport(Spoken, frozen=True):
+class AnglesReport(TaggedValue, frozen=True):
     """EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), M, Ry(A), Rz(T).
     `vertical`: O and T turn about one axis, so only their sum or difference is determined.
     """
@@ -457,7 +457,7 @@ class SolutionSteps(Struct, frozen=True):
     time: float | None = None
 
 
-class InverseReport(Spoken, frozen=True):
+class InverseReport(TaggedValue, frozen=True):
     """EXPLAIN IK. `method`: how the arm finds its joints; `constants`: its lengths and angles by symbol. `senses`: how
     joints of the formulas become joints of the robot, joint = sign (theta - offset); empty if they are the same.
     `chosen`: the configuration that MOVE uses, None if MOVE fails; `reason`: the reason for this.
@@ -505,7 +505,7 @@ class SplicedSegment(Struct, frozen=True):
     fate: SegmentFate
 
 
-class SpliceReport(Spoken, frozen=True):
+class SpliceReport(TaggedValue, frozen=True):
     """EXPLAIN SPLICE: the last change by a command, UNDO or REDO (`cause`), with the times of the command [s].
 
     `earlier`, `later`: the number of unchanged segments before the rows, and of segments after the rows that are

@@ -9,11 +9,11 @@ from msgspec import Struct
 T = TypeVar("T", covariant=True)
 
 
-class Spoken(Struct, frozen=True, tag_field="kind", tag=True):
+class TaggedValue(Struct, frozen=True, tag_field="kind", tag=True):
     """A value that goes between a robot and its clients. The tag `kind` is the name of its class."""
 
 
-class Act(Spoken, Generic[T], frozen=True):
+class Act(TaggedValue, Generic[T], frozen=True):
     """A request to a robot; its result is a T."""
 
 

@@ -26,7 +26,7 @@ from vrs_cli.values.questions import PromptStatus as Around
 from vrs_cli.values.questions import Question, Suggestion
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.values.results import Position
-from vrs_cli.values.tagged import Act, RobotAct, Spoken, UserAct
+from vrs_cli.values.tagged import Act, RobotAct, TaggedValue, UserAct
 from vrs_cli.values.world import WorldState
 from vrs_cli.wire.records import (
     Count,
@@ -84,7 +84,7 @@ def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
     return Snapshot(record.version, segments, record.settings, record.first, events, values, first_event, world)
 
 
-class BranchShown(Spoken, frozen=True):
+class BranchShown(TaggedValue, frozen=True):
     """The timeline of a branch."""
 
     snapshot: SnapshotRecord

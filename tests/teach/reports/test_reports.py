@@ -18,8 +18,17 @@ from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.grading import Grading, VariantMarks
 from vrs_cli.teach.marking import Mark
 from vrs_cli.teach.reports.pages import Replay, student_page, teacher_page
-from vrs_cli.teach.reports.results import Likeness, gradebook, junit
-from vrs_cli.teach.reports.students import cell, check50, file_stem, gradescope, plain, shown_marks
+from vrs_cli.teach.reports.results import (
+    Likeness,
+    cell,
+    check50,
+    file_stem,
+    gradebook,
+    gradescope,
+    junit,
+    plain,
+    shown_marks,
+)
 
 HOSTILE = (
     "<script>alert(1)</script>",

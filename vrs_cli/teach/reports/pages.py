@@ -22,8 +22,7 @@ from vrs_cli.render.pictures import replay, viewer
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import Grading, total_of
 from vrs_cli.teach.judging.basis import Evidence
-from vrs_cli.teach.reports.results import Likeness
-from vrs_cli.teach.reports.students import ShownMark, file_stem, plain, points_text, shown_marks
+from vrs_cli.teach.reports.results import Likeness, ShownMark, file_stem, plain, points_text, shown_marks
 
 BEFORE, AFTER = 3.0, 1.0  # [s] of a replay before and after its failed time
 MAX_REPLAY_S = 20.0  # [s] of a replay without a failed time: the end of the run
