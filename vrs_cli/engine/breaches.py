@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import islice
+from math import inf
 
 import numpy as np
 from msgspec import Struct
@@ -24,12 +25,13 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.transform import compose, distance, inverse
 from vrs_cli.trajectory.laws.law import LAWS
-from vrs_cli.trajectory.row import coefficients
+from vrs_cli.trajectory.rope import RowPart
+from vrs_cli.trajectory.row import CODES, coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import MotionKind
 
-SEGMENTS_AT_ONCE = 4096  # segments checked at once
+BLOCKS_AT_ONCE = 32  # blocks of segments checked at once
 CUBIC_LENGTH = 4  # coefficients of a cubic
 PLACE_TOLERANCE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
 RATE_TOLERANCE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
@@ -50,11 +52,12 @@ class Breach(Struct, frozen=True):
 
 def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
     """Yield what is wrong with a timeline, in the order of its segments."""
-    rest, first, before = iter(timeline), 0, list[Segment]()
-    while segments := list(islice(rest, SEGMENTS_AT_ONCE)):
-        stretch = _Stretch(arm, [*before, *segments], first - len(before))
+    rest, first, before = timeline.blocks(-inf, inf), 0, list[RowPart]()
+    while blocks := list(islice(rest, BLOCKS_AT_ONCE)):
+        stretch = _Stretch(arm, [*before, *blocks], first - len(before))
         yield from sorted(stretch.breaches(), key=lambda breach: breach.index)
-        first, before = first + len(segments), segments[-1:]
+        first += sum(block.last - block.first for block in blocks)
+        before = [blocks[-1]._replace(first=blocks[-1].last - 1)]
     yield from _Stretch(arm, before, first - 1).at_the_end()
 
 
@@ -124,22 +127,24 @@ def _samples(
 class _Stretch:
     """Neighbouring segments as arrays (m, n): joints with their velocity and acceleration where each begins and ends.
 
-    Values that the arm cannot follow are NaN, which breaks no other rule.
+    Values that the arm cannot follow are NaN, which breaks no other rule. `first`: the index of the first segment.
     """
 
-    def __init__(self, arm: RobotArm, segments: list[Segment], first: int) -> None:
-        self.arm, self.model, self.segments, self.first = arm, arm.model, segments, first
-        self.starts = np.array([segment.start for segment in segments])
-        self.durations = np.array([segment.duration for segment in segments])[:, None]
-        self.straight = np.array([[not isinstance(segment.path, JointPath)] for segment in segments])
-        self.resting = np.array([[segment.phase is Phase.REST] for segment in segments])
-        given = coefficients([segment.path for segment in segments])
+    def __init__(self, arm: RobotArm, blocks: Sequence[RowPart], first: int) -> None:
+        self.arm, self.model, self.blocks, self.first = arm, arm.model, blocks, first
+        self.starts, finishes = map(np.concatenate, zip(*[block.times() for block in blocks], strict=True))
+        self.durations = (finishes - self.starts)[:, None]
+        paths = [path for block in blocks for path in block.row.paths[block.first : block.last]]
+        self.straight = np.array([not isinstance(path, JointPath) for path in paths])[:, None]
+        phases = b"".join(block.row.phases[block.first : block.last] for block in blocks)
+        self.resting = np.frombuffer(phases, np.uint8)[:, None] == CODES[Phase.REST]
+        given = coefficients(paths)
         joints = np.concatenate((given, np.zeros((max(CUBIC_LENGTH - len(given), 0), *given.shape[1:]))))
         self.orders = joints, _derivative(joints), _derivative(_derivative(joints))
         self.steep = [
-            (row, segment.path, segment.duration)
-            for row, segment in enumerate(segments)
-            if isinstance(segment.path, JointPath) and segment.path.degree >= CUBIC_LENGTH
+            (row, path, float(self.durations[row, 0]))
+            for row, path in enumerate(paths if len(given) > CUBIC_LENGTH else ())
+            if isinstance(path, JointPath) and path.degree >= CUBIC_LENGTH
         ]
         self.begin, self.end = [a[0].copy() for a in self.orders], [_value(a, self.durations) for a in self.orders]
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
@@ -182,7 +187,8 @@ class _Stretch:
     def at_the_end(self) -> Iterator[Breach]:
         """Check that the robot stands after the last segment; only a stream of targets may end in motion."""
         rate = np.abs(self.end[1][-1:])
-        if self.segments[-1].motion.kind is not MotionKind.STEERED:
+        block = self.blocks[-1]
+        if block.row.motions[block.last - 1].kind is not MotionKind.STEERED:
             yield from self._tell(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
@@ -220,9 +226,16 @@ class _Stretch:
 
     # --- lines ---------------------------------------------------------------------------------------------------
 
+    def _segment(self, row: int) -> Segment:
+        for block in self.blocks:
+            if row < block.last - block.first:
+                return block.row[block.first + row].shift_by(block.offset)
+            row -= block.last - block.first
+        raise IndexError(row)
+
     def _line(self, row: int) -> Iterator[Breach]:
         """Find the joints and rates at both ends of a straight line; sample the rest of the line coarsely."""
-        segment = self.segments[row]
+        segment = self._segment(row)
         path = segment.path
         assert isinstance(path, CartesianPath)
         for s, (joints, rates, _) in ((0.0, self.begin), (segment.duration, self.end)):

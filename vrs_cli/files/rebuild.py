@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -234,9 +234,9 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 
     from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
 
-    goals_of = zip(lines, (delta.motion.goal for delta in deltas), strict=True)
-    told = [(line, goal) for line, goal in goals_of if goal is not None]
-    goals = np.array([goal for _, goal in told]).reshape(len(told), arm.model.joint_count)
+    told = [(line, goal) for line, delta in zip(lines, deltas, strict=True) if (goal := delta.motion.goal) is not None]
+    numbers = chain.from_iterable(goal for _, goal in told)
+    goals = np.fromiter(numbers, float).reshape(len(told), arm.model.joint_count)
     outside = (goals < np.array(arm.model.lower) - PLACE_TOLERANCE) | (
         goals > np.array(arm.model.upper) + PLACE_TOLERANCE
     )

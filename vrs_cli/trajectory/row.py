@@ -261,21 +261,13 @@ def coefficients(paths: Sequence[Path]) -> Floats:
     """Return the coefficients of paths in joint space, (k, m, n) by ascending power; zero for straight paths."""
     import numpy as np
 
-    by_length: dict[int, tuple[list[int], list[bytes]]] = {}
-    joints = 0
-    for place, path in enumerate(paths):
-        if isinstance(path, JointPath):
-            length, doubles = path.doubles()
-            places, rows = by_length.setdefault(length, ([], []))
-            places.append(place)
-            rows.append(doubles)
-            joints = len(doubles) // (8 * length)
-        else:
-            joints = len(path.seeds[0])
-    table = np.zeros((max(by_length, default=1), len(paths), joints))
-    for length, (places, rows) in by_length.items():
-        values = np.frombuffer(b"".join(rows)).reshape(len(places), joints, length)
-        table[:length, places] = values.transpose(2, 0, 1)
+    found = [path.doubles() if isinstance(path, JointPath) else (0, b"") for path in paths]
+    lengths = np.array([length for length, _ in found])
+    table = np.zeros((max(lengths.max(), 1), len(paths), paths[0].joint_count))
+    for length in filter(None, set(lengths.tolist())):
+        places = np.flatnonzero(lengths == length)
+        values = np.frombuffer(b"".join([found[place][1] for place in places.tolist()]))
+        table[:length, places] = values.reshape(len(places), -1, length).transpose(2, 0, 1)
     return table
 
 

@@ -8,8 +8,7 @@ R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; all of this is in the robo
 from __future__ import annotations
 
 import struct
-from array import array
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
 from functools import cache
 from itertools import chain, pairwise
@@ -56,6 +55,8 @@ class Phase(Enum):
     CRUISE = "cruise"
     DECELERATE = "decelerate"
 
+    __hash__ = object.__hash__  # faster than the hash of Enum, which is a function in Python
+
 
 class JointPath(Struct, eq=False, gc=False):
     """One polynomial for each joint [rad, m], all of one degree; `s` below is t - t_s [s].
@@ -66,21 +67,28 @@ class JointPath(Struct, eq=False, gc=False):
     _rows: tuple[Polynomial, ...] | bytes
     _length: int = 0  # number of coefficients of a polynomial, once the path is packed
 
+    @classmethod
+    def packed(cls, numbers: Sequence[float], length: int) -> JointPath:
+        """Make a packed path of the coefficients of one joint after the other, `length` of each."""
+        return cls(_doubles(len(numbers)).pack(*numbers), length)
+
     @property
     def coefficients(self) -> tuple[Polynomial, ...]:
         rows = self._rows
-        return tuple(_rows_of(self._length)(rows)) if isinstance(rows, bytes) else rows
+        return tuple(_doubles(self._length).iter_unpack(rows)) if isinstance(rows, bytes) else rows
 
     def pack(self) -> None:
         """Replace the polynomials by their contiguous doubles."""
-        self._length, self._rows = self.doubles()
+        if not isinstance(self._rows, bytes):
+            self._length, self._rows = self.doubles()
 
     def doubles(self) -> tuple[int, bytes]:
         """Return how many coefficients a polynomial has, and the coefficients of one joint after the other."""
         rows = self._rows
         if isinstance(rows, bytes):
             return self._length, rows
-        return len(rows[0]), array("d", chain.from_iterable(rows)).tobytes()
+        length = len(rows[0])
+        return length, _doubles(length * len(rows)).pack(*chain.from_iterable(rows))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, JointPath) and (
@@ -110,7 +118,7 @@ class JointPath(Struct, eq=False, gc=False):
                     p5 + s * (v5 + s * h5),
                     p6 + s * (v6 + s * h6),
                 )
-            degree, polynomials = self._length - 1, _rows_of(self._length)(rows)
+            degree, polynomials = self._length - 1, _doubles(self._length).iter_unpack(rows)
         else:
             degree, polynomials = len(rows[0]) - 1, iter(rows)
         if degree == 2:  # the two common cases are spelled out for the same reason
@@ -118,6 +126,11 @@ class JointPath(Struct, eq=False, gc=False):
         if degree == 1:
             return tuple([a + s * b for a, b in polynomials])
         return tuple([value(a, s) for a in polynomials])
+
+    @property
+    def joint_count(self) -> int:
+        rows = self._rows
+        return len(rows) // (_doubles(1).size * self._length) if isinstance(rows, bytes) else len(rows)
 
     @property
     def degree(self) -> int:
@@ -163,13 +176,13 @@ class JointPath(Struct, eq=False, gc=False):
 
 
 @cache
-def _rows_of(length: int) -> Callable[[bytes], Iterator[Polynomial]]:
-    """Return a function that reads polynomials of `length` coefficients from doubles."""
-    return struct.Struct(f"{length}d").iter_unpack
+def _doubles(count: int) -> struct.Struct:
+    """Return the layout of `count` contiguous doubles."""
+    return struct.Struct(f"{count}d")
 
 
 _SIX = 6 * 3 * 8  # bytes of the parabolas of six joints
-_six_parabolas = struct.Struct(f"{_SIX // 8}d").unpack
+_six_parabolas = _doubles(_SIX // 8).unpack
 
 
 class Turn(NamedTuple):
@@ -204,6 +217,10 @@ class CartesianPath(NamedTuple):
     seeds: tuple[Joints, ...]
     seed_interval: float
     guides: tuple[Guide, ...] = ()
+
+    @property
+    def joint_count(self) -> int:
+        return len(self.seeds[0])
 
     def demands(self, s: float, order: int = 0) -> Demands:
         """Return the demands of the guides on the joints at t_s + s, or on their derivatives."""

@@ -285,11 +285,8 @@ class Timeline:
 
     def append(self, segments: Sequence[Segment], version: int) -> Timeline:
         """Return the timeline of that version which has more segments behind its last one, and the same events."""
-        made, count = self._rope, len(self)
-        for first in range(0, len(segments), PART):
-            spliced = rope.splice(made, count + first, count + first, segments[first : first + PART], 0.0)
-            assert spliced is not None, "a segment was appended"
-            made = spliced
+        made = rope.splice(self._rope, len(self), len(self), segments, 0.0)
+        assert made is not None, "no segment was dropped"
         return self._of_ropes(made, self._events, version, self.world)
 
     def _is_of_events(self, delta: TimelineDelta) -> bool:

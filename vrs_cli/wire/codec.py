@@ -6,6 +6,7 @@ A `str` is a text frame, `bytes` are a binary frame, so the type of a frame tell
 from __future__ import annotations
 
 from enum import Enum
+from functools import cache
 from hashlib import blake2b
 from typing import Any, Generic, TypeVar
 
@@ -97,9 +98,15 @@ def marks_of(frame: Frame) -> MessageMarks | None:
 def decode(data: Frame, kind: type[M]) -> M:
     """Decode JSON as a value of a type. Raises RecordError."""
     try:
-        return msgspec.json.decode(data, type=kind)
+        found: M = _decoder(kind).decode(data)  # type: ignore[arg-type]  # types are hashable
     except UNREADABLE as error:
         raise RecordError(str(error)) from None
+    return found
+
+
+@cache
+def _decoder(kind: Any) -> msgspec.json.Decoder[Any]:
+    return msgspec.json.Decoder(kind)
 
 
 def schema_text(title: str, **kinds: Any) -> str:

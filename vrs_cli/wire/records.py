@@ -17,7 +17,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Configuration, Profile
 from vrs_cli.kinematics.transform import IDENTITY, ORTHONORMAL, Transform, is_rotation
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
-from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
+from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
 from vrs_cli.values.commands import (
     AlignedTarget,
@@ -39,6 +39,7 @@ NEEDED_FIELDS = {
     MotionKind.STRAIGHT: "pose",
 }  # without this field a motion cannot be planned again
 
+STANDING_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # motions without segments
 MAX_NUMBER = 1e15  # maximum magnitude of a number in a file: sums and products stay finite
 MAX_DEGREE = 5  # maximum degree of a polynomial
 ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
@@ -330,23 +331,7 @@ def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
     """Convert records to segments. `owner`: the motion of the records that name none. Raises RecordError."""
-    return tuple([_usual_segment(record, owner, form) or _segment(record, motions, owner, form) for record in records])
-
-
-def _usual_segment(record: SegmentRecord, owner: Motion | None, form: Form) -> Segment | None:
-    """Convert a valid record of a segment in joint space, of the motion of its delta; return None for any other."""
-    start, finish, rows = record.start, record.finish, record.joints
-    if rows is None or owner is None or record.motion is not None or record.line is not None or start > finish:
-        return None
-    if start * TICKS_PER_SECOND % 1.0 or finish * TICKS_PER_SECOND % 1.0 or len(rows) != form.joint_count:
-        return None
-    length = len(rows[0])
-    for row in rows:
-        if len(row) != length:
-            return None
-    if owner.kind is MotionKind.EVENT or owner.kind is MotionKind.RECORDED:
-        return None
-    return Segment(start, finish, JointPath(rows), record.phase, owner)
+    return tuple([_segment(record, motions, owner, form) for record in records])
 
 
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
@@ -387,26 +372,30 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
     motion = owner if record.motion is None else motions.resolve(record.motion, form)
     if motion is None:
         raise RecordError("a segment of the initial timeline names no motion")
-    if motion.kind in (MotionKind.EVENT, MotionKind.RECORDED):
+    if motion.kind in STANDING_KINDS:
         raise RecordError(f"a segment of a motion of kind {motion.kind.value}, which has none")
     start, finish = record.start, record.finish
     if start * TICKS_PER_SECOND % 1.0 or finish * TICKS_PER_SECOND % 1.0:
         raise _off_grid(start, finish)
     if start > finish:
         raise RecordError(f"a segment finishes at {finish!r} s, before it starts at {start!r} s")
-    return Segment(start, finish, _path(record, form), record.phase, motion)
-
-
-def _path(record: SegmentRecord, form: Form) -> Path:
     rows, line = record.joints, record.line
-    if rows is not None and line is None:
-        _check_count(rows, form)
-        if len(lengths := {*map(len, rows)}) > 1:
+    if (rows is None) is (line is None):
+        raise RecordError("a segment needs either joints or line")
+    path = _line(line, form) if line is not None else _joint_path(rows or (), form)
+    return Segment(start, finish, path, record.phase, motion)
+
+
+def _joint_path(rows: tuple[tuple[float, ...], ...], form: Form) -> JointPath:
+    _check_count(rows, form)
+    length = len(rows[0])
+    numbers: list[float] = []  # not list[float](): this is done for each segment
+    for row in rows:
+        if len(row) != length:
+            lengths = {*map(len, rows)}
             raise RecordError(f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment")
-        return JointPath(rows)
-    if line is not None and rows is None:
-        return _line(line, form)
-    raise RecordError("a segment needs either joints or line")
+        numbers += row
+    return JointPath.packed(numbers, length)
 
 
 def _line(record: LineRecord, form: Form) -> CartesianPath:
@@ -438,9 +427,9 @@ def _turn(record: TurnRecord) -> Turn:
 
 
 def _motion_of(record: MotionRecord, form: Form) -> Motion:
-    need = NEEDED_FIELDS.get(record.kind)
-    if need is not None and getattr(record, need) is None:
-        raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
+    target = record.pose if record.kind is MotionKind.STRAIGHT else record.goal
+    if target is None and record.kind in NEEDED_FIELDS:
+        raise RecordError(f"a motion of kind {record.kind.value} needs a {NEEDED_FIELDS[record.kind]}")
     if record.goal is not None:
         _check_count(record.goal, form)
     frames, relative, swivel = record.frames, record.relative, record.swivel
