@@ -180,9 +180,9 @@ DEFERRED = (
     Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
-        ("interfaces/session/acts.py", "interfaces/station/user_state.py"),
-        ("vrs_cli.interfaces.session.drag_control", "vrs_cli.interfaces.streams"),
-        "few robots are dragged or steered",
+        ("interfaces/targets.py", "interfaces/station/user_state.py"),
+        ("vrs_cli.interfaces.dragging",),
+        "few robots are dragged",
     ),
     Deferred(
         ("contacts/watch.py", "net/course_teller.py", "teach"),

@@ -13,9 +13,10 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.contacts import watch
 from vrs_cli.errors import CollisionAhead
 from vrs_cli.files.cell_file import parse_cell
+from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.streams import DRAG_TICK, Dragging
+from vrs_cli.interfaces.streams import DRAG_TICK
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.values.hand import Axis, Frame, Limit
 from vrs_cli.values.replies import Message, ReachReport

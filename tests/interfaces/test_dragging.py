@@ -9,7 +9,7 @@ import pytest
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import PowerOff
-from vrs_cli.interfaces.streams import Dragging
+from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Jacobian, Joints
 from vrs_cli.kinematics.numeric.search import NEAREST_STEPS

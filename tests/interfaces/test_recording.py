@@ -12,10 +12,10 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dialogue import at_once
+from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.interfaces.recording import Tolerance, recorded_program
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.streams import Dragging
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, position
 from vrs_cli.values.acts import Define

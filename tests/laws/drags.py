@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from tests.by_hand import command
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.streams import ELBOW_MARGIN, LAG_S, MIN_AHEAD, Dragging
+from vrs_cli.interfaces.dragging import ELBOW_MARGIN, LAG_S, MIN_AHEAD, Dragging
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel, levers

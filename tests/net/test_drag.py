@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.net.test_room import Wire, served
-from vrs_cli.interfaces.session.drag_control import RELEASE_AFTER_S
+from vrs_cli.interfaces.targets import RELEASE_AFTER_S
 from vrs_cli.kinematics.transform import Transform, at_position
 from vrs_cli.net.messages import Drag, Pulled, Told
 from vrs_cli.trajectory.timeline import TimelineDelta

@@ -233,7 +233,7 @@ def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> Non
             assert ada.line(line).ok, line
         pose = it.room.session.engine.position().T_world_tool
         ada.client.receive(Drag(pose))
-        ada.until(lambda: it.room.drag_control.drag_state.by == "ada")
+        ada.until(lambda: it.room.session.pulled.by == "ada")
         ada.client.receive(Drag())
         assert ada.line("DRIVE 2, -40, 1").ok
         for line in ("ABORT", "SPEED 50"):

@@ -19,6 +19,7 @@ from vrs_cli.interfaces.port.user_session import Pending, UserSession
 from vrs_cli.interfaces.rights import USUAL_ALLOWED, HolderTimes, check_may
 from vrs_cli.interfaces.session.acts import ACTS
 from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.language.text.parser import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
@@ -429,7 +430,7 @@ class ClientSession(UserSession):
     def _pull_tool(self) -> Dialogue[None]:
         wish = self._wishes.pop()
         try:
-            yield from self._robot.drag_control.pull(wish.pose, wish.issued)
+            yield from TargetControl(self.session).pull(wish.pose, wish.issued)
         except VrsError as error:
             if not self._drag_refused:
                 yield refusal(error, "")

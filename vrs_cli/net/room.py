@@ -93,7 +93,7 @@ class Room(ServedRobot):
         self._told_now = 0.0  # the robot's clock that was last sent to clients [s]
         self.session.body.told.append(self._body_told)
         self.session.driver.lags, self.session.actor.spent = self._lags, self._charge
-        self._pulled = messages.Pulled(self.drag_control.drag_state)
+        self._pulled = messages.Pulled(self.session.pulled)
         self._pulled_at = wall()
         self.session.actor.serve()
 
@@ -328,7 +328,7 @@ class Room(ServedRobot):
         if activity != self._activity:
             self._activity = activity
             self.broadcast.announce(activity)
-        pulled, told, wall = self.drag_control.drag_state, self._pulled.state, self.wall()
+        pulled, told, wall = self.session.pulled, self._pulled.state, self.wall()
         same = pulled.by == told.by and pulled.held.holds == told.held.holds
         if pulled != told and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
             self._pulled, self._pulled_at = messages.Pulled(pulled), wall

@@ -25,7 +25,6 @@ from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.rights import Notice, RobotLease, check_may, may_all, must_drive, need_of
-from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import ClockSeen, RobotBody
 from vrs_cli.interfaces.station.user_state import UserState
@@ -264,7 +263,6 @@ class ServedRobot:
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.console = Console()
         self.session = self._session()
-        self.drag_control = DragControl(self.session)
         self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
         self._memory: MemoryFile | None = None

@@ -242,7 +242,13 @@ class JogPanel(Struct):
     def screen(self) -> ArmScreen:
         """Return the application that shows the panel."""
         actions = {key: partial(act, self) for key, act in JOG_ACTIONS.items()} | dict.fromkeys(LEAVING_KEYS)
-        return ArmScreen(self.watched, None, self.text, actions, abort=self.abort, world=self.world)
+        abort = None if self.abort is None else partial(self._stop_robot, self.abort)
+        return ArmScreen(self.watched, None, self.text, actions, abort=abort, world=self.world)
+
+    def _stop_robot(self, abort: Callable[[], None]) -> None:
+        """Stop the robot. The user has let the keys of JOG go for that, so the next one moves the arm."""
+        abort()
+        self.stop()
 
     def run(self) -> None:
         """Show the panel until the user leaves."""

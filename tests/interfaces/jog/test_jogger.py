@@ -21,15 +21,17 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.interfaces.jog.jogger import AXES, NEXT_STEP_LEAD_S, HeldDown, Jogger, axis_of
+from vrs_cli.interfaces.jog.jogger import AXES, NEXT_STEP_LEAD_S, Jogger, axis_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.user_state import StreamKind
+from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.repl.player import JogPanel
 from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import LineRefused
-from vrs_cli.values.hand import Axis, Frame, Look, Press, StopJog
+from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.questions import Answer, Jogging, Question
 from vrs_cli.values.replies import Message
 
@@ -471,9 +473,19 @@ def test_the_panel_says_why_nothing_moves(session: Session) -> None:
 UP = Press(AXES["Z"], 25.0, 10.0)
 
 
-def held_down(session: Session, wall: ManualWall, presses: int) -> HeldDown:
+class HeldButton:
+    """A button of the page."""
+
+    def __init__(self, session: Session) -> None:
+        self._control, self._jogger = TargetControl(session), Jogger(session)
+
+    def do(self, act: Press | StopJog | Look) -> Seen:
+        return self._control.jog(self._jogger, act, StreamKind.BUTTON)
+
+
+def held_down(session: Session, wall: ManualWall, presses: int) -> HeldButton:
     """Its page says so ten times a second."""
-    held = HeldDown(session)
+    held = HeldButton(session)
     for _ in range(presses):
         held.do(UP)
         wall.seconds += 0.1
@@ -515,6 +527,6 @@ def test_what_something_else_does_is_not_braked_by_a_button_that_is_let_go(live:
     end = live.engine.end
     held.do(StopJog())
     assert live.engine.end == end
-    HeldDown(live).do(StopJog())
+    HeldButton(live).do(StopJog())
     assert live.engine.end == end, "nor by one that was never pressed"
     assert held.do(Look()).end == end

@@ -17,6 +17,7 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station import body as body_module
 from vrs_cli.interfaces.station.body import AHEAD, PAST, SILENT, BodyChange, BodyNews, ReportNumbers, RobotBody
+from vrs_cli.interfaces.station.user_state import STOPPED, StreamKind, TargetStream
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.values.measured import (
@@ -250,9 +251,10 @@ def test_the_body_is_told_to_hold(guarded: GuardedRobot) -> None:
 def test_the_robot_is_stopped(guarded: GuardedRobot) -> None:
     guarded.session.perform("PARAMETER DIVERGENCE = ABORT")
     guarded.report(300)
-    stops = guarded.session.stops
+    stream = TargetStream(StreamKind.STEER, guarded.session.user_state)
+    guarded.session.user_state.streams[StreamKind.STEER] = stream
     guarded.report(50, OFF)
-    assert guarded.session.stops == stops + 1
+    assert stream.ended == STOPPED
 
 
 def test_it_is_brought_back_by_itself_when_its_stop_has_ended(guarded: GuardedRobot) -> None:

@@ -15,11 +15,12 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if
 from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, opens_entry
 from vrs_cli.interfaces.editor.editors import ScreenDraft, do_without_screen
-from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
+from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.operands import may_replace
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.station.user_state import StreamKind, UserState
+from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
@@ -54,7 +55,7 @@ class Conversation:
         self._dropped = 0  # number of dropped steps of that program among the lines being carried out
         self._left_out = 0  # number of lines with a mistake that were left out of the typed program
         self._pasted = ""  # programs and sections that were pasted together with the lines after them
-        self._held = HeldDown(self.session)
+        self._jogger = Jogger(self.session)
 
     # --- lines ---
 
@@ -252,7 +253,10 @@ class Conversation:
                 return (yield from do_without_screen(self.session, act))
             case Press() | StopJog() | Look():
                 shown = self.user_state.on_screen
-                return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)
+                control = TargetControl(self.session)
+                if isinstance(shown, Jogger):
+                    return control.jog(shown, act, StreamKind.KEYS)
+                return control.jog(self._jogger, act, StreamKind.BUTTON)
         return None
 
     def interrupt(self, ticket: Ticket[Any]) -> None:

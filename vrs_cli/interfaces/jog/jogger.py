@@ -19,6 +19,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import handles, real
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.station.user_state import StreamKind
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
@@ -66,6 +67,7 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
             yield Message(said, Tone.WARNING)
         return
     jogger, user_state = Jogger(station), station.user_state
+    user_state.streams.pop(StreamKind.KEYS, None)
     question = Jogging(jogger.joints, jogger.units, START_SPEED)
     shown = user_state.attended and (yield from user_state.show(jogger, question))
     if not shown:
@@ -281,35 +283,6 @@ class Jogger:
                 upper=MAX_JOINT_JUMP,
             )
         return goal
-
-
-class HeldDown:
-    """Moves the arm by a button that is held down, without a screen. Presses arrive while the button is held, each a
-    little farther, and a brake when it is released. Without more presses the last step ends. An arm that was stopped by
-    hand stays stopped until the button is released; motions that others began are not braked.
-    """
-
-    def __init__(self, station: Station) -> None:
-        self._station, self._jogger = station, Jogger(station)
-        self._stops: int | None = None  # number of stops of the robot before the button was pressed
-        self._version = -1  # version of the timeline after the last press
-
-    def do(self, act: Press | StopJog | Look) -> Seen:
-        """Carry out the action of a button. Return the state of the robot then. Raises RobotNotAttached, UsageError."""
-        station, engine = self._station, self._station.engine
-        if isinstance(act, Press):
-            station.tasks.check_robot_free()
-            self._stops = station.stops if self._stops is None else self._stops
-            if station.stops != self._stops:
-                raise errors.UsageError("the arm was stopped by hand", "let the button go, and press it again")
-        if isinstance(act, StopJog):
-            self._stops = None
-            if engine.timeline.version != self._version:
-                return self._jogger.do(Look())
-        seen = self._jogger.do(act)
-        if isinstance(act, Press):
-            self._version = engine.timeline.version
-        return seen
 
 
 def step_pose(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:

@@ -27,6 +27,7 @@ from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeli
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, move_of, role_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, position
@@ -41,7 +42,6 @@ from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values import acts, commands
 from vrs_cli.values.diagnostics import Severity
-from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.replies import NamedLocation, ReachReport
 from vrs_cli.values.results import FollowReport, RunResult
 from vrs_cli.values.tagged import Act
@@ -90,17 +90,9 @@ def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[FollowReport]:
 
 
 def _steer(session: Session, act: acts.Steer) -> None:
-    from vrs_cli.interfaces.session.drag_control import DragControl  # imported here because the import is slow
-
     acts._finite(act.joints + (act.velocity or ()) + (act.lasting,))
     _fraction(act.speed)
-    DragControl(session).steer(act)
-
-
-def _drag(session: Session, act: acts.DragTool) -> Dialogue[Shortfall]:
-    from vrs_cli.interfaces.session.drag_control import DragControl  # imported here because the import is slow
-
-    return DragControl(session).drag(act.pose)
+    TargetControl(session).steer(act)
 
 
 def _fraction(speed: float | None) -> float | None:
@@ -326,7 +318,7 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     acts.Go: _as("MOVE", _go),
     acts.FollowChunk: _as("MOVE", _follow),
     acts.Steer: _as("MOVE", _steer),
-    acts.DragTool: _as("MOVE", _drag),
+    acts.DragTool: _as("MOVE", lambda session, act: TargetControl(session).drag(act.pose)),
     acts.ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
     acts.Rest: _as("BREAK", _rest),
     acts.Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),

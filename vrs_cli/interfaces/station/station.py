@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -24,7 +25,7 @@ from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, besi
 from vrs_cli.interfaces.rights import RobotLease, check_goes_beside, check_may, must_drive, role_of
 from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, Unstored, variables_of
-from vrs_cli.interfaces.station.user_state import TargetStream, UserState
+from vrs_cli.interfaces.station.user_state import STOPPED, TargetStream, UserState
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
@@ -42,6 +43,7 @@ from vrs_cli.language.text.parser import IN_ANOTHER_FILE, duplicate_name, parse_
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error
+from vrs_cli.values.hand import DragState
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
@@ -127,8 +129,8 @@ class Station:
         self.user_state = self.branches.who = self.tasks.who = self.own_user_state
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
-        self.stops = 0  # number of times that the robot was stopped by hand
-        self.stream = TargetStream()
+        self.stream: TargetStream | None = None  # the stream of targets that the robot follows
+        self.pulled = DragState()  # who drags the tool, and how the tool follows
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
         self._given: Folder | None = None  # the folder for the files of programs that begin now, if not `folder`
@@ -469,7 +471,8 @@ class Station:
         self._abort([track.number for track in self.tasks.running])
 
     def _abort(self, tasks: Iterable[int]) -> None:
-        self.stops += 1
+        for stream in chain.from_iterable(user_state.streams.values() for user_state in self._user_states):
+            stream.ended = STOPPED
         for number in tasks:
             self.driver.abort(number)
         self.engine.stop()

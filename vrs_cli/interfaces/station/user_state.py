@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
@@ -13,12 +14,11 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.hand import DragState
 from vrs_cli.values.questions import OnScreen
 from vrs_cli.values.replies import Reply
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.streams import Dragging
+    from vrs_cli.interfaces.dragging import Dragging
 
 R = TypeVar("R")
 
@@ -47,6 +47,37 @@ class LineEditor(Protocol):
         """Return the mistake in a line that was not sent yet."""
 
 
+class StreamKind(Enum):
+    """How a user sends a stream of targets: as joints, by dragging the tool, by a button that is held down, or by the
+    keys of JOG.
+    """
+
+    STEER = auto()
+    DRAG = auto()
+    BUTTON = auto()
+    KEYS = auto()
+
+
+@dataclass(eq=False)
+class TargetStream:
+    """A stream of targets that a user has opened and not closed. `ended`: why the robot follows no more targets of it;
+    empty as long as the robot does. `version`: that of the timeline after the last target.
+
+    Of a dragged tool: `dragging` follows the last requested pose, `wish`, which the user sent at the time `issued` of
+    the user's clock, and which arrived at the time `heard` of the robot's clock [s].
+    """
+
+    kind: StreamKind
+    user_state: UserState
+    ended: str = ""
+    version: int = -1
+    dragging: Dragging | None = None
+    wish: Transform | None = None
+    issued: float | None = None
+    heard: float = 0.0
+
+
+STOPPED = "something else has moved or stopped the robot"  # why a stream has ended
 MAX_TYPED_LINES = 1000  # maximum number of lines that HISTORY keeps
 
 
@@ -63,7 +94,7 @@ class UserState:
     of SEE, as a file would hold it. `last_statement`: a bare DO repeats it. `typed`: the lines so far. `command_files`:
     the command files that are being carried out, the innermost last. `interrupted`: Ctrl-C or ABORT was given, and the
     lines after the present one are dropped. `left`: the user has gone, and the program that this user waited for goes
-    on.
+    on. `streams`: the streams of targets that the user has opened and not closed.
     """
 
     name: str = ""
@@ -81,6 +112,7 @@ class UserState:
     typed: deque[str] = field(default_factory=lambda: deque(maxlen=MAX_TYPED_LINES))
     interrupted: bool = False
     left: bool = False
+    streams: dict[StreamKind, TargetStream] = field(default_factory=dict)
 
     def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
         """Show an object on the full screen until the user leaves it. Return False if the user has no such screen."""
@@ -97,25 +129,3 @@ class UserState:
             return (yield from dialogue)
         finally:
             self.issued = None
-
-
-@dataclass(eq=False)
-class TargetStream:
-    """The stream of targets that moves the robot now. `steered`: the user whose targets are joints.
-
-    For a dragged tool: `dragging` follows the wishes of `user_state`; the last `wish` was `issued` then by the user's
-    clock [s], and `heard` by the robot's. `spent`: the user whose drag was ended by an error or a stop. `pulled`: the
-    state that all users see. `version` of the timeline and `stops` (number of stops of the robot) have their values
-    after the last target.
-    """
-
-    pulled: DragState = field(default_factory=DragState)
-    dragging: Dragging | None = None
-    user_state: UserState | None = None
-    wish: Transform | None = None
-    issued: float | None = None
-    heard: float = 0.0
-    spent: UserState | None = None
-    steered: UserState | None = None
-    version: int = 0
-    stops: int = 0

@@ -13,10 +13,10 @@ from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
+from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.interfaces.rights import RobotLease
-from vrs_cli.interfaces.session.drag_control import RELEASE_AFTER_S, DragControl
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.streams import Dragging
+from vrs_cli.interfaces.targets import RELEASE_AFTER_S, TargetControl
 from vrs_cli.kinematics.transform import Transform, at_position, distance, from_oat
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.hand import DragState, Hold, Limit, Shortfall
@@ -34,7 +34,7 @@ class Served:
     def __init__(self, clock: RobotClock | None = None) -> None:
         self.wall = ManualWall()
         self.session = Session(RecordingTerminal(), clock=clock or self.wall.clock())
-        self.drag_control = DragControl(self.session)
+        self.targets = TargetControl(self.session)
         self.ann = Holder(self.session, Role.SUPERVISOR, "ann")
         self.do("MOVE TRANS(0, 450, -150, 90, 90, 0)")
         self.pass_time(3.0)
@@ -43,7 +43,7 @@ class Served:
         self.session.actor.finish(self.ann.ask(line), self.session.terminal)
 
     def pull(self, wish: Transform | None, who: Holder | None = None, issued: float | None = None) -> None:
-        self.session.actor.finish((who or self.ann).submit(self.drag_control.pull(wish, issued)), self.session.terminal)
+        self.session.actor.finish((who or self.ann).submit(self.targets.pull(wish, issued)), self.session.terminal)
 
     def pass_time(self, seconds: float) -> None:
         """What the robot does meanwhile is done."""
@@ -79,16 +79,16 @@ def test_one_wish_is_enough_to_get_there(served: Served) -> None:
         served.pass_time(0.25)
         served.pull(wish)
     assert distance(served.tool, wish) < 1e-6
-    assert served.drag_control.drag_state == DragState("ann")
+    assert served.session.pulled == DragState("ann")
 
 
 def test_who_is_not_heard_of_lets_go_and_the_arm_comes_to_rest(served: Served) -> None:
     served.pull(moved(0.3, 0.3, 0.3))
     served.pass_time(RELEASE_AFTER_S + 1.0)
     assert served.stands
-    assert served.drag_control.drag_state == DragState(why="nothing was heard any more")
+    assert served.session.pulled == DragState(why="nothing was heard any more")
     served.pull(moved(0.1, 0.0, 0.0))  # it needs nothing to go on
-    assert served.drag_control.drag_state.by == "ann"
+    assert served.session.pulled.by == "ann"
 
 
 def test_let_go_it_rests_soon(served: Served) -> None:
@@ -97,7 +97,7 @@ def test_let_go_it_rests_soon(served: Served) -> None:
         served.pass_time(0.02)
     assert not served.stands
     served.pull(None)
-    assert served.drag_control.drag_state == DragState()
+    assert served.session.pulled == DragState()
     served.pass_time(0.4)
     assert served.stands
 
@@ -106,13 +106,13 @@ def test_it_tells_which_wish_it_goes_after_and_the_motion_is_as_old_as_the_first
     engine = served.session.engine
     begin = engine.clock.reached
     served.pull(moved(0.1, 0.0, 0.0), issued=begin - 0.25)
-    assert served.drag_control.drag_state.issued == begin - 0.25
+    assert served.session.pulled.issued == begin - 0.25
     served.pull(moved(0.2, 0.0, 0.0), issued=begin - 0.2)
-    assert served.drag_control.drag_state.issued == begin - 0.25, "until its next tick"
+    assert served.session.pulled.issued == begin - 0.25, "until its next tick"
     served.pass_time(0.1)
-    assert served.drag_control.drag_state == DragState("ann", served.drag_control.drag_state.held, issued=begin - 0.2)
+    assert served.session.pulled == DragState("ann", served.session.pulled.held, issued=begin - 0.2)
     served.pull(None, issued=begin - 0.1)
-    assert served.drag_control.drag_state == DragState(issued=begin - 0.1)
+    assert served.session.pulled == DragState(issued=begin - 0.1)
     last = engine.book.records()[-1]
     assert last.issued == pytest.approx(begin - 0.25, abs=1e-6)
     assert last.executed == pytest.approx(begin, abs=1e-6)
@@ -122,25 +122,25 @@ def test_a_wish_that_is_refused_or_passed_over_is_told_too(served: Served) -> No
     served.session.lease = RobotLease("carl", 1e9)
     with pytest.raises(LeaseHeld):
         served.pull(TABLE, issued=1.5)
-    assert served.drag_control.drag_state == DragState(issued=1.5)
+    assert served.session.pulled == DragState(issued=1.5)
     served.session.lease = None
     served.pull(TABLE, issued=1.6)
     served.do("ABORT")
     served.pass_time(0.1)
     served.pull(TABLE, issued=1.7)
-    assert served.drag_control.drag_state.by == ""
-    assert served.drag_control.drag_state.issued == 1.7
+    assert served.session.pulled.by == ""
+    assert served.session.pulled.issued == 1.7
 
 
 def test_what_holds_it_is_told(served: Served) -> None:
     for _ in range(30):
         served.pull(moved(0.0, 2.0, 0.0))
         served.pass_time(0.1)
-    assert Hold(Limit.REACH, which="far") in served.drag_control.drag_state.held.holds
+    assert Hold(Limit.REACH, which="far") in served.session.pulled.held.holds
     for _ in range(30):
         served.pull(TABLE)
         served.pass_time(0.1)
-    assert served.drag_control.drag_state == DragState("ann", Shortfall())
+    assert served.session.pulled == DragState("ann", Shortfall())
 
 
 @pytest.mark.parametrize("line", ["ABORT", "MOVE #PPOINT(0, -90, 90, 0, 0, 0)"])
@@ -150,14 +150,14 @@ def test_whatever_else_moves_or_stops_the_robot_breaks_it_off_until_it_is_taken_
     served.pull(TABLE)  # the arm stands
     served.do(line)
     served.pass_time(0.1)
-    assert "else" in served.drag_control.drag_state.why
+    assert "else" in served.session.pulled.why
     version = served.session.engine.timeline.version
     served.pull(moved(0.1, 0.0, 0.0))
     served.pass_time(0.1)
     assert served.session.engine.timeline.version == version
     served.pull(None)
     served.pull(moved(0.1, 0.0, 0.0))
-    assert served.drag_control.drag_state.by == "ann"
+    assert served.session.pulled.by == "ann"
 
 
 def test_only_who_drives_may(served: Served) -> None:
@@ -174,7 +174,7 @@ def test_who_drives_no_longer_lets_go_at_once(served: Served) -> None:
     served.session.lease = RobotLease("carl", 1e9)
     with pytest.raises(LeaseHeld):
         served.pull(moved(0.3, 0.0, 0.3))
-    assert "carl drives" in served.drag_control.drag_state.why
+    assert "carl drives" in served.session.pulled.why
     served.pass_time(0.3)
     assert served.stands
 
@@ -188,11 +188,11 @@ def test_it_waits_for_no_program(served: Served) -> None:
 
 def test_in_virtual_time_each_wish_takes_a_tick() -> None:
     session = Session(RecordingTerminal())
-    drag_control, ann = DragControl(session), Holder(session, Role.SUPERVISOR, "ann")
+    targets, ann = TargetControl(session), Holder(session, Role.SUPERVISOR, "ann")
     session.perform("MOVE TRANS(0, 450, -150, 90, 90, 0)")
     before = session.engine.now
     for _ in range(100):
-        session.actor.finish(ann.submit(drag_control.pull(moved(0.05, 0.0, 0.0))), session.terminal)
+        session.actor.finish(ann.submit(targets.pull(moved(0.05, 0.0, 0.0))), session.terminal)
     assert session.engine.now == pytest.approx(before + 2.0)
     assert distance(session.engine.position().T_world_tool, moved(0.05, 0.0, 0.0)) < 1e-6
 
@@ -215,7 +215,7 @@ def test_over_a_line_of_uneven_delay_it_goes_on_without_a_stop(served: Served) -
     for t, came in delayed(8.0):
         served.pass_time(max(begin + came - served.wall.seconds, 0.0))
         served.pull(hand(t))
-        assert served.drag_control.drag_state.by == "ann"
+        assert served.session.pulled.by == "ann"
         since = served.wall.seconds - begin
         if since > 1.0:
             assert not served.stands
@@ -228,7 +228,7 @@ def test_a_wish_beyond_all_numbers_is_refused(served: Served) -> None:
     served.pull(TABLE)
     with pytest.raises(IllegalValue):
         served.pull(at_position(TABLE, 1e160, 1e160, 0.0))
-    assert served.drag_control.drag_state.by == "ann"
+    assert served.session.pulled.by == "ann"
 
 
 def test_a_tool_that_cannot_be_moved_is_held_by_nobody(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -240,5 +240,5 @@ def test_a_tool_that_cannot_be_moved_is_held_by_nobody(served: Served, monkeypat
     monkeypatch.setattr(Dragging, "to", fail)
     with pytest.raises(OverflowError):
         served.pass_time(0.1)
-    assert served.drag_control.drag_state.by == ""
-    assert "internal error" in served.drag_control.drag_state.why
+    assert served.session.pulled.by == ""
+    assert "internal error" in served.session.pulled.why

@@ -1,0 +1,212 @@
+"""Laws of streams of targets, over all kinds and all pairs of users: no tool, button or key that is still held moves
+the arm after a stop, whatever another user does meanwhile; one stream moves the arm at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import pytest
+
+from tests.engine.wall import ManualWall
+from tests.interfaces.holders.holder import Holder
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.clock import RobotClock
+from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.interfaces.dialogue import Ticket
+from vrs_cli.interfaces.jog.jogger import Jogger
+from vrs_cli.interfaces.session.acts import act_on
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.targets import TargetControl
+from vrs_cli.kinematics.transform import at_position
+from vrs_cli.language.words.word import Role
+from vrs_cli.values.acts import DragTool, Steer
+from vrs_cli.values.hand import Axis, Frame, Press, StopJog
+from vrs_cli.values.tagged import Act, UserAct
+
+
+class User(Holder):
+    """A user of the robot who sends one stream."""
+
+    def __init__(self, session: Session, name: str) -> None:
+        super().__init__(session, Role.SUPERVISOR, name)
+        self.targets = 0
+
+    def carry_out_act(self, act: Act[Any]) -> Ticket[Any]:
+        """Carry out an act as a message of this user is carried out."""
+        doing = self.conversation.act(act) if isinstance(act, UserAct) else act_on(self.session, act)
+        ticket = self.put(doing)
+        while not ticket.done():
+            self.session.actor.step()
+        return ticket
+
+    def line(self, text: str) -> None:
+        self.session.actor.finish(self.ask(text), self.session.terminal)
+
+    # --- kinds of streams: `send` sends the next target, the first one opens the stream; `close` closes it ---
+
+    def steer(self) -> Ticket[Any]:
+        self.targets += 1
+        joints, step = self.session.engine.position().joints, 0.02 * self.targets
+        goal = (joints[0] + step, *joints[1:])
+        return self.carry_out_act(Steer(goal, (0.5,) + (0.0,) * 5 if self.targets > 1 else None, lasting=0.1))
+
+    def drag(self) -> Ticket[Any]:
+        self.targets += 1
+        tool = self.session.engine.position().T_world_tool
+        return self.carry_out_act(DragTool(at_position(tool, tool.px, tool.py, tool.pz - 0.05)))
+
+    def pull(self) -> Ticket[Any]:
+        """As `drag`, by messages, which a page sends."""
+        tool = self.session.engine.position().T_world_tool
+        wish = at_position(tool, tool.px, tool.py, tool.pz - 0.05)
+        ticket = self.put(TargetControl(self.session).pull(wish))
+        while not ticket.done():
+            self.session.actor.step()
+        return ticket
+
+    def press(self) -> Ticket[Any]:
+        return self.carry_out_act(Press(Axis(Frame.JOINT, 1), 5.0, 20.0))
+
+    def press_key(self) -> Ticket[Any]:
+        """As `press`, while the arm of JOG fills the screen."""
+        self.user_state.on_screen = self.user_state.on_screen or Jogger(self.session)
+        return self.press()
+
+    def close(self, kind: str) -> None:
+        self.targets = 0
+        if kind == "steer":
+            return
+        if kind == "pull":
+            self.session.actor.finish(self.put(TargetControl(self.session).pull(None)), self.session.terminal)
+        else:
+            self.carry_out_act(DragTool() if kind == "drag" else StopJog())
+
+
+KINDS: dict[str, Callable[[User], Ticket[Any]]] = {
+    "steer": User.steer,
+    "drag": User.drag,
+    "pull": User.pull,
+    "press": User.press,
+    "press_key": User.press_key,
+}
+PAIRS = list(product(KINDS, KINDS))
+HELD = ("pull", "press", "press_key")  # a stream of these is held: its later targets are refused, too
+
+
+class World:
+    """A robot in real or in virtual time, with two users who send streams."""
+
+    def __init__(self, clock: RobotClock | None, wall: ManualWall) -> None:
+        self.wall, self.session = wall, Session(RecordingTerminal(), clock=clock)
+        self.ann, self.ben, self.carl = (User(self.session, name) for name in ("ann", "ben", "carl"))
+        self.ann.line("MOVE TRANS(0, 450, -150, 90, 90, 0)")
+        self.pass_time(3.0)
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time pass, with everything that is due meanwhile."""
+        engine, until = self.session.engine, self.wall.seconds + seconds
+        while engine.realtime and self.wall.seconds < until:
+            if self.session.actor.peek() <= engine.clock.reached:
+                self.session.actor.step()
+            self.wall.seconds = min(self.wall.seconds + 0.01, until)
+        self.session.settle()
+
+    def send(self, user: User, kind: str, times: int = 3) -> None:
+        for _ in range(times):
+            KINDS[kind](user)
+            self.pass_time(0.1)
+
+    @property
+    def version(self) -> int:
+        return self.session.engine.timeline.version
+
+
+@pytest.fixture(params=["real", "virtual"])
+def world(request: pytest.FixtureRequest) -> World:
+    wall = ManualWall()
+    return World(wall.clock() if request.param == "real" else None, wall)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_moves_the_arm(world: World, kind: str) -> None:
+    before = world.version
+    world.send(world.ann, kind)
+    assert world.version > before
+
+
+def check_refused(world: World, user: User, kind: str) -> None:
+    """Check that the next target of a stream is refused, or ignored, and moves nothing."""
+    before = world.version
+    ticket = KINDS[kind](user)
+    world.pass_time(0.2)
+    assert world.version == before, f"{kind} moves the arm"
+    error = ticket.error(0.0)
+    assert error is None if kind == "pull" else isinstance(error, RequestRefused | UsageError)
+
+
+@pytest.mark.parametrize(("kind", "other"), PAIRS)
+@pytest.mark.parametrize("stopper", ["ann", "ben", "carl"])
+def test_a_stream_moves_nothing_after_a_stop_whatever_others_do(
+    world: World, kind: str, other: str, stopper: str
+) -> None:
+    """Ann's stream is stopped; Ben opens and closes one of his own; Ann still sends."""
+    ann, ben = world.ann, world.ben
+    world.send(ann, kind)
+    getattr(world, stopper).line("ABORT")
+    world.pass_time(0.2)
+    world.send(ben, other)
+    ben.close(other)
+    world.pass_time(3.0)
+    check_refused(world, ann, kind)
+    if kind in HELD:
+        for _ in range(5):
+            check_refused(world, ann, kind)
+        ann.close(kind)
+    ann.targets = 0
+    before = world.version
+    world.send(ann, kind)
+    assert world.version > before, "a new stream moves the arm"
+
+
+@pytest.mark.parametrize(("kind", "other"), PAIRS)
+def test_a_stream_ends_when_another_user_opens_one(world: World, kind: str, other: str) -> None:
+    world.send(world.ann, kind)
+    KINDS[other](world.ben)
+    before = world.session.stream
+    ticket = KINDS[kind](world.ann)
+    assert world.session.stream is before, "Ben moves the arm"
+    assert kind == "pull" or isinstance(ticket.error(0.0), VrsError)
+
+
+@pytest.mark.parametrize("kind", HELD)
+def test_a_stream_that_paused_is_not_followed_after_a_stop(world: World, kind: str) -> None:
+    """The connection is slow: the robot lets the tool go, then it is stopped, then the next target arrives."""
+    world.send(world.ann, kind, 1)
+    world.pass_time(5.0)
+    world.carl.line("ABORT")
+    check_refused(world, world.ann, kind)
+
+
+@pytest.mark.parametrize("kind", HELD)
+def test_a_stream_that_began_during_a_program_is_not_followed_after_its_stop(world: World, kind: str) -> None:
+    world.session.load_text(".PROGRAM go\n10 TYPE 1\nDELAY 0.1\nGOTO 10\n.END\n")
+    track = world.session.begin("go")
+    assert isinstance(KINDS[kind](world.ann).error(0.0), VrsError)
+    world.carl.line("ABORT")
+    world.pass_time(0.2)
+    assert not track.running
+    check_refused(world, world.ann, kind)
+
+
+def test_a_line_of_a_slider_that_waits_is_refused_by_a_stop(world: World) -> None:
+    """A slider of the page sends JOG of a joint when it rests."""
+    before = world.version
+    waiting = world.ann.ask("JOG 1, 20")
+    world.carl.line("ABORT")
+    while not waiting.done():
+        world.session.actor.step()
+    assert isinstance(waiting.error(0.0), RequestRefused)
+    assert world.version == before

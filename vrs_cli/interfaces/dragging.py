@@ -1,0 +1,339 @@
+"""A tool that the user drags to any pose (a wish); the arm comes as near to it as it can. The goal (the joints that
+bring the tool there) changes from wish to wish by no more than the joints do at full speed, so the arm never jumps:
+
+- If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly at that pose, or on the way to
+  it.
+- If the pose is out of reach, the goal descends to the nearest pose in reach (`kinematics/numeric/search.py`).
+- If the descent ends, but another path leads to the pose, the joints take that path.
+
+The wrist may pass through its straight position, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold`
+tells which limit keeps the tool from the wish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from math import inf, pi, radians, sin
+from typing import NamedTuple
+
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at
+from vrs_cli.engine.targets import fraction_of_full
+from vrs_cli.errors import CollisionAhead
+from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, chase, velocity_between
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Arm, Configuration, Joints, largest_change, put_inside
+from vrs_cli.kinematics.model import RobotModel, some_joints
+from vrs_cli.kinematics.numeric.search import Aim, Nearest, Side
+from vrs_cli.kinematics.transform import Transform, compose, inverse
+from vrs_cli.trajectory.state import Target
+from vrs_cli.values.hand import Hold, Limit, Shortfall
+
+MISS_TOLERANCE = 1e-4, radians(0.05)  # distance within which the tool counts as being at its target [m, rad]
+STALL_GAIN = 1e-3  # fraction of the remaining distance: a wish that gains less leads nowhere
+# bound on the sum of the wrist's distances from straight, before and after it passes through straight
+WRIST_PASS_SUM = sin(radians(25.0))
+# bound on the measures of `Singularity`, from 0 to 1: below it a lagging joint is reported as near one
+NEAR_SINGULAR = 0.1
+MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead`, next to the axis of joint 1
+RETREAT_FACTOR = 5.0  # ratio of the motion back from that axis to the motion by which joints would pass over it
+COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more wishes arrive
+FLAT_SLOPE = 1e-3  # a joint with a smaller effect is not limited near the axis of joint 1 [m/rad]
+SIDE_SHARE = 0.005  # fraction of the arm's length by which its end keeps from passing over the axis of joint 1
+ELBOW_MARGIN = 1e-4  # distance of an elbow from its stretched position, so that the elbow keeps its side [rad]
+STALLS_BEFORE_WAYS = 5  # number of wishes that lead nowhere before the arm tries another of its known paths
+STALLS_BEFORE_SEARCH = 25  # number of wishes that lead nowhere before another path is searched
+# fraction of the remaining distance: a search that gains less in one wish restarts elsewhere at the next
+PROMISING_GAIN = 0.5
+SEARCH_STARTS = 16  # number of start points of a search, the nearest last to be removed first
+LAG_S = 0.1  # the time at full speed by which a joint may lag its goal without being late [s]
+# factor on the time in which a joint reaches full speed: how far the goal may be ahead at full speed
+STOPPING_FACTOR = 1.5
+REST_TOLERANCE = 1e-7  # distance from its goal within which the arm need not move [rad, m]
+
+
+class Range(NamedTuple):
+    lower: Joints
+    upper: Joints
+
+    def around(self, q: Joints, below: Joints, above: Joints) -> Range:
+        """Return the part of the range within `below` and `above` of q; if q is outside the range, around the position
+        in the range that is nearest to q.
+        """
+        q = self.put(q)
+        lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
+        return Range(lower, self.put(tuple(x + step for x, step in zip(q, above, strict=True))))
+
+    def holds(self, q: Joints) -> bool:
+        return all(low <= x <= high for x, low, high in zip(q, self.lower, self.upper, strict=True))
+
+    def put(self, q: Joints) -> Joints:
+        return put_inside(q, self.lower, self.upper)
+
+
+class JointPace(NamedTuple):
+    """The limits for each joint [rad, m]: how far `ahead` of the joint the goal may be, so that the joint can stop
+    there, and by how much the joint may `lag` the goal without being late.
+    """
+
+    ahead: Joints
+    lag: Joints
+
+    @classmethod
+    def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
+        """Return the limits for joints with this velocity and acceleration."""
+        rows = list(zip(velocity, acceleration, strict=True))
+        return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
+
+
+class Search:
+    """Searches the whole ranges for joints that bring the tool to a wish by another path, for an arm without a closed
+    form. It searches a little with each wish, because a robot has no time for a long search.
+    """
+
+    def __init__(self, model: RobotModel, within: Range) -> None:
+        self._range, self._speeds = within, model.max_velocity
+        self._anywhere = some_joints(model)
+        self._starts: list[Joints] = []  # the nearest is last
+        self._at: Joints | None = None
+
+    def go_on(self, aim: Aim, now: Joints) -> Joints | None:
+        """Continue the descent of the search; if it leads nowhere, start at another point the next time."""
+        nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
+        there = aim.miss(nearest.joints).within(*MISS_TOLERANCE)
+        self._at = nearest.joints if nearest.gain > PROMISING_GAIN and not there else None
+        return nearest.joints if there else None
+
+    def _start(self, now: Joints) -> Joints:
+        """Return the one of some random joint vectors that the arm reaches first."""
+        if not self._starts:
+            some = islice(self._anywhere, SEARCH_STARTS)
+            self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
+        return self._starts.pop()
+
+
+class Pursuit:
+    """Follows wishes for the tool with joints, without a clock: `goal` holds the last joints [rad, m], `steady` tells
+    whether they bring the tool to the wish. `range`: the joints at which the arm keeps its configuration.
+    """
+
+    def __init__(self, arm: RobotArm, q: Joints) -> None:
+        self.arm = arm
+        self.kept = arm.configuration(q)
+        self.range = _range_of(arm, q, self.kept)
+        self.goal = self.range.put(q)
+        self._side = _side_of(arm, q, self.kept)
+        self.steady = True
+        self._closed = arm.hand is not None  # whether there is a closed form
+        self.roundabout = False  # whether the joints go to the wish by another path than the descent
+        self._elsewhere: Joints | None = None  # joints that bring the tool to the wish, found by a search
+        self._search = Search(arm.model, self.range)
+        self._finds_all = not self._closed and len(arm.ways) > 1
+        if self._finds_all:
+            # called now because the first call takes the time of many wishes
+            arm.inverse_branch(arm.forward(q), self.kept, q)
+        self._stalled = 0  # number of successive targets that moved nothing
+
+    def follow(
+        self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
+    ) -> Shortfall:
+        """Follow one more wish. `coming`: the present joints, and the joints at later times if no other wish comes."""
+        now, wish = coming[0], _possible(self.arm, T_base_flange)
+        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
+        there = self._joints_there(wish) if self._closed else self._found_again(aim)
+        if there is not None and box.holds(there):
+            self.goal, self.steady = there, True
+            self.roundabout, self._elsewhere, self._stalled = False, None, 0
+            late = [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
+            return self._lagging(aim, now, late) if max(late) > 1.0 else Shortfall()
+        nearest = aim.nearest(box.put(self.goal), *box)
+        stalled = nearest.gain < STALL_GAIN
+        self.roundabout = there is not None and (self.roundabout or stalled)
+        self.goal, self.steady = nearest.joints, False
+        if self.roundabout and there is not None:
+            # may also pass over that axis
+            self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))
+            return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
+        miss = aim.miss(self.goal)
+        if miss.within(*MISS_TOLERANCE):
+            self.steady = True
+            return Shortfall()
+        if stalled and not self._closed:
+            self._stalled += 1
+            self._elsewhere = self._another(aim, now)
+        return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
+
+    def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
+        """Return how far the goal may be below and above the joints. Towards the axis of joint 1 this is no farther
+        than that axis, in proportion for all joints, so that they stop before it from any speed; but a little, so that
+        they can move along it. If they would pass over the axis, they go back.
+        """
+        ahead = pace.ahead
+        if self._side is None:
+            return ahead, ahead
+        room, nearest = min((self._side.room(q), q) for q in coming)
+        slope = self._side.slope(nearest)
+        passed = sum([abs(a) * x for a, x in zip(slope, ahead, strict=True)])
+        part = (room if room > 0.0 else RETREAT_FACTOR * room) / passed + MIN_AHEAD if passed else 1.0
+        part = min(max(part, -1.0), 1.0)
+        below = tuple([part * x if a > FLAT_SLOPE else x for a, x in zip(slope, ahead, strict=True)])
+        above = tuple([part * x if a < -FLAT_SLOPE else x for a, x in zip(slope, ahead, strict=True)])
+        return below, above
+
+    @property
+    def _way(self) -> Configuration:
+        """The configuration with the kept arm and elbow, and the present wrist."""
+        return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
+
+    def _joints_there(self, wish: Transform) -> Joints | None:
+        """Return the joints of a pose in the present configuration; None if the pose is out of reach in this
+        configuration.
+        """
+        arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
+        straight = arm.singularity(goal).wrist
+        for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
+            q = arm.inverse_branch(wish, way, goal)
+            if q is not None and (way is have or straight + arm.singularity(q).wrist < WRIST_PASS_SUM):
+                inside = self.range.put(q)
+                if largest_change(q, inside) <= 2.0 * ELBOW_MARGIN:
+                    found.append(inside)
+        return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
+
+    def _another(self, aim: Aim, now: Joints) -> Joints | None:
+        """Return joints that reach the pose by another path, once the descent has led nowhere for a while."""
+        if self._finds_all and self._stalled > STALLS_BEFORE_WAYS:
+            ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
+            inside = [q for q in ways if q is not None and self.range.holds(q)]
+            return min(inside, key=lambda q: _ticks(now, q, self.arm.model.max_velocity), default=None)
+        return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
+
+    def _found_again(self, aim: Aim) -> Joints | None:
+        """Return the joints that were found by a search, adapted to a wish that has moved since."""
+        if self._elsewhere is not None:
+            q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
+            self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
+        return self._elsewhere
+
+    # --- what holds it ---
+
+    @staticmethod
+    def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
+        """Return the shortfall for a wish in reach: the joint that lags most is the cause."""
+        return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
+
+    def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
+        """Yield the limits that hold the tool: first joints at the ends of their ranges, then the reach, then joints
+        that are too slow.
+        """
+        model, named = self.arm.model, False
+        ends, hurried = list[tuple[int, str]](), list[int]()
+        for i, side in enumerate(nearest.pressed):
+            x = self.goal[i]
+            if side and x == self.range[side > 0][i]:
+                if x == (model.lower, model.upper)[side > 0][i]:
+                    ends.append((i, "lower" if side < 0 else "upper"))
+            elif side and abs(self.goal[i] - now[i]) >= MIN_AHEAD * pace.ahead[i]:
+                hurried.append(i)
+        for i, end in ends:
+            named = True
+            yield Hold(Limit.JOINT, i + 1, end)
+        if there is None and (which := self._out_of_reach(aim)) is not None:
+            named = True
+            yield Hold(Limit.REACH, which=which)
+        singular = self.arm.singularity(self.goal)
+        if hurried and min(singular) >= NEAR_SINGULAR:
+            yield Hold(Limit.SPEED, hurried[0] + 1)
+        elif hurried or (not named and min(singular) < NEAR_SINGULAR):
+            yield Hold(Limit.SINGULARITY, hurried[0] + 1 if hurried else 0, which=singular.nearest)
+        elif not named:
+            yield Hold(Limit.REACH)
+
+    def _out_of_reach(self, aim: Aim) -> str | None:
+        """Return `far`, `close`, or "" if the limit has no name; None if only the ranges of joints limit the tool."""
+        if not self._closed:
+            return None
+        way = self._way
+        if self.arm.branch_joints(aim.flange, way, self.goal) is not None:
+            return None
+        clearance = self.arm.clearance(aim.flange, way)
+        return "far" if clearance.outer < 0.0 else "close" if min(clearance.shoulder, clearance.inner) < 0.0 else ""
+
+
+def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
+    """Return the nearest pose that does not require a part that no joint can change (the tilt of a SCARA)."""
+    while (forbidden := arm.unchanging.forbids(T_base_flange)) is not None:
+        T_base_flange = forbidden.right
+    return T_base_flange
+
+
+def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
+    """Return the ranges of the joints in which the elbow stays on its side of the stretched and the folded position."""
+    lower, upper = list(arm.model.lower), list(arm.model.upper)
+    if arm.fold is not None:
+        i, stretched = arm.fold
+        end = stretched + pi * round((q[i] - stretched) / pi)
+        above = q[i] > end
+        if abs(q[i] - end) < 2.0 * ELBOW_MARGIN:
+            above = arm.configuration((*q[:i], end + 4.0 * ELBOW_MARGIN, *q[i + 1 :])) == kept
+        low, high = (end, end + pi) if above else (end - pi, end)
+        lower[i] = max(lower[i], min(low + ELBOW_MARGIN, q[i]))
+        upper[i] = min(upper[i], max(high - ELBOW_MARGIN, q[i]))
+    return Range(tuple(lower), tuple(upper))
+
+
+def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
+    """Return the side of the axis of joint 1 on which the arm stays."""
+    outward = arm.outward(q)
+    if outward == inf:
+        return None
+    sign = -1.0 if kept.arm is Arm.RIGHTY else 1.0
+    return Side(arm, sign, min(SIDE_SHARE * arm.length, max(sign * outward, 0.0)))
+
+
+def _ticks(a: Joints, b: Joints, step: Joints) -> float:
+    """Return how many steps the slowest joint needs between two joint vectors."""
+    return max(abs(y - x) / s for x, y, s in zip(a, b, step, strict=True))
+
+
+def _towards(a: Joints, b: Joints, box: Range) -> Joints:
+    """Return the farthest point on the straight line from a to b that is in the box; all joints move in proportion."""
+    part = 1.0
+    for x, y, low, high in zip(a, b, *box, strict=True):
+        if not low <= y <= high:
+            part = min(part, ((high if y > high else low) - x) / (y - x))
+    return tuple(x + part * (y - x) for x, y in zip(a, b, strict=True))
+
+
+class Dragging:
+    """Passes wishes for the tool to an engine. Without more wishes the arm stops."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        self.pursuit = Pursuit(engine.arm, engine.position().joints)
+        self._last: float | None = None
+
+    def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
+        """Take a wish for the tool; `issued`: when the wish was given, if earlier than now. With ENABLE COLLISION the
+        tool stops before a contact. Raises PowerOff.
+        """
+        engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
+        now = engine.now
+        tick, self._last = DRAGGING.tick(DRAG_TICK if self._last is None else now - self._last), now
+        fraction, model = fraction_of_full(1.0, engine.settings).fraction, engine.model
+        fastest = [v * fraction for v in model.max_velocity]
+        pace = JointPace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
+        lasting = max(engine.end - now, 0.0)
+        coming = [joints_at(engine.arm, engine.timeline, now + share * lasting) for share in COMING_SHARES]
+        before, steady = pursuit.goal, pursuit.steady
+        flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
+        held = pursuit.follow(flange, frames.tool, coming, pace)
+        velocity = velocity_between(before, pursuit.goal, tick)
+        if not (steady and pursuit.steady) or any(abs(v) > most for v, most in zip(velocity, fastest, strict=True)):
+            velocity = (0.0,) * len(velocity)
+        if now < engine.end or largest_change(coming[0], pursuit.goal) > REST_TOLERANCE:
+            try:
+                chase(engine, DRAGGING, Target(pursuit.goal, velocity, *pursuit.range), tick, issued=issued)
+            except CollisionAhead as error:  # the arm continues its previous motion, which ends without a contact
+                return Shortfall(held.away, held.turned, (Hold(Limit.CONTACT, which=error.detail),))
+        return held

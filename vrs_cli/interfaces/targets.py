@@ -1,0 +1,246 @@
+"""Streams of targets: joints to steer to, poses to which the tool is dragged, steps of JOG by a held button or by keys.
+
+The user opens a stream by its first target, and closes it by the last target or by letting go. The robot follows one
+stream; the newest target counts. A stream ends
+
+- when the robot is stopped by hand (ABORT): the streams of all users end;
+- when another stream begins;
+- for a dragged tool also when anything else moves the robot, and when a program begins.
+
+An ended stream is refused until its user has closed it. So no button or tool that is still held moves the arm after a
+stop. Without more targets the arm comes to rest: at the end of a step, at the end of the motion for the last joints, or
+RELEASE_AFTER_S after the last pose of a dragged tool; the next pose then goes on.
+
+Joint targets have times given by their sender. The arm follows a dragged tool at its own pace, so requested poses
+(wishes) may come late, in bursts, or not at all for a moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
+
+from msgspec import structs
+
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces.jog.jogger import Jogger
+from vrs_cli.interfaces.rights import check_goes_beside
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.station.user_state import STOPPED, StreamKind, TargetStream
+from vrs_cli.interfaces.streams import DRAG_TICK, STEERING, chase
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.words.word import Role
+from vrs_cli.trajectory.state import Target
+from vrs_cli.values.acts import Steer, rotating
+from vrs_cli.values.hand import DragState, Look, Press, Seen, Shortfall, StopJog
+
+RELEASE_AFTER_S = 0.6  # real time without a wish after which the tool is released [s]
+DRAG_TEXT = "to drag the tool"
+# the error for a target of an ended stream
+REFUSALS: Mapping[StreamKind, tuple[type[RequestRefused | UsageError], str, str]] = {
+    StreamKind.STEER: (RequestRefused, "the robot steers no longer: {}", "begin anew with a first target"),
+    StreamKind.DRAG: (RequestRefused, "the tool was let go: {}", "the next call drags it again"),
+    StreamKind.BUTTON: (UsageError, "the arm was stopped by hand", "let the button go, and press it again"),
+    StreamKind.KEYS: (UsageError, "the arm was stopped by hand", "the space bar, then the keys move it again"),
+}
+
+
+def _refusal(stream: TargetStream) -> VrsError:
+    error, what, hint = REFUSALS[stream.kind]
+    return error(what.format(stream.ended), hint)
+
+
+class TargetControl(NamedTuple):
+    """Takes the targets of the present user of a robot. Call its methods in the robot's own thread."""
+
+    session: Station
+
+    # --- streams ---
+
+    def _opened(self, kind: StreamKind) -> TargetStream | None:
+        return self.session.user_state.streams.get(kind)
+
+    def _open(self, kind: StreamKind) -> TargetStream:
+        """Return the present user's stream of a kind; open one if there is none."""
+        user_state = self.session.user_state
+        return user_state.streams.setdefault(kind, TargetStream(kind, user_state))
+
+    def _accept(self, stream: TargetStream) -> None:
+        """Accept the next target of a stream: the robot follows this stream, and another one ends. Raises the error of
+        an ended stream, RobotNotAttached.
+        """
+        session, before = self.session, self.session.stream
+        session.tasks.check_robot_free()
+        if stream.ended:
+            raise _refusal(stream)
+        if before is not None and before is not stream:
+            self._end(before, STOPPED)
+        session.stream = stream
+
+    def _end(self, stream: TargetStream, why: str) -> None:
+        """End a stream: its user must close it before another one of this kind."""
+        stream.ended = why
+        self._leave(stream, why)
+
+    def _close(self, kind: StreamKind) -> TargetStream | None:
+        """Close the present user's stream of a kind, and return it."""
+        stream = self.session.user_state.streams.pop(kind, None)
+        if stream is not None:
+            self._leave(stream)
+        return stream
+
+    def _leave(self, stream: TargetStream, why: str = "") -> None:
+        """Follow a stream no longer. The arm comes to rest as planned for the case that no more targets arrive."""
+        session = self.session
+        if session.stream is not stream:
+            return
+        session.stream = None
+        if stream.dragging is not None:
+            stream.dragging, session.pulled = None, DragState(why=why)
+            if not session.engine.realtime:
+                session.settle(session.engine.end)
+
+    # --- joints ---
+
+    def steer(self, act: Steer) -> None:
+        """Take a target of joints. The first target of a stream has no velocity. Raises RequestRefused for another
+        target of a stream that has ended, RobotNotAttached, JointOutOfRange, PowerOff.
+        """
+        session, engine, user_state = self.session, self.session.engine, self.session.user_state
+        speed = 1.0 if act.speed is None else act.speed
+        if act.velocity is None:
+            user_state.streams[StreamKind.STEER] = TargetStream(StreamKind.STEER, user_state)
+            self._accept(self._open(StreamKind.STEER))
+            engine.redirect(act.joints, speed=speed, text=STEERING.text)
+        else:
+            self._accept(self._opened(StreamKind.STEER) or TargetStream(StreamKind.STEER, user_state, STOPPED))
+            target = Target(act.joints, act.velocity)
+            chase(engine, STEERING, target, act.lasting, speed, user_state.issued)
+        if not engine.realtime:
+            session.settle(engine.now + min(max(act.lasting, 0.0), STEERING.longest))
+
+    # --- a button or a key ---
+
+    def jog(self, jogger: Jogger, act: Press | StopJog | Look, kind: StreamKind) -> Seen:
+        """Carry out the action of a button or of a key, by which the user moves the arm. Return the state of the robot
+        then. Letting a button go does not brake motions that others began. Raises UsageError after a stop,
+        RobotNotAttached.
+        """
+        engine = self.session.engine
+        if isinstance(act, Press):
+            stream = self._open(kind)
+            self._accept(stream)
+            seen = jogger.do(act)
+            stream.version = engine.timeline.version
+            return seen
+        if isinstance(act, StopJog):
+            closed = self._close(kind)
+            if kind is StreamKind.BUTTON and (closed is None or closed.version != engine.timeline.version):
+                return jogger.do(Look())
+        return jogger.do(act)
+
+    # --- a tool ---
+
+    def drag(self, wish: Transform | None) -> Dialogue[Shortfall]:
+        """Take a requested pose (wish) as `pull` does, and return how far the tool is from it. After other motions of
+        the user the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last wish.
+        """
+        session, stream = self.session, self._opened(StreamKind.DRAG)
+        goes_on = stream is not None and stream is session.stream and not (stream.ended or session.running)
+        if goes_on and stream is not None and stream.version != session.engine.timeline.version:
+            self._close(StreamKind.DRAG)
+        yield from self.pull(wish, session.user_state.issued)
+        stream = self._opened(StreamKind.DRAG)
+        if stream is not None and stream.ended:
+            self._close(StreamKind.DRAG)
+            raise _refusal(stream)
+        return session.pulled.held
+
+    def pull(self, wish: Transform | None, issued: float | None = None) -> Dialogue[None]:
+        """Take a requested pose of the tool (T_world_tool); None releases the tool. A pose of a drag that has ended is
+        ignored. `issued`: when the user gave this wish [s], by the user's clock. Raises RoleWanted, LeaseHeld,
+        RobotNotAttached, UsageError, PowerOff.
+        """
+        session = self.session
+        try:
+            if wish is None:
+                self._close(StreamKind.DRAG)
+            elif (stream := self._open(StreamKind.DRAG)).ended:
+                self._leave(stream, stream.ended)
+            else:
+                yield from self._take_wish(stream, wish, issued)
+        finally:
+            if session.stream is None or session.stream is not self._opened(StreamKind.DRAG):
+                session.pulled = structs.replace(session.pulled, issued=issued)
+
+    def _take_wish(self, stream: TargetStream, wish: Transform, issued: float | None) -> Dialogue[None]:
+        session = self.session
+        try:
+            session.check_may(DRAG_TEXT, Role.DESIGNER)
+        except VrsError as error:
+            if session.stream is stream:
+                self._end(stream, str(error))
+            raise
+        stream.wish, stream.issued, stream.heard = rotating(wish), issued, session.engine.clock.reached
+        if session.stream is not stream:
+            yield from session.on_branch(Role.DESIGNER, self._begin_drag(stream))
+        elif not session.engine.realtime:
+            self._go_towards_wish(stream)
+
+    def _begin_drag(self, stream: TargetStream) -> Dialogue[None]:
+        from vrs_cli.interfaces.dragging import Dragging  # imported here because the import is slow
+
+        yield from ()
+        session = self.session
+        session.settle()
+        if session.running or session.elsewhere:
+            check_goes_beside(DRAG_TEXT, Role.DESIGNER, elsewhere=session.elsewhere)
+        self._accept(stream)
+        stream.dragging, stream.version = Dragging(session.engine), session.engine.timeline.version
+        try:
+            self._go_towards_wish(stream)
+        except VrsError:
+            self._leave(stream)
+            raise
+        if session.engine.realtime:
+            session.actor.repeat(partial(self._beat, stream))
+
+    def _beat(self, stream: TargetStream) -> float | None:
+        """Carry out the robot's next step towards the requested pose. Return when the next step is due [s]; None: the
+        tool is released.
+        """
+        engine = self.session.engine
+        clock = engine.clock
+        assert isinstance(clock, WallClock)
+        if self.session.stream is not stream:
+            return None
+        if -clock.until(stream.heard) > RELEASE_AFTER_S:
+            self._leave(stream, "nothing was heard any more")
+            return None
+        due = clock.reached
+        try:
+            self.session.settle()
+            self._go_towards_wish(stream)
+        except VrsError as error:
+            self._end(stream, str(error))
+        except Exception:  # the tool no longer follows, so the drag of the user must end
+            self._end(stream, "the robot cannot follow: an internal error")
+            raise
+        return None if self.session.stream is not stream else max(due + DRAG_TICK, engine.now)
+
+    def _go_towards_wish(self, stream: TargetStream) -> None:
+        session, engine = self.session, self.session.engine
+        if stream.ended or engine.timeline.version != stream.version or session.running:
+            self._end(stream, STOPPED)
+            return
+        assert stream.dragging is not None
+        assert stream.wish is not None
+        issued = None if stream.issued is None else stream.user_state.times.issue_time(stream.issued, engine.now)
+        held = stream.dragging.to(stream.wish, issued)
+        stream.version = engine.timeline.version
+        session.pulled = DragState(stream.user_state.name, held, issued=stream.issued)
+        if not engine.realtime:
+            session.settle(engine.now + DRAG_TICK)
