@@ -27,10 +27,10 @@ from vrs_cli.trajectory.timeline import Timeline
 LINE_PERIOD = 0.02  # [s] between two points where the path is no cubic
 CUBIC = 3
 MIN_STEP = 1e-6  # [s] between two points: controllers want rising times, in nanoseconds
-JUMP = 1e-6  # [rad/s2, m/s2] accelerations with a greater difference jump
-MIN_LENGTH = 0.5  # [s] of a trajectory, as controllers refuse one that has ended
-PAST = 0.05  # [s] a trajectory that begins at once is stamped so much before now, so that no controller waits for it
-MARGIN = 0.2  # [s] a trajectory may be on its way for so long
+JUMP = 1e-6  # [rad/s2, m/s2] an acceleration that changes by more counts as a jump
+MIN_LENGTH = 0.5  # [s] minimum duration of a trajectory, because controllers refuse one that has ended
+PAST = 0.05  # [s] the stamp of an immediate trajectory is this much before now, so that no controller waits for it
+MARGIN = 0.2  # [s] maximum time for a trajectory to arrive
 NANOSECONDS = 1_000_000_000
 
 
@@ -99,12 +99,13 @@ def standing_points(joints: Joints, begin: float) -> list[TrajectoryPoint]:
 
 
 def trajectory_begins(now: float, cut: float, waiting: float | None, *, replaces: bool) -> list[float]:
-    """Return the begin times [s] of the trajectories that give a controller a change of the timeline from `cut` on.
+    """Return the start times [s] of the trajectories that give a controller a change of the timeline from `cut` on.
 
     `replaces`: the controller has `allow_trajectory_replacement`. Then it keeps one trajectory with a future stamp
-    until its time; `waiting` is when that begins. A newer one with a future stamp replaces it; one that begins at once
-    does not. So if time is short, one trajectory begins at once, and a second one replaces that which waits. Without
-    the setting each trajectory replaces the last one at once, whatever its stamp, so it has to begin now.
+    until its time; `waiting` is the start time of that one. A newer trajectory with a future stamp replaces it; an
+    immediate one does not. So if time is short, one trajectory starts immediately, and a second one replaces the
+    waiting one. Without the setting each trajectory immediately replaces the last one, whatever its stamp, so it has to
+    start now.
     """
     if not replaces:
         return [now - PAST]
@@ -142,7 +143,7 @@ def read_joints(text: str | None, kinds: Sequence[JointKind]) -> tuple[RosJoint,
 
 
 def _load_joints(path: Path, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]:
-    """Read a file of joints: for each joint, in their order, a table [[joint]] with name, sign and offset [deg, mm]."""
+    """Read a file of joints: one table [[joint]] per joint, in order, with name, sign and offset [deg, mm]."""
     reader = DataReader(str(path), human=True)
     rows = reader.table(load_toml(path, "a file of joints"), "the file", ["joint"])["joint"]
     if not isinstance(rows, list) or len(rows) != len(kinds):
@@ -166,12 +167,10 @@ def _load_joints(path: Path, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]
 def trajectory_message(
     points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float | None, begin: float | None = None
 ) -> Mapping[str, Any]:
-    """Return a trajectory_msgs/msg/JointTrajectory as values of JSON.
-
-    `begin`: the time of its stamp [s]; None: that of the first point. If it is earlier, the controller follows a spline
-    from its state then to the first point. `offset` [s]: the clock of ROS minus the robot's; None: no stamp, so the
-    trajectory begins when it arrives.
-    """
+    """Return a trajectory_msgs/msg/JointTrajectory as values of JSON. `begin`: the time of its stamp [s]; None: the
+    time of the first point. If the stamp is earlier than the first point, the controller follows a spline from its
+    state at the stamp to the first point. `offset` [s]: the clock of ROS minus the robot's clock; None: no stamp, so
+    the trajectory starts on arrival."""
     first = points[0].t if begin is None else begin
     return {
         "header": {"stamp": ros_time(0.0 if offset is None else first + offset), "frame_id": ""},

@@ -1,9 +1,9 @@
-"""Simulate a body: an arm of MuJoCo with drives, encoders, a controller and a clock of its own.
+"""Simulate a body: an arm of MuJoCo with its own drives, encoders, controller and clock.
 
 `MujocoArm.advance(until, setpoint)` steps the arm to a time and returns its reports. The arm uses no network and no
-clock of the machine. Its joints are those of the robot model, so g gives the place of its flange; its masses are those
-of `twin.dynamics`. The controller reads the encoders at 1 kHz: computed torque (Luh, Walker and Paul, 1980), or a
-proportional and derivative law for each joint.
+clock of the machine. Its joints are the joints of the robot model, so g gives the position of its flange; its masses
+come from `twin.dynamics`. The controller reads the encoders at 1 kHz. It uses computed torque (Luh, Walker and Paul,
+1980), or a proportional-derivative law for each joint.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] of the controller and of the simulation
 TICKS = 8  # number of simulation steps between two set points; a quintic joins them
-SLIDE = 0.1  # [m/rad] resolution and noise of a sliding joint, divided by those of a turning one
+SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a sliding joint to those of a turning joint
 MIN_MASS = 1e-9  # [kg] MuJoCo moves no body without mass
-END_STOP = 0.02  # [rad, m] ours: so far beyond its range a joint meets a stop
+END_STOP = 0.02  # [rad, m] distance beyond its range at which a joint meets a stop (our choice)
 STILL = 1e-2  # [rad/s, m/s] a slower joint is held by its brake
-BRAKE = 1.5  # ratio of the torque of a brake to the greatest torque of its motor (our choice)
-FADE = 0.2  # [s] in which the arm reaches its set point, at least
-GENTLE = 0.5  # fraction of the greatest velocity at which a joint joins the set point
-FRICTION_AT = 2e-3  # [rad/s, m/s] faster joints are compensated for nearly all Coulomb friction
+BRAKE = 1.5  # ratio of a brake's torque to the maximum torque of its motor (our choice)
+FADE = 0.2  # [s] minimum time in which the arm reaches its set point
+GENTLE = 0.5  # fraction of the maximum velocity at which a joint joins the set point
+FRICTION_AT = 2e-3  # [rad/s, m/s] speed above which nearly all Coulomb friction is compensated
 LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo allows
 
 ALPHA = 0.3  # position gain of the filter of the encoder readings
@@ -45,7 +45,7 @@ SetPoint = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[fl
 
 
 class Controller(Enum):
-    """The control law: computed torque from a model of the arm, or PD for each joint by itself."""
+    """The control law: computed torque from a model of the arm, or an independent PD law for each joint."""
 
     COMPUTED = "computed"
     PD = "pd"
@@ -53,9 +53,8 @@ class Controller(Enum):
 
 class ArmSettings(Struct, frozen=True):
     """Settings of an arm: the `bandwidth` of the controller [rad/s], critically damped; the rate of reports [1/s]; the
-    `resolution` and the `noise` (standard deviation) of the encoders [rad]; for sliding joints a tenth of that in
-    metres.
-    """
+    `resolution` and the `noise` (standard deviation) of the encoders [rad]. Sliding joints have a tenth of these
+    values, in metres."""
 
     controller: Controller = Controller.COMPUTED
     bandwidth: float = 40.0
@@ -68,7 +67,7 @@ USUAL_SETTINGS = ArmSettings()
 
 
 class _Brake(NamedTuple):
-    """Braking to a standstill from joints and velocities (n,), with a deceleration for each joint (n,)."""
+    """Braking to standstill from joints and velocities (n,), with one deceleration per joint (n,)."""
 
     joints: Floats
     velocity: Floats
@@ -112,16 +111,13 @@ def _ends(T: float) -> Floats:
     return _powers(np.array([0.0, T])).transpose(1, 0, 2).reshape(6, 6)
 
 
-# factors of the states at both ends of TICKS steps (6, n) for the state at the begin of each step: (3, TICKS, 6)
+# factors of the states at both ends of TICKS steps (6, n) for the state at the start of each step: (3, TICKS, 6)
 AT_BEGIN: Floats = _powers(STEP * np.arange(TICKS, dtype=np.float64)) @ np.linalg.inv(_ends(TICKS * STEP))
 
 
 class MujocoArm:
-    """An arm that follows set points and reports its joints. `seed`: of the noise of its encoders. `joints`: its joints
-    at `start` [s] of the robot's clock; None: READY.
-
-    Raises NotAvailable for a robot with unknown masses.
-    """
+    """An arm that follows set points and reports its joints. `seed`: seed of the noise of its encoders. `joints`: its
+    joints at `start` [s] of the robot's clock; None: READY. Raises NotAvailable for a robot with unknown masses."""
 
     def __init__(
         self,
@@ -197,9 +193,8 @@ class MujocoArm:
         return own + (1.0 + rate) * (t - begin)
 
     def order(self, mode: BodyMode) -> None:
-        """Follow the set points, or hold still, as the server orders. After a stop of its own the arm follows again
-        when the stop was released and the next order says so.
-        """
+        """Follow the set points, or hold still, as the server orders. After an emergency stop the arm follows again
+        only when the stop was released and the next order says so."""
         if mode is BodyMode.STOPPED or self.mode is BodyMode.STOPPED or mode is self.mode:
             return
         self.mode, self._since = mode, self.time
@@ -209,7 +204,7 @@ class MujocoArm:
             self._arrives = True
 
     def disturb(self, disturbance: scenario.Disturbance | scenario.Release) -> None:
-        """Begin a disturbance, now or at its time; or end the present disturbances of a kind."""
+        """Begin a disturbance, now or at its time, or end the present disturbances of a kind."""
         if isinstance(disturbance, scenario.Release):
             kind = disturbance.kind or scenario.Disturbance
             ended = [one for _, one in self._active if isinstance(one, kind)]
@@ -224,9 +219,10 @@ class MujocoArm:
     # --- time ---
 
     def advance(self, until: float, setpoint: SetPoint) -> list[Report]:
-        """Step to the time `until` of the robot's clock [s], and return the reports, stamped by the own clock.
-        `setpoint` returns joints, velocities and accelerations at a time of the own clock. The arm does TICKS steps at
-        a time, after asking for the set point at their end; so it may end up to TICKS steps after `until`.
+        """Step to the time `until` of the robot's clock [s], and return the reports, stamped by the arm's own clock.
+
+        `setpoint` returns joints, velocities and accelerations at a time of the arm's own clock. The arm does TICKS
+        steps at a time, after requesting the set point at their end; so it may end up to TICKS steps after `until`.
         """
         found = list[Report]()
         while self.time < until - 1e-9:
@@ -240,7 +236,7 @@ class MujocoArm:
         if self.mode is BodyMode.STOPPED:
             return _standing(self._seen)
         if self.mode is BodyMode.HOLDS:
-            assert self._brake is not None  # an order to hold has made it
+            assert self._brake is not None  # made by an order to hold
             return self._brake.at(t - self._since)
         if self._arrives:
             here = np.array(setpoint(self.own_time(self.time)))
@@ -260,7 +256,7 @@ class MujocoArm:
         return wanted
 
     def _steps_to(self, target: State, found: list[Report]) -> None:
-        """Do TICKS steps of the controller and of the arm, to a reference."""
+        """Do TICKS steps of the controller and of the arm, towards a reference."""
         joints, velocities, accelerations = AT_BEGIN @ np.concatenate([self._reference, target])
         stiffness, damping = self._gains
         wanted = stiffness * joints + damping * velocities
@@ -300,7 +296,8 @@ class MujocoArm:
                     self._hold_joint(i, True)
 
     def _observe(self, noise: Floats, acceleration: Floats) -> None:
-        """Read the encoders, and filter them with fixed gains (Benedict and Bordner, 1962). In place, to save time."""
+        """Read the encoders, and filter them with fixed gains (Benedict and Bordner, 1962). This changes arrays in
+        place, to save time."""
         seen, rate = self._seen, self._rate
         change = acceleration * STEP
         seen += STEP * rate
@@ -439,7 +436,7 @@ def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
 
 
 def _set_inertia(m: Any, link: int, mass: float, centre: Floats, inertia: Floats) -> None:
-    """Give a link its mass, centre and inertia about that, in its own frame."""
+    """Set the mass, the centre, and the inertia about the centre of a link, in the link's own frame."""
     body = m.body(f"link{link}").id
     moments, axes = np.linalg.eigh(inertia)
     axes[:, 2] *= np.sign(np.linalg.det(axes))  # makes the axes right-handed, so that they are a rotation

@@ -1,8 +1,8 @@
 """Let an arm of ros2_control be the body: send each change of the timeline to joint_trajectory_controller, and report
-joint_states, both over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+joint_states. Both go over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
 
 The arm follows the timeline only if it is near it. Otherwise the body holds until RESYNC has brought the timeline to
-the measured joints. If the server has restarted, its timeline may be another one: then the body begins again.
+the measured joints. If the server has restarted, its timeline may be a different one; then the body starts again.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
 NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] from the timeline, for the arm to follow it
 MAX_AGE_S = 1.0  # maximum age of a measurement of the arm's position [s]
-HORIZON = 10.0  # [s] of the timeline in a trajectory, at least; it ends where the robot rests
+HORIZON = 10.0  # [s] minimum length of the timeline in a trajectory; it ends where the robot rests
 MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] in which the arm joins a changed timeline
 SHARE = 0.5  # fraction of the joint limits used to join the timeline (our choice)
-AHEAD = 2.0  # [s] before the end of a trajectory the next one is sent
-FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two questions for the time of ROS: the first ones, and later ones
+AHEAD = 2.0  # [s] before the end of a trajectory, when the next one is sent
+FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two requests for the time of ROS: for the first ones, and for later ones
 FIRST_ANSWERS = 4
-EARLIER, LATER = 60.0, 1.0  # [s] a measurement may be so much before and after the robot's clock
+EARLIER, LATER = 60.0, 1.0  # [s] maximum difference of a measurement from the robot's clock, before and after
 SET_BACK = 1.0  # [s] if stamps go back by more, the clock of ROS was set
-SETTLING = 2.0  # [s] the arm waits so long for the first answers before it follows
+SETTLING = 2.0  # [s] maximum wait for the first answers before the arm follows
 SILENT = 3.0  # [s] without joint_states, after which a message says so
 STATE_PERIOD_MS = 200  # period of the states that an active controller publishes [ms]
 MAX_STATE_GAP_S = 1.0  # maximum gap between states; after it, while joint_states come, the arm counts as stopped [s]
@@ -84,7 +84,7 @@ class RosArm:
 
     `mode`: the mode in reports. The arm also holds where it cannot follow, until RESYNC. The arm counts as stopped
     while its controller, which was active before, publishes no state. `tell`: takes messages for the user, each kind
-    once in a connection.
+    once per connection.
     """
 
     def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
@@ -98,12 +98,12 @@ class RosArm:
         """Begin a new connection, and forget the state of the last one."""
         self._told.clear()
         self._sync, self._stamps = TimeSync(), OneWay()
-        self._asked: dict[str, float] = {}  # when the time of ROS was asked for, by the id of the question
+        self._asked: dict[str, float] = {}  # times of the requests for the time of ROS, by their ids
         self._ask_at, self._answers = -inf, 0
         self._measured: tuple[float, Joints, Joints] | None = None
         self._last_stamp, self._next_report = -inf, -inf
         self._begun = self._came = now
-        self._active_at: float | None = None  # when the controller published its state last
+        self._active_at: float | None = None  # when the controller last published its state
         self._starts, self._retried = True, False
         self._order = self.body.order
         self._cut, self._waiting, self._until = inf, -inf, inf
@@ -204,10 +204,11 @@ class RosArm:
         return [Trajectory(begin, points, at_once=begin < now) for begin in self._begins(now, now)]
 
     def _along(self, timeline: Timeline, now: float, cut: float) -> list[Trajectory]:
-        """Return the trajectories for a timeline that has changed at `cut` [s]. If `cut` has passed, the arm is
-        elsewhere by now: it gets so long to join the timeline that no joint needs more than SHARE of its limits. The
-        peak velocity of a quintic is 15/8 of its mean, its peak acceleration 5.8 times its way by the square of its
-        time.
+        """Return the trajectories for a timeline that has changed at `cut` [s].
+
+        If `cut` has passed, the arm is elsewhere by now. It then gets enough time to join the timeline that no joint
+        needs more than SHARE of its limits. A quintic over the way s in T seconds has the peak velocity 15/8 s / T and
+        the peak acceleration 5.8 s / T^2.
         """
         arm, begins = self.body.mirror.arm, self._begins(now, cut)
         assert self._measured is not None, "it is called only with a measurement"
@@ -257,7 +258,7 @@ class RosArm:
         }
 
     def _apart(self) -> str | None:
-        """Return why the measured arm is not near the timeline; None if the arm is near."""
+        """Return the reason why the measured arm is not near the timeline; None if it is near."""
         assert self._measured is not None, "it is called only with a measurement"
         t, joints, _ = self._measured
         if self.body.now() - t > MAX_AGE_S:
@@ -273,7 +274,7 @@ class RosArm:
     # --- the clock of ROS ---
 
     def _questions(self, now: float) -> list[Mapping[str, Any]]:
-        """Return a question for the time of ROS, if one is due."""
+        """Return a request for the time of ROS, if one is due."""
         if now < self._ask_at <= now + ASKED:  # if it is later, the robot's clock was set back
             return []
         self._ask_at = now + (FIRST_ASKED if self._answers < FIRST_ANSWERS else ASKED)
@@ -285,7 +286,8 @@ class RosArm:
         return [{"op": "call_service", "id": id, "service": GET_TIME}]
 
     def _offset(self, now: float) -> float:
-        """Return the clock of ROS minus the robot's [s], by questions, or else by the stamps of joint_states."""
+        """Return the clock of ROS minus the robot's clock [s], from the requests, or otherwise from the stamps of
+        joint_states."""
         estimate = self._sync.estimate or self._stamps.estimate
         return 0.0 if estimate is None else estimate.there(now) - now
 
@@ -359,7 +361,7 @@ class RosArm:
         self.body.report(t, measured, speed, force, self.mode)
 
     def _take_result(self, message: body_lines.RosbridgeMessage) -> None:
-        """Take the end of the last goal; a refused trajectory is sent again, once, from now on."""
+        """Take the end of the last goal. A refused trajectory is sent again, once, starting now."""
         values = message.values if isinstance(message.values, Mapping) else {"error_string": message.values}
         if message.result and message.status != ABORTED and not values.get("error_code", 0):
             return
@@ -380,9 +382,8 @@ def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
 
 
 async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
-    """Let an arm of ROS be the body until another client is the body; connect again after a cut. Raises RequestRefused
-    if rosbridge does not answer at first, or another client is the body.
-    """
+    """Make an arm of ROS the body until another client becomes the body; connect again after a cut. Raises
+    RequestRefused if rosbridge does not answer at first, or if another client is the body."""
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
 
     async def hear_changes() -> None:

@@ -29,7 +29,8 @@ MAX_DISTURBANCES = 10_000  # maximum number of disturbances in a scenario
 
 
 class Disturbance(Struct, frozen=True, tag_field="kind"):
-    """A disturbance of a body, from `at` [s] of the robot's clock (None: at once) for `lasting` [s] (None: on)."""
+    """A disturbance of a body, from `at` [s] of the robot's clock (None: immediately) for `lasting` [s] (None: without
+    end)."""
 
     word: ClassVar[str]
     at: float | None = None
@@ -54,7 +55,7 @@ class Payload(Disturbance, frozen=True, tag="payload"):
 
 
 class BlockedJoint(Disturbance, frozen=True, tag="block"):
-    """A joint, counted from 1, that stands still where it is."""
+    """A joint, counted from 1, that stays at its present position."""
 
     word: ClassVar[str] = "block"
     joint: int = 1
@@ -225,14 +226,16 @@ BANDWIDTH = 30.0  # [rad/s] of the servos
 VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] of their friction
 STICKS_BELOW = 1e-3  # [rad/s, m/s]
 MISSED = 0.1  # fraction of an acceleration that the servos do not compensate
-MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] that a joint moves at the flange, [kg m2]
+MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] mass that a joint moves at the flange, and its inertia [kg m2]
 NOISE, ENCODER = 2e-5, 1e-4  # [rad, m]
 
 
 class ServoArm:
-    """An arm that follows set points and reports its joints, as `bodies.mujoco_arm.MujocoArm` does. `seed`: of the
-    noise of its encoders. It stands at READY at 0 s. Each joint is a critically damped servo under friction, loads and
-    pushes. The masses are ours, so that errors have a plausible size. Raises NotAvailable for a brake that slips.
+    """An arm that follows set points and reports its joints, with the same methods as `bodies.mujoco_arm.MujocoArm`.
+
+    `seed`: seed of the noise of its encoders. It is at READY at 0 s. Each joint is a critically damped servo under
+    friction, loads and pushes. We chose the masses so that errors have a plausible size. Raises NotAvailable for a
+    brake that slips.
     """
 
     def __init__(self, arm: RobotArm, *, seed: int = 0, disturbances: Sequence[Disturbance] = ()) -> None:
@@ -266,9 +269,8 @@ class ServoArm:
         return t + sum(one.jump + one.rate * (t - (one.at or 0.0)) for one in drifts)
 
     def advance(self, until: float, setpoint: SetPoint) -> list[Report]:
-        """Go to a time of the robot's clock [s], after `setpoint` (joints, velocities, accelerations at a time of its
-        own clock), and return a report of each step, stamped by its own clock.
-        """
+        """Go to a time of the robot's clock [s], and return a report of each step, stamped by the body's own clock.
+        `setpoint` returns joints, velocities and accelerations at a time of this clock."""
         found = []
         while self.time < until - 1e-9:
             self._steps += 1

@@ -1,11 +1,12 @@
-"""The devices outside to which units of tasks are attached, and the bytes that have arrived on them.
+"""External devices, to which tasks attach logical units, and the bytes that arrive from them.
 
-Bytes arrive at an instant of the robot's clock, before all that programs do at that instant. So programs that get the
-same arrivals at the same times do the same: a recording is a list of arrivals, and a script stands for peers.
+Bytes arrive at an instant of the robot's clock, before everything that programs do at that instant. So programs that
+receive the same arrivals at the same times behave identically: a recording is a list of arrivals, and a script replaces
+peers.
 
-Each byte is one character here, so that a string of V+ holds any bytes. A line ends with LF, CR LF or CR, which are not
-part of it. A line that is longer than the maximum comes in several pieces. Bytes without an end of line, after which a
-peer pauses or closes, are a line too: V+ reads the contents of one packet.
+Each byte is one character here, so that a V+ string can hold any bytes. A line ends with LF, CR LF or CR, which are not
+part of it. A line longer than the maximum is delivered in several pieces. Bytes without a line end count as a line if
+the peer then pauses or closes: V+ reads the contents of one packet.
 """
 
 from __future__ import annotations
@@ -47,9 +48,8 @@ PIECE = r"/(?P<key>[A-Z_]+)[\s=]*(?P<number>\d*)|(?P<host>[^\s/]+)"
 
 
 class Address(Struct, frozen=True):
-    """The address of a TCP unit. `host`: the other program's machine, "" to wait for clients. `longest`: the maximum
-    length of a line [bytes].
-    """
+    """The address of a TCP unit. `host`: the machine of the other program; "" to wait for clients. `longest`: the
+    maximum length of a line [bytes]."""
 
     host: str
     port: int
@@ -114,11 +114,12 @@ class Arrival(Struct, frozen=True):
 
 
 class Outside:
-    """The devices to which units may be attached: sockets, serial lines, or scripts in their place. This base class has
-    none; `hint` says how to get some.
+    """The devices to which units may be attached: sockets, serial lines, or scripts that replace them. This base class
+    has none; `hint` says how to get some.
 
-    `live`: arrivals come from others, in real time. `patience`: how long a unit waits, in seconds of the robot's clock.
-    `wake` is called, in any thread, when something has come. `tell` gets messages for the person who runs the programs.
+    `live`: arrivals come from other programs, in real time. `patience`: how long a unit waits, in seconds of the
+    robot's clock. `wake` is called, in any thread, when something has arrived. `tell` takes messages for the person who
+    runs the programs.
     """
 
     live = False
@@ -185,10 +186,9 @@ YET: Final = Waits.YET
 
 
 class DeviceConnection(Struct, eq=False):
-    """A connection of a device. `told`: the program knows that the connection is open. `unwritten`: bytes sent since
-    the last time when all bytes had left; `asked`: WRITTEN was requested. `taken`: bytes read since the last
-    `confirm_read`. `returned`: a line has ended with CR, so a LF that follows belongs to that line.
-    """
+    """A connection of a device. `told`: the program has been informed that the connection is open. `unwritten`: bytes
+    sent since the last time when all bytes had left; `asked`: WRITTEN was requested. `taken`: bytes read since the last
+    `confirm_read`. `returned`: a line has ended with CR, so a following LF belongs to that line."""
 
     handle: int
     told: bool
@@ -228,10 +228,9 @@ class DeviceConnection(Struct, eq=False):
 
 
 class Device(Struct, eq=False):
-    """The device of a unit. `attached`: the name given to ATTACH; `name`: the same with the port once that is known.
-    `fault`: the reason why the device cannot be used. `status`, `length` and `handle` are those of the last operation.
-    `expired`: GETC has waited long enough; `dialing`: a connection was asked for.
-    """
+    """The device of a unit. `attached`: the name given to ATTACH; `name`: the same with the port once the port is
+    known. `fault`: the reason why the device cannot be used. `status`, `length` and `handle`: results of the last
+    operation. `expired`: GETC has waited long enough. `dialing`: a connection was requested."""
 
     attached: str
     name: str
@@ -274,7 +273,7 @@ class Device(Struct, eq=False):
         self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 
     def dial_result(self) -> Waits | None:
-        """Return YET while a connection is being made; afterwards its outcome is the status."""
+        """Return YET while a connection is being made; then set the status to its outcome."""
         if self.dialing and self._refused is None:
             return YET
         refused, self._refused, self.dialing = self._refused, None, False
@@ -350,9 +349,8 @@ class Device(Struct, eq=False):
     # --- reading ---
 
     def read(self, notices: bool, wait: bool) -> str | Waits | None:
-        """Return a line, or None if the status says more. Raises NoDataReceived, NetworkClosed, and the errors of
-        `check_open`.
-        """
+        """Return a line, or None if the status gives the result. Raises NoDataReceived, NetworkClosed, and the errors
+        of `check_open`."""
         self.check_open()
         longest = MAX_LINE_BYTES if self.address is None else self.address.longest
         for one in self._in_turn(self.handle + 1):
@@ -392,32 +390,32 @@ class Device(Struct, eq=False):
         return self._nothing(wait)
 
     def put_back(self, bytes_: Iterable[int]) -> None:
-        """Put back bytes that the present step reads again."""
+        """Put back bytes, which the present step will read again."""
         one = self._connections.get(self.handle)
         if one is not None:
             one.data[:0] = bytes(bytes_)
 
     @property
     def has_more(self) -> bool:
-        """Whether bytes have come since GETC began to wait; the step reads the bytes that it has taken again."""
+        """Whether bytes have arrived since GETC began to wait; the step reads again the bytes that it has taken."""
         return self.expired or self._fresh or not self.open
 
     def _count_read(self, one: DeviceConnection, count: int) -> None:
-        """Count bytes as read, and confirm them now and then: a message for each byte would cost too much."""
+        """Count bytes as read, and confirm them from time to time: a message for each byte would cost too much."""
         one.taken += count
         if one.taken >= CONFIRM_BYTES:
             self.outside.confirm_read(self.name, one.handle, one.taken)
             one.taken = 0
 
     def _in_turn(self, first: int) -> list[DeviceConnection]:
-        """Return the connections, beginning after the last one that was read."""
+        """Return the connections in turn, beginning after the one that was read last."""
         return sorted(self._connections.values(), key=lambda one: (one.handle < first, one.handle))
 
     def _set_status(self, one: DeviceConnection, status: int, length: int = 0) -> None:
         self.handle, self.status, self.length = one.handle, status, length
 
     def _nothing(self, wait: bool) -> Waits:
-        """Return YET to wait. Raises NoDataReceived, or NetworkClosed if nothing can come."""
+        """Return YET to wait. Raises NoDataReceived, or NetworkClosed if nothing more can arrive."""
         if not self._connections and not self._listens:
             raise NetworkClosed(self.name)
         if not wait:

@@ -4,8 +4,8 @@
     {"in": 0.1, "data": "J 0 -90 90 0 0 0\\r\\n"}
     {"after": "done\\r\\n", "event": "closed"}
 
-A line that names no device or handle has those of the line before. `time` and `in` [s] are of the robot's clock;
-`after` is a text that the program has to write there first. Blank lines and those that begin with # are passed over.
+A line without device or handle has those of the previous line. `time` and `in` [s] are of the robot's clock; `after` is
+a text that the program has to write first. Blank lines and lines that begin with # are skipped.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ class _Part(Struct):
     written: bytearray = field(default_factory=bytearray)
 
     def look(self, now: float) -> float:
-        """Update and return the time of the next line of the script [s]; it is after the last action of the program."""
+        """Update and return the time of the next line of the script [s]; it comes after the last action of the
+        program."""
         if self.due is None and self.open and self.lines:
             _, line = self.lines[0]
             if line.after is None:
@@ -81,7 +82,7 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Gives units the arrivals of a script. Warns once if a program writes something other than what was recorded."""
+    """Supplies units with the arrivals of a script. Warns once if a program writes something else than was recorded."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)

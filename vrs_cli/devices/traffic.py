@@ -1,8 +1,8 @@
 """All open ports and connections, and the one thread that serves them.
 
-The thread runs an event loop, and owns ports and connections. Other threads give it calls. It takes from each
-connection no more than the unit can hold: a peer that sends more waits. A port has as many clients as it was opened
-for; others wait until one is released. The thread ends with the last device.
+The thread runs an event loop, and owns ports and connections. Other threads hand it calls. It reads from each
+connection no more than the unit can hold, so a peer that sends more has to wait. A port has as many clients as it was
+opened for; others wait until one is released. The thread ends with the last device.
 """
 
 from __future__ import annotations
@@ -63,10 +63,9 @@ class SocketEnd:
 
 
 class _Connection:
-    """A connection. `room`: how many bytes may come before some are read. `asked`: WRITTEN is wanted when all has left.
-    `ended`: no more bytes come. `broken`: nothing can be sent either. `closing`: close it when all has left. `pause`:
-    the timer after which an unfinished line counts as a line.
-    """
+    """A connection. `room`: the number of bytes that may arrive before some are read. `asked`: WRITTEN is wanted when
+    all bytes have left. `ended`: no more bytes arrive. `broken`: nothing can be sent either. `closing`: close it when
+    all bytes have left. `pause`: the timer after which an unfinished line counts as a line."""
 
     def __init__(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
         self.device, self.handle, self.ends = device, handle, ends
@@ -177,7 +176,7 @@ class Traffic:
         self._arrived(Arrival(device, DeviceEvent.REFUSED, code=NetworkClosed.code))
 
     def _watch(self, one: _Connection) -> None:
-        """Let the loop watch whether a connection can be read and written, if that is of use now."""
+        """Make the loop watch whether a connection can be read and written, if that is useful now."""
         if one.room > 0 and not (one.ended or one.broken or one.closing):
             self._loop.add_reader(one.ends, self._receive, one)
         else:
@@ -209,7 +208,7 @@ class Traffic:
             one.pause.cancel()
 
     def _push(self, one: _Connection) -> None:
-        """Send as many bytes as can be sent now."""
+        """Send as many bytes as possible now."""
         try:
             while one.out:
                 del one.out[: one.ends.send(bytes(one.out[:WINDOW]))]

@@ -1,7 +1,7 @@
 """Try viewers and controllers on a robot behind a line with delays, in virtual time.
 
-A goal moves. A controller sends set points, which arrive D_f later, and the robot follows them within its limits. The
-robot sends its positions as frames, which arrive D_b later, and each change of its timeline, which arrives as late.
+A goal moves. A controller sends set points, which arrive D_f later; the robot follows them within its limits. The robot
+sends frames with its positions and each change of its timeline; both arrive D_b later.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from vrs_cli.values.commands import JointTarget, Move, Stamp
 
 LEAD = 0.4  # [s] from the issue of a motion in "moves" to its start
 BETWEEN = 2.0  # [s] between two motions of "moves", and two goals of "steps"
-SWING = 0.12  # of the range of a joint: maximum amplitude of "waves"
-SPEED = 0.3  # of the maximum velocity: maximum of "waves"
+SWING = 0.12  # maximum amplitude of "waves", as a fraction of a joint's range
+SPEED = 0.3  # maximum of "waves", as a fraction of the maximum velocity
 PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
 RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] minimum and maximum duration of motions and pauses in "stops"
 TIMELINE = "timeline"  # the viewer that has the timeline
@@ -94,7 +94,8 @@ class ControllerScore(Struct, frozen=True):
 
 
 class MethodOutcome(Struct, frozen=True):
-    """The results of a trial: the score of each viewer by name, and of the controller (None in "moves")."""
+    """The results of a trial: the score of each viewer by its name, and the score of the controller (None in
+    "moves")."""
 
     viewers: dict[str, ViewerScore]
     controller: ControllerScore | None
@@ -203,7 +204,7 @@ class _Bench:
         self._tell()
 
     def _tell(self) -> None:
-        """Send the current timeline to the viewers, for the time of its arrival."""
+        """Send the current timeline to the viewers, with the time of its arrival."""
         self._known.append((self._backward.arrival(self._now), self.robot.timeline))
 
     # --- what came of it ---

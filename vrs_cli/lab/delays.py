@@ -1,7 +1,8 @@
 """Simulate how delays affect a remote operator and viewers, in virtual time.
 
-An operator commands joint-interpolated motions one after the other, each a time `lead` before it starts, over a line
-with delays both ways. Line, mirror, preview, flags and measured delays are those of a real connection.
+An operator commands joint-interpolated motions one after the other, each a time `lead` before its start, over a line
+with delays in both directions. The line, the mirror, the preview, the flags and the measured delays work as in a real
+connection.
 """
 
 from __future__ import annotations
@@ -42,23 +43,23 @@ from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 FIRST = 1.0  # [s] time of the first command
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
 PLACES = 4  # number of targets that the arm visits in turn
-REACH = 0.15  # of the range of each joint: maximum distance of a target from READY
+REACH = 0.15  # maximum distance of a target from READY, as a fraction of each joint's range
 MEASURED = 1000  # number of frames that determine the size of the playout buffer
 READER = Reader[messages.Delta](messages.Delta)
 PINGS = 100  # number of messages that measure the delays before the trial
 
 
-Score = TypeVar("Score", bound=Struct)  # numbers that a trial is judged by
+Score = TypeVar("Score", bound=Struct)  # the measures by which a trial is judged
 
 
 class Strategy(Enum):
     """How a remote viewer sees the robot."""
 
-    FRAMES = "frames"  # g(t) of the time at which the frame was sent
-    PREDICTED = "predicted"  # g(t + D_b), shown at its own time
+    FRAMES = "frames"  # g at the time at which the frame was sent
+    PREDICTED = "predicted"  # g(t + D_b), shown at the time t + D_b
     DELTAS = "deltas"  # g of a mirror at the current time
     AHEAD = "ahead"  # g of a mirror D_f later, when a command issued now arrives
-    PREVIEW = "preview"  # g of a mirror at the current time with the commands that are under way
+    PREVIEW = "preview"  # g of a mirror at the current time with the commands that have not arrived yet
 
 
 class Trial(Struct, frozen=True):
@@ -134,7 +135,7 @@ def mean_score(scores: Sequence[Score]) -> Score:
 
 
 class Change(NamedTuple):
-    """A line of the robot's log: at `applied` [s] the timeline got another path after `cut` [s]."""
+    """A line of the robot's log: at `applied` [s] the path of the timeline after `cut` [s] was replaced."""
 
     applied: float
     cut: float

@@ -1,7 +1,8 @@
-"""Load viewers and controllers of users for `vrs lab experiment methods`, and provide those to compare with.
+"""Load viewers and controllers written by users for `vrs lab experiment methods`, and define the ones that they are
+compared with.
 
 A viewer shows a robot from late frames; a controller sends it set points that arrive late. Each is a class with two
-methods. A user's class may derive from Predictor or RemoteController, or just have their methods.
+methods. A user's class may derive from Predictor or RemoteController, or just have the same methods.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ CLOSE = 0.01  # [rad, m] maximum distance from the set point at which a robot ha
 class Predictor:
     """A viewer: it estimates where a robot is now from earlier positions.
 
-    `robot`: the model of the arm; its `lower`, `upper` [rad; m if a joint slides], `max_velocity` and
+    `robot`: the model of the arm. Its `lower`, `upper` [rad, or m for sliding joints], `max_velocity` and
     `max_acceleration` have n values each. `delay`: half of the measured median round trip D_f + D_b [s]. Each trial
-    makes one object.
+    makes a new object.
     """
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
@@ -55,7 +56,8 @@ class Predictor:
 
 
 class RemoteController:
-    """A controller: it makes a robot behind a delay follow a moving goal. For `robot` and `delay` see Predictor."""
+    """A controller: it makes a robot behind a delay follow a moving goal. `robot` and `delay` are those of
+    Predictor."""
 
     def __init__(self, robot: RobotModel, delay: float) -> None:
         self.robot, self.delay = robot, delay

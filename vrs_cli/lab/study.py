@@ -33,7 +33,7 @@ from vrs_cli.net.delay_line import DelayError, DelayWays, parse_delays
 
 TASKS = ("target", "pick")
 HOLD = 0.5  # [s] that the tool must stay at a place
-FARTHER = 4.0  # times the tolerance: minimum distance between two places of a trial
+FARTHER = 4.0  # minimum distance between two places of a trial, in multiples of the tolerance
 MAX_TRIALS = 1000  # maximum trials per condition, and maximum participants
 TRIES = 1000  # random places to try until one is far enough
 KEYS = ("robot", "task", "trials", "tolerance", "timeout", "seed")
@@ -41,7 +41,7 @@ CONDITION_KEYS = ("name", "forward", "backward")
 
 
 class Condition(Struct, frozen=True):
-    """Delays both ways under a name, as people write them: `gamma 200ms 80ms`."""
+    """Delays in both directions, with a name, in the notation of users: `gamma 200ms 80ms`."""
 
     name: str
     forward: str = "0"
@@ -226,7 +226,7 @@ class Judge:
         return self._stages[min(self._stage, len(self._stages) - 1)]
 
     def take(self, t: float, tool: Vector, hand: float) -> None:
-        """Record where the tool is at t [s, m], and its hand (1 open, 0 closed)."""
+        """Record the position of the tool [m] and the hand (1 open, 0 closed) at time t [s]."""
         if self._last is None:
             places = [tool, *(stage.place for stage in self._stages)]
             self._direct = sum(dist(a, b) for a, b in pairwise(places))
@@ -328,7 +328,7 @@ class Results:
 TICK = 0.05  # [s]
 REACTION = (0.6, 1.4)  # [s] minimum and maximum from a picture to a command
 MISSES, TREMBLES = 0.04, 0.001  # standard deviations: relative to the travel of a joint, and absolute [rad, m]
-STILL = 1e-9  # [rad, m] maximum change per tick of a robot that stands
+STILL = 1e-9  # [rad, m] maximum change per tick of a robot that counts as standing still
 
 
 class DryRun:

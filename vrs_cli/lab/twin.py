@@ -52,11 +52,9 @@ class TwinTrial(Struct, frozen=True):
 
 
 class TwinCurves(Struct, frozen=True):
-    """Distances of the farthest joint [deg] at `times` [s].
-
-    `frames`, `predicted`, `timeline`: from the displayed robot to the body. `tracking`: from the body to the robot's
-    own timeline. `flagged`: whether an unknown command had made the timeline wrong.
-    """
+    """Distances of the farthest joint [deg] at `times` [s]. `frames`, `predicted`, `timeline`: between the displayed
+    robot and the body. `tracking`: between the body and the robot's own timeline. `flagged`: whether an unknown command
+    had made the timeline wrong."""
 
     times: tuple[float, ...]
     frames: tuple[float, ...]

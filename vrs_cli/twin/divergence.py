@@ -40,11 +40,11 @@ from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, 
 EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
 KICKED = 0.6  # the same fraction for a joint blocked in full motion, which disturbs the other joints
 WAY = 10.0  # factor on the noise above which a displacement counts as motion
-LATELY = 0.15  # [s] before the end in which joints may stand still
+LATELY = 0.15  # [s] before the end, in which joints may stand still
 MAX_DELAY = 1.5  # [s]
 MAX_GROWTH = 0.5  # [s/s] of a delay
-SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] how fast a controller gives way to a load, tried one by one
-OTHER_SPEED = 0.02  # [rad/s, m/s] and more of a residual that grows on and on: somebody else moves the arm
+SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which a controller may yield to a load, tried one by one
+OTHER_SPEED = 0.02  # [rad/s, m/s] minimum rate of a growing residual: another commander moves the arm
 Likely = tuple[DivergenceCause, str]
 
 
@@ -57,10 +57,11 @@ class Sample(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """Samples from shortly before the onset `since` [s] on: `measured` joints (N, n), g at their times, the residuals
-    of a `healthy` body (N, n), and their standard deviations by joint (n,): `noise` includes the errors of a healthy
-    model that has learned little, `pure_noise` does not. `befores`: the timelines before the last changes, the newest
-    first.
+    """Samples from shortly before the onset `since` [s] on.
+
+    `measured` (N, n): the joints. `residuals`: the differences between a `healthy` body and g at the same times (N, n),
+    with their standard deviations by joint (n,): `noise` includes the errors of a healthy model that has learned
+    little, `pure_noise` does not. `befores`: the timelines before the last changes, the newest first.
     """
 
     arm: RobotArm
@@ -80,7 +81,7 @@ class Evidence(NamedTuple):
 
     @property
     def error(self) -> Floats:
-        """The residuals that are to be explained (N, n) [rad, m]."""
+        """The residuals to be explained (N, n) [rad, m]."""
         error: Floats = self.measured - self.g.joints - self.healthy
         return error
 
@@ -115,7 +116,7 @@ def likely_cause(it: Evidence) -> Likely:
 
 
 def _lost_or_late(it: Evidence) -> Likely | None:
-    """Test for a command that the body never got, and for a delay that may grow."""
+    """Test for a command that never reached the body, and for a delay that may grow."""
     delay, growth, late_share = _delay(it)
     now = it.times[-1]
     for before in it.befores:
@@ -124,7 +125,8 @@ def _lost_or_late(it: Evidence) -> Likely | None:
             continue
         joints = positions_at(it.arm, before, it.times).joints
         share = it.share(it.measured - joints - it.healthy)
-        # a body that stands since the command began might be late by all of that time, but delays do not jump so far
+        # a body that has stood still since the command began might be late by all of that time, but delays do not jump
+        # so far
         if share >= EXPLAINED and not (late_share > share and delay < 0.7 * (now - begins)):
             number = it.timeline.locate(now)[0].motion
             said = f"the joints follow the timeline as it was before {number.text or 'the last command'}"
@@ -180,10 +182,8 @@ def _standing(it: Evidence) -> Likely | None:
 
 
 def _payload(it: Evidence) -> Likely | None:
-    """Test for a mass at the flange: regress all residuals on its torques on the joints.
-
-    A joint gives way by torque times compliance, which is unknown but not negative; all joints settle at the same rate.
-    """
+    """Test for a mass at the flange: fit all residuals by the torques of this mass on the joints. A joint yields by
+    torque times compliance. The compliance is unknown but not negative; all joints settle at the same rate."""
     rows = zip(it.g.joints.tolist(), it.g.velocity.tolist(), it.g.acceleration.tolist(), strict=True)
     torque = np.array([load_torque(it.arm, *map(tuple, row)) for row in rows])
     after = np.maximum(it.times - it.since, 0.0)[:, None]
@@ -203,7 +203,8 @@ def _payload(it: Evidence) -> Likely | None:
 
 
 def _growing(it: Evidence) -> float:
-    """Return the share explained by residuals that grow with the square of time, as of two commanders."""
+    """Return the share explained by residuals that grow with the square of time, as they do if two commanders move the
+    arm."""
     best = 0.0
     for begin in np.linspace(it.times[0], it.since, 4):
         square = np.maximum(it.times - begin, 0.0)[:, None] ** 2
@@ -213,7 +214,7 @@ def _growing(it: Evidence) -> float:
 
 
 def _other_commander_or_push(it: Evidence) -> Likely | None:
-    """Test for another commander, who moves the arm away smoothly, and for a push, after which the arm comes back."""
+    """Test for another commander, which moves the arm away smoothly, and for a push, after which the arm comes back."""
     size = np.abs(it.error / it.noise).max(axis=1)
     late = it.late
     rate = (it.error[late][-1] - it.error[late][0]) / max(float(np.ptp(it.times[late])), 1e-6)
@@ -229,28 +230,28 @@ def _other_commander_or_push(it: Evidence) -> Likely | None:
 
 
 BLOCK = 0.05  # [s] residuals are averaged over blocks of this length
-APART = 0.009  # [s] closer reports are skipped: 100 a second suffice
+APART = 0.009  # [s] closer reports are skipped, because 100 per second suffice
 GAP = 0.5  # [s] after a longer gap between reports all sums start again
 FALSE_ALARMS = 1e-6  # [1/h] for normal noise
 JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of freedom: 3 standard deviations
 TOOL_ALLOWANCE = 14.0  # the same allowance with the three degrees of freedom of a position
-LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times healthy errors may resemble a load
-SAG = 0.1  # [rad, m] a joint gives way to its usual load by at most this
-DECIDE = 0.2  # [s] from detection to the alarm, for more evidence of the cause
+LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
+SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
+DECIDE = 0.2  # [s] from detection to the alarm, to collect more evidence of the cause
 SECOND = round(1.0 / BLOCK)  # number of blocks in a second
-WAITS = 3  # seconds until the healthy model learns from a second
-CALM = 25.0  # a robot with smaller squared residuals for a second has recovered
+WAITS = 3  # age in seconds at which the healthy model learns from a second of data
+CALM = 25.0  # a robot whose squared residuals stay below this for a second has recovered
 BEFORE = 0.1  # [s] of evidence before the onset
 SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to that of a block, which averages five reports
 MEMORY = 3.0  # [s] of reports that are kept as evidence
-EDITS = 10.0  # [s] timelines before a change are kept so long
+EDITS = 10.0  # [s] for which timelines before a change are kept
 
 
 def exponent(allowance: float, freedoms: int) -> float:
     """Return lambda > 0 with E exp(lambda (x - allowance)) = 1 for x chi-square distributed: the root of
     -freedoms / 2 log(1 - 2 lambda) = lambda allowance below 1/2.
     """
-    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # below `low` the two sides approach each other again
+    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # below `low` the two sides come close to each other again
     for _ in range(100):
         middle = 0.5 * (low + high)
         if middle >= 0.5 or -0.5 * freedoms * log1p(-2.0 * middle) > middle * allowance:
@@ -277,7 +278,7 @@ def load_threshold(joints: int, an_hour: float) -> float:
 
 
 class DivergenceWatch:
-    """A detector for one body. `diverged`: an alarm was raised, and the robot has not recovered since."""
+    """A detector for one body. `diverged`: an alarm was raised, and the robot has not recovered since then."""
 
     def __init__(self, arm: RobotArm) -> None:
         n = arm.model.joint_count
@@ -306,9 +307,8 @@ class DivergenceWatch:
         self.diverged = False
 
     def take(self, timeline: Timeline, report: Report, *, ordered: bool = True) -> DivergenceAlarm | None:
-        """Compare a report with the timeline of the robot as it is now; return an alarm if one is due. Reports that are
-        older than the last one are passed over, and so are those of a body that holds, if that was `ordered`.
-        """
+        """Compare a report with the present timeline of the robot; return an alarm if one is due. Reports older than
+        the last one are skipped, and so are reports of a body that holds, if that was `ordered`."""
         last = self._samples[-1].t if self._samples else -inf
         if timeline is not self._timeline:
             if self._timeline is not None:
@@ -401,9 +401,8 @@ class DivergenceWatch:
             self.healthy.learn(Blocks(*map(np.concatenate, zip(*self._waiting.popleft(), strict=True))))
 
     def _load_ratio(self, load: Floats, error: Floats) -> tuple[float, int]:
-        """Return twice the logarithm of the likelihood ratio of a load, and for how many blocks it has been there: each
-        joint gives way by a compliance that is not known, but never negative. Load and error are in deviations.
-        """
+        """Return twice the logarithm of the likelihood ratio of a load, and the number of blocks since its onset. Each
+        joint yields by an unknown compliance, which is never negative. Load and error are in standard deviations."""
         self._loads.appendleft(np.stack([-load * error, load**2]))
         products, squares = np.moveaxis(np.cumsum(list(self._loads), axis=0), 1, 0)
         ratios = (np.maximum(products, 0.0) ** 2 / (squares + SAG**-2)).sum(axis=1)

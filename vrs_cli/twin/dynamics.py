@@ -68,9 +68,8 @@ class InertialModel(NamedTuple):
 
 class LinkMotion(NamedTuple):
     """The motion of a link over N samples: R (N, 3, 3) and origin (N, 3) of its frame, its angular velocity and
-    acceleration, and the acceleration of the origin less that of gravity, each (N, 3); `axis` (N, 3) of its joint and
-    `lever` (N, 3) from the frame before to its own.
-    """
+    acceleration, and the acceleration of the origin minus gravity, each (N, 3). `axis` (N, 3): the axis of its joint;
+    `lever` (N, 3): the vector from the origin of the previous frame to its own."""
 
     slides: bool
     axis: Floats
@@ -117,7 +116,8 @@ def torques(
     *,
     friction: bool = True,
 ) -> Floats:
-    """Return the torques (N, n) of the joints that give these accelerations; `friction`: with that of the joints."""
+    """Return the joint torques (N, n) that produce these accelerations. `friction`: include the friction of the
+    joints."""
     found = inertial.armature * qdd
     if friction:
         found = found + inertial.viscous * qd + inertial.coulomb * np.sign(qd)
@@ -130,7 +130,7 @@ def torques(
         inertia = link.R @ inertial.inertia[i] @ link.R.transpose(0, 2, 1)
         turning = _times(inertia, wd) + np.cross(w, _times(inertia, w)) + np.cross(centre, own)
         force = force + own
-        moment = moment + turning + np.cross(link.lever, force)  # about the origin of the frame before
+        moment = moment + turning + np.cross(link.lever, force)  # about the origin of the previous frame
         found[:, i] += np.einsum("ni,ni->n", link.axis, force if link.slides else moment)
     return found
 
@@ -149,7 +149,7 @@ def regressor(model: RobotModel, q: Floats, qd: Floats, qdd: Floats, gravity: Se
 
 
 def mass_matrix(model: RobotModel, inertial: InertialModel, q: Floats) -> Floats:
-    """Return the inertia of the joints (N, n, n) at joints (N, n), that of the motors' rotors included."""
+    """Return the inertia matrix of the joints (N, n, n) at joints (N, n), including the rotors of the motors."""
     still = np.zeros_like(q)
     columns = [
         torques(model, inertial, q, still, still + unit, (0.0, 0.0, 0.0), friction=False)
@@ -204,7 +204,7 @@ MASSES = ROBOTS / "masses"  # folder of the masses of built-in robots, which onl
 ROUNDING = 1e-12  # relative rounding error of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] a moment of inertia
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
-RESERVE = 2.0  # ratio of a drive's greatest torque to that for gravity and greatest acceleration (our choice)
+RESERVE = 2.0  # ratio of a drive's maximum torque to the torque for gravity and maximum acceleration (our choice)
 ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of greatest inertia, of RESERVE torques
 ROUND = 24  # number of slices along half a circle: second moments of a slab to 1e-4
 
@@ -262,7 +262,8 @@ def realizable_inertia(inertia: Floats) -> Floats:
 def _with_drives(
     model: RobotModel, known: Sequence[LinkMasses], mass: Floats, centre: Floats, inertia: Floats
 ) -> InertialModel:
-    """Add the drives. Unknown data are our shares of the inertias and torques of the arm in random poses."""
+    """Add the drives. Unknown data are chosen as fixed shares of the inertias and torques of the arm in random
+    poses."""
     none = np.zeros(len(mass))
     bare = InertialModel(mass, centre, inertia, none, none, none, none)
     random, ranges = Random(SEED), list(zip(model.lower, model.upper, strict=True))
@@ -395,7 +396,7 @@ def _slab(body: Slab) -> PointMasses:
 
 
 def _slices(ends: tuple[float, float], slice_at: Callable[[float], Slice], count: int = 4) -> PointMasses:
-    """Return points of slices at Gauss-Legendre nodes: exact for integrands up to the 7th degree in z."""
+    """Return points of slices at Gauss-Legendre nodes. The result is exact for integrands up to the 7th degree in z."""
     low, high = ends
     places, weights = (0.5 * (high - low) * row for row in np.polynomial.legendre.leggauss(count))
     rows = [

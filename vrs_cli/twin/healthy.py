@@ -21,12 +21,12 @@ from vrs_cli.kinematics.joints import Joints
 # standard deviations of the coefficients of `features`: an offset; lag, acceleration and dry friction in this block,
 # and in the one before; load [rad or m, s, s2]
 PRIOR = (0.01, 0.05, 0.005, 0.003, 0.05, 0.005, 0.003, 0.02)
-BEGUN = 1e-3  # [rad/s, m/s] of a joint whose dry friction has its full size
+BEGUN = 1e-3  # [rad/s, m/s] speed above which the dry friction of a joint has its full size
 ACTIVITY = (0.01, 0.1, 0.4)  # bounds between classes of activity, as fractions of the velocity and acceleration limits
-START = 2e-3  # [rad, m] noise before it is known
-LEAST_NOISE = 2e-4  # [rad, m] that is never undercut (0.011 deg): play, and what an operator need not know
-STICK = 2e-3  # [rad, m] a joint that hardly moves may stand beside its set point: dry friction holds it there
-SLOW = 5e-3  # [rad/s, m/s] below which it may
+START = 2e-3  # [rad, m] assumed noise while nothing is known
+LEAST_NOISE = 2e-4  # [rad, m] minimum noise (0.011 deg): play, and errors that an operator need not know
+STICK = 2e-3  # [rad, m] a joint that hardly moves may deviate this much from its set point: dry friction holds it there
+SLOW = 5e-3  # [rad/s, m/s] speed below which a joint hardly moves
 FEW = 100  # number of blocks after which a class has its own noise
 GRAVITY = 9.81  # [m/s2]
 MEMORY = 12_000.0  # number of blocks (10 minutes of motion) after which learned data have a third of their weight
@@ -37,9 +37,8 @@ CORRELATED = 4.0  # number of successive blocks that count as one, because their
 
 
 class Blocks(NamedTuple):
-    """Averages over short stretches of reports, at times (B,) [s]: residual (B, n); of g velocity and acceleration in
-    each and in the one before it (B, 2, n), and the torque of a load divided by its usual size (B, n).
-    """
+    """Averages over short stretches of reports, at times (B,) [s]: the residual (B, n); velocity and acceleration of g
+    in this block and in the block before (B, 2, n); and the torque of a load divided by its usual size (B, n)."""
 
     times: Floats
     residual: Floats
@@ -49,7 +48,8 @@ class Blocks(NamedTuple):
 
 
 class HealthyError(NamedTuple):
-    """The healthy residual of blocks (B, n), its standard deviation, and that of the noise alone [rad, m]."""
+    """The healthy residual of blocks (B, n), its standard deviation, and the standard deviation of the noise alone
+    [rad, m]."""
 
     mean: Floats
     deviation: Floats
@@ -97,7 +97,8 @@ class HealthyResidual:
         return np.stack([*rows, blocks.torque], axis=-1)
 
     def _classes(self, blocks: Blocks) -> Rows:
-        """Return the class of activity of each block (B,): that of the most active joint, which shakes the others."""
+        """Return the class of activity of each block (B,): the class of the most active joint, since this joint shakes
+        the others."""
         speed = np.abs(blocks.velocity) / self._most_velocity
         change = np.abs(blocks.acceleration) / self._most_acceleration
         found: Rows = np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2)))
@@ -137,8 +138,8 @@ class HealthyResidual:
             self._squares[number] = self._squares[number] * decay + (these**2).sum(axis=0)
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
         weight = np.maximum(self._weight, 1.0)
-        own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least that of the largest error
-        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # more while few were learned
+        own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least the noise of the largest error
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # more while few blocks were learned
         self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # rises with the class of activity
         self.learned += len(blocks.times)
 

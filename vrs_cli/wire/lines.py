@@ -111,9 +111,9 @@ class EventRowRecord(records.StrictRecord, frozen=True):
 
 
 class PartRecord(records.StrictRecord, frozen=True, array_like=True):
-    """A part of a row: where the row's line begins in the file, its number of segments, and the segments from `first`
-    to before `last`. `begin`, `end` [s]: their times in the row; in the timeline they are `offset` later.
-    """
+    """A part of a row: the position in the file where the row's line begins, the number of segments in the row, and the
+    segments from `first` to before `last`. `begin`, `end` [s]: their times in the row; in the timeline they are
+    `offset` later."""
 
     place: records.Count
     count: records.Count
@@ -148,7 +148,7 @@ ROW, EVENTS, CHECKPOINT, REPORTS = (
 
 
 class Marks(msgspec.Struct):
-    """The keys of the first line that tell a trajectory file of any version from other files."""
+    """The keys of the first line that distinguish a trajectory file of any version from other files."""
 
     vrst: records.Count
     vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
@@ -180,7 +180,7 @@ class LineEncoder:
         return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments, VERSION))
 
     def delta(self, delta: TimelineDelta) -> bytes:
-        """Encode a delta. Each PART-th one describes its motions again: a reader can begin there."""
+        """Encode a delta. Every PART-th delta describes its motions again, so that a reader can begin there."""
         if not delta.version % PART:
             self._motions.clear()
         return self._line(records.delta_record(delta, self._motions))

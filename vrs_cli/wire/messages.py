@@ -149,7 +149,8 @@ class Numbered(ServerMessage, frozen=True, kw_only=True):
 
 
 class Result(ServerMessage, frozen=True):
-    """The answer to the request with this `id`. A client whose connection was cut before the answer asks again."""
+    """The answer to the request with this `id`. A client whose connection was cut before the answer repeats the
+    request."""
 
     id: Count
 
@@ -205,26 +206,27 @@ class Answer(ClientMessage, frozen=True):
 
 
 class Complete(Request, frozen=True):
-    """Ask how a text can go on; `everything`: list the choices also where no word is begun. `completed` answers."""
+    """Request the possible continuations of a text. `everything`: list the choices even where no word has been started.
+    `completed` answers."""
 
     text: Text
     everything: bool = False
 
 
 class Check(Request, frozen=True):
-    """Ask for the mistake in a line before it is sent. `checked` answers."""
+    """Request the mistake in a line before it is sent. `checked` answers."""
 
     text: Text
 
 
 class Positions(Request, frozen=True):
-    """Ask where the robot is at these times [s], at most 2,000; more are refused. `located` answers."""
+    """Request the position of the robot at these times [s]; more than 2,000 are refused. `located` answers."""
 
     times: tuple[Time, ...]
 
 
 class Get(Request, frozen=True):
-    """Ask for a file of the robot's folder. `fetched` answers."""
+    """Request a file of the robot's folder. `fetched` answers."""
 
     name: Name
 
@@ -240,7 +242,7 @@ class LeaseAct(Enum):
 
 
 class Drive(Command, frozen=True):
-    """Take, ask for, give, release or renew the lease, the right to move the robot. `to`: the client that gets it."""
+    """Take, request, give, release or renew the lease, the right to move the robot. `to`: the client that gets it."""
 
     act: LeaseAct
     to: Name = ""
@@ -257,7 +259,7 @@ class Refused(Numbered, frozen=True):
 
 
 class Status(ServerMessage, frozen=True):
-    """What a prompt shows beside the text that is typed: clock, speed, program, position. Sent when it changes."""
+    """The values that a prompt shows beside the typed text: clock, speed, program, position. Sent when they change."""
 
     around: Around
 
@@ -284,7 +286,7 @@ class Told(Numbered, frozen=True):
 
 
 class Asked(Numbered, frozen=True):
-    """A question with its number; `id`: the command that asks it, absent if a program does."""
+    """A question with its number. `id`: the command that asks it; absent if a program asks."""
 
     number: Count
     question: Question
@@ -292,7 +294,7 @@ class Asked(Numbered, frozen=True):
 
 
 class Withdrawn(Numbered, frozen=True):
-    """The question with this number is answered, or needs no answer any more."""
+    """The question with this number was answered, or no longer needs an answer."""
 
     number: Count
 
@@ -357,7 +359,7 @@ class Refusal(Struct, frozen=True):
         return cls(error.code, error.title, str(error), error.detail, error.hint, in_python=error.in_python, **told)
 
     def error(self) -> VrsError:
-        """Make the error again: of its class, with the same message and numbers."""
+        """Recreate the error: with its class, message and numbers."""
         kind = _KIND_OF_CODE.get(self.code, VrsError)
         told = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
         made = kind(self.detail, self.hint, in_python=self.in_python, **told)
@@ -365,7 +367,7 @@ class Refusal(Struct, frozen=True):
 
 
 class Quoted(ProgramError):
-    """A refusal whose message is not made from its fields, as of a line that cannot be read."""
+    """A refusal whose message is not made from its fields, for example of a line that cannot be read."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.detail, refusal.hint, in_python=refusal.in_python)

@@ -99,7 +99,8 @@ def _decompress(data: bytes, size: int) -> bytes:
 
 
 def _planes(column: array[float]) -> bytes:
-    """Return the first bytes of all numbers of a column, then all second bytes and so on, in little-endian order."""
+    """Return the bytes of a column sorted by their place in the number: the first bytes of all numbers, then all second
+    bytes and so on; little-endian."""
     data, size = column.tobytes(), column.itemsize
     return b"".join([data[place::size] for place in _places(size)])
 

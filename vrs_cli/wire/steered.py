@@ -1,8 +1,9 @@
-"""Encode a steering delta in short: what the joints do in one tick.
+"""Encode a steering delta in short form: only the motion of the joints in one tick. The motion after the tick, until
+the next target, is computed.
 
-What follows the tick, until the next target, is computed. A receiver that has the timeline before the delta takes the
-place and the velocity at the tick's start from it, and plans the rest by the same law (`Law.replay_steering`). A
-checksum over all numbers shows that the result is the same to the bit.
+A receiver that has the timeline before the delta takes the position and the velocity at the start of the tick from it,
+and plans the rest by the same law (`Law.replay_steering`). A checksum over all numbers shows that the result is equal
+to the bit.
 """
 
 from __future__ import annotations
@@ -70,9 +71,8 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
 
 
 def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: Form, first: int = 0) -> TimelineDelta:
-    """Return the delta in full. `before`: the timeline that it is for, from its segment number `first` on. Raises
-    RecordError if the result differs from what was sent; the receiver then asks for the full form.
-    """
+    """Return the delta in full. `before`: the timeline to which it applies, from its segment number `first` on. Raises
+    RecordError if the result differs from what was sent; the receiver then requests the full form."""
     motion = before[len(before) - 1].motion if record.motion is None else Motions().resolve(record.motion, form)
     if motion.kind is not MotionKind.STEERED or len(record.rates) != form.joint_count or not record.tick:
         raise RecordError("a target of steering for a motion, or a robot, that has none")
