@@ -130,6 +130,7 @@ DEFERRED = (
         "few lessons have a robot that is served",
     ),
     Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),
+    Deferred(("kinematics/robot_file.py",), ("tomllib",), "built-in robots are cached"),
     Deferred(("repl/interactive.py",), ("termios",), "Windows has none"),
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
     Deferred(("devices/sockets.py",), ("termios", "tty", "fcntl"), "Windows has none"),

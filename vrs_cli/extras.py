@@ -1,10 +1,22 @@
-"""Find what is installed: optional packages, the folders that come with vrs, the built page."""
+"""Find what is installed: optional packages, the folders that come with vrs, the built page; and keep computed data in
+the user's cache folder.
+"""
 
 from __future__ import annotations
 
+import marshal
+import os
 import sys
+import zlib
+from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TypeVar
+
+from vrs_cli.version import __version__
+
+V = TypeVar("V")
 
 MESH_PACKAGES = "pillow pycollada trimesh"  # of the extra `mesh`: textures, DAE files, and all others
 BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
@@ -51,3 +63,41 @@ def _origin() -> str:
 
 def _quote(word: str) -> str:
     return f'"{word}"' if " " in word else word
+
+
+# --- the cache of the user --------------------------------------------------------------------------------------------
+
+MARSHAL_FORMAT = 4  # all releases of Python read it
+CHECKSUM_BYTES = 4  # marshal does not check what it reads
+
+
+def cached(name: str, source: str, make: Callable[[], V]) -> V:
+    """Return the result of `make`, which depends on `source` alone, from the file `name` of the cache folder if this
+    version of vrs wrote it for the same source. Otherwise compute it and write the file, unless it is None. The result
+    is plain data: numbers, strings, tuples, lists and dictionaries.
+    """
+    key, file = (__version__, source), _cache_file(name)
+    with suppress(OSError, EOFError, ValueError, TypeError):
+        data = b"" if file is None else file.read_bytes()
+        if zlib.crc32(data[CHECKSUM_BYTES:]) == int.from_bytes(data[:CHECKSUM_BYTES], "big"):
+            found, kept = marshal.loads(data[CHECKSUM_BYTES:])
+            if found == key:
+                result: V = kept
+                return result
+    result = make()
+    if file is not None and result is not None:
+        data = marshal.dumps((key, result), MARSHAL_FORMAT)  # type: ignore[arg-type]  # the caller gives plain data
+        new = file.with_suffix(f".{os.getpid()}")
+        with suppress(OSError):  # replace the file as a whole, or not at all
+            file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            new.write_bytes(zlib.crc32(data).to_bytes(CHECKSUM_BYTES, "big") + data)
+            os.replace(new, file)
+    return result
+
+
+def _cache_file(name: str) -> Path | None:
+    """Return the path of a file in the cache folder; None for a user without a home folder."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    with suppress(RuntimeError):
+        return (Path(base) if base else Path.home() / ".cache") / "vrs" / name
+    return None

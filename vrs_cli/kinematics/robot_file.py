@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
+from vrs_cli.extras import cached
 from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader, misfit_of
 
@@ -63,16 +63,27 @@ def robot_names() -> tuple[str, ...]:
 
 @lru_cache
 def _built_in(name: str) -> RobotModel:
-    return _read_toml(ROBOTS / f"{name}.toml", NO_ENDS)
+    path = ROBOTS / f"{name}.toml"
+    text = _text(path, "TOML")
+    return _from_toml(path, cached(f"{name}.robot", text, lambda: _parse(path, text)), NO_ENDS)
 
 
 def _read_toml(path: Path, ends: Ends) -> RobotModel:
+    return _from_toml(path, _parse(path, _text(path, "TOML")), ends)
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    import tomllib  # here because it compiles long expressions, and built-in robots are cached
+
     try:
-        data = tomllib.loads(_text(path, "TOML"))
+        return tomllib.loads(text)
     except ValueError as error:
         raise FileDamaged(f"{path}: {error}", "a robot is a TOML file") from None
     except RecursionError:
         raise FileDamaged(f"{path}: lists or tables in one another without end", "a robot is a TOML file") from None
+
+
+def _from_toml(path: Path, data: dict[str, Any], ends: Ends) -> RobotModel:
     if "urdf" not in data:
         return _without_ends(ModelReader(str(path), human=True).model(data), ends)
     reader = ModelReader(str(path), human=True)

@@ -8,12 +8,8 @@ fast as Lark does. Lark keeps the table in a private attribute. If a release of 
 
 from __future__ import annotations
 
-import marshal
-import os
 import re
-import zlib
 from collections.abc import Callable, Container, Sequence
-from contextlib import suppress
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
@@ -26,7 +22,7 @@ from vrs_cli.errors import (
     MissingParenthesis,
     ProgramError,
 )
-from vrs_cli.extras import shipped_folder
+from vrs_cli.extras import cached, shipped_folder
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable, resolve_line
 from vrs_cli.language.text.builder import Builder, signed_number
@@ -37,11 +33,9 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
-from vrs_cli.version import __version__
 
 END = "$END"  # the terminal after the last token
-FORM = f"vrs {__version__}, table 1"  # the format of the cache file
-CHECKSUM = 4  # bytes
+FORM = "table 1"  # the format of the cached table
 
 
 class DoesNotFit(Exception):
@@ -97,25 +91,20 @@ class Table(NamedTuple):
 
 def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
     """Return the table of a grammar, from the cache or from Lark; None if this Lark has a table of another form."""
-    file = _file()
-    kept = _load_table(file, grammar) if file else None
-    if kept is not None:
-        return kept
+    kept = cached("grammar.table", f"{FORM}\n{grammar}", partial(_sound_table, grammar, starts))
+    if kept is None:
+        return None
+    states, rules, *rest = kept
+    return Table(states, [Rule(*rule) for rule in rules], *rest)
+
+
+def _sound_table(grammar: str, starts: tuple[str, ...]) -> tuple[Any, ...] | None:
+    """Return the table that Lark makes of a grammar, in lists and dictionaries; None if it is not sound."""
     try:
         table = _table(_lark(grammar, starts))
     except (AttributeError, KeyError, TypeError, ValueError):
         return None
-    if not _is_sound(table, starts):
-        return None
-    if file:
-        # Write the table to a file, as a whole or not at all
-        data = marshal.dumps((FORM, grammar, table.states, list(map(tuple, table.rules)), *table[2:]))
-        new = file.with_suffix(f".{os.getpid()}")
-        with suppress(OSError):
-            file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            new.write_bytes(zlib.crc32(data).to_bytes(CHECKSUM, "big") + data)
-            os.replace(new, file)
-    return table
+    return (table.states, list(map(tuple, table.rules)), *table[2:]) if _is_sound(table, starts) else None
 
 
 def _lark(grammar: str, starts: tuple[str, ...], builder: object = None) -> Any:
@@ -158,25 +147,6 @@ def _is_sound(table: Table, starts: tuple[str, ...]) -> bool:
 
 def _terminals(lark: Any) -> dict[str, str]:
     return {str(terminal.name): terminal.pattern.to_regexp() for terminal in lark.terminals}
-
-
-def _load_table(file: Path, grammar: str) -> Table | None:
-    try:
-        data = file.read_bytes()
-        if zlib.crc32(data[CHECKSUM:]) != int.from_bytes(data[:CHECKSUM], "big"):
-            return None  # marshal does not check what it reads
-        form, source, states, rules, *rest = marshal.loads(data[CHECKSUM:])
-        return Table(states, [Rule(*rule) for rule in rules], *rest) if (form, source) == (FORM, grammar) else None
-    except (OSError, EOFError, ValueError, TypeError):
-        return None
-
-
-def _file() -> Path | None:
-    """Return the path of the cached table; None for a user without a home folder."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    with suppress(RuntimeError):
-        return (Path(base) if base else Path.home() / ".cache") / "vrs" / "grammar.table"
-    return None
 
 
 # --- by the table --------------------------------------------------------------------------------------------------
