@@ -14,7 +14,7 @@ from functools import partial
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from msgspec import Struct, field, structs
 
@@ -111,7 +111,7 @@ class BatchTerminal(Struct, frozen=True):
 # --- one run ---
 
 
-class Heard(NamedTuple):
+class Heard(Struct, frozen=True):
     """Callbacks of one run of several. `ended` gets its result, `printed` its object of --json."""
 
     ended: Callable[[RunResult], None]
@@ -494,7 +494,7 @@ def fault_text(path: str, fault: ProgramFault) -> str:
 # --- several files: each by itself, one after the other, and one summary of all -----------------------------------
 
 
-class FileSummary(NamedTuple):
+class FileSummary(Struct, frozen=True):
     """A row of the summary of several files. `seconds`: in the robot's time."""
 
     path: str

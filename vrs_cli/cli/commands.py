@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.cli import kinds
 
 
-class OptionRow(NamedTuple):
+class OptionRow(Struct, frozen=True):
     """An option or an argument. `form` is how the help shows it: "-o --output OUT"; an option without a value is true
     or false; brackets mean that a value may be left out, dots that several may be given; the first word of an argument
     is its attribute: "files FILE.v2 ...". `const`: the value of an option whose value is left out. `repeats`: the
@@ -33,13 +34,13 @@ class OptionRow(NamedTuple):
     rare: bool = False
 
 
-class OneOf(NamedTuple):
+class OneOf(Struct, frozen=True):
     """Options of which a command line has at most one."""
 
     options: tuple[OptionRow, ...]
 
 
-class Group(NamedTuple):
+class Group(Struct, frozen=True):
     """Options that stand together in the help, under a title and a sentence `about` them."""
 
     title: str
@@ -47,7 +48,7 @@ class Group(NamedTuple):
     about: str | None
 
 
-class Subcommand(NamedTuple):
+class Subcommand(Struct, frozen=True):
     """A row of the table. `vrs --help` shows `arguments` and `summary`; the subcommand's own help begins with the
     `description`. For `where` the module has a function `where(options)`, which returns the exit status, or None for 0;
     for `lab steer` it is `steer`, and for `class`, a keyword of Python, `class_`.
