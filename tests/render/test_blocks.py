@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.render.blocks import Column, Grid, for_stream, grid_lines, number_column, split, visible
+from vrs_cli.render.blocks import Column, Grid, grid_lines, number_column, split
 from vrs_cli.render.console import TerminalRenderer
+from vrs_cli.render.plain import for_stream, visible
 from vrs_cli.values.replies import StringTable
 
 FIGURES = Grid(

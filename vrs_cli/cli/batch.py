@@ -34,8 +34,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Isolation, Limits
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.words.values import key_of
-from vrs_cli.render.blocks import for_stream
-from vrs_cli.render.displaced import sentences, untrue_sentence
+from vrs_cli.render.plain import for_stream, sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl.interrupt import Stoppable
 from vrs_cli.repl.piped import lines_of_pipe

@@ -21,8 +21,9 @@ from vrs_cli.errors import FileDamaged, FileError, FileOutside, NonexistentFile
 from vrs_cli.files.atomic import check_writable, write_atomically
 from vrs_cli.files.opening import Folder, reason
 from vrs_cli.files.program_file import decode_program
-from vrs_cli.render.blocks import PIPE, Block, Column, Grid, for_stream, grid_lines, line, number_column, split
+from vrs_cli.render.blocks import PIPE, Block, Column, Grid, grid_lines, line, number_column, split
 from vrs_cli.render.pictures import check_page
+from vrs_cli.render.plain import for_stream
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, find_exercise

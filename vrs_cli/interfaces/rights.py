@@ -13,6 +13,8 @@ commands take to arrive. (A viewer has D = D_b, or looks further ahead: `Subscri
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -21,9 +23,11 @@ from vrs_cli.language.text.ast import Assignment, DoInstruction, ExplainCommand,
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import BESIDE, COMMANDS, ON_BRANCH
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.acts import Go
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.tagged import TaggedValue
+
+if TYPE_CHECKING:
+    from vrs_cli.values.acts import Go
 
 CHANGE = "a change of a variable"
 STOPPING = ("ABORT",)  # words of the commands that overtake all other requests

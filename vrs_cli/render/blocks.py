@@ -2,34 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from textwrap import wrap
-from typing import TextIO
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.render.colours import Ink
-
-# TYPE may ring the bell (/B) and move up n lines (/U); tabs and line ends stay too
-_OBEYED = r"\x1b\[[0-9]{1,4}A"
-_CONTROL = re.compile(rf"({_OBEYED})|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
-_CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in range(0xA0)]
-
-
-def visible(text: str) -> str:
-    """Return text with control characters as `cat -v` shows them: ^[ for escape, ^? for delete, M-^[ for 0x9b.
-
-    A program's string may hold any character, and a terminal obeys some of them: colours, title, keys to send.
-    """
-    return _CONTROL.sub(lambda found: found[1] or _CARETS[ord(found[0])], text)
-
-
-def for_stream(text: str, stream: TextIO) -> str:
-    """Return the text to write to a stream: `visible` text for a terminal, unchanged text for files and pipes."""
-    return visible(text) if stream.isatty() else text
-
 
 Piece = tuple[str, Ink]
 

@@ -12,9 +12,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from vrs_cli.render.blocks import SCREEN_ROWS, Block, Grid, Page, TextLine, grid_lines, split, visible
+from vrs_cli.render.blocks import SCREEN_ROWS, Block, Grid, Page, TextLine, grid_lines, split
 from vrs_cli.render.colours import COLOURS, Ink, Palette, ink_style
 from vrs_cli.render.layout import blocks
+from vrs_cli.render.plain import visible
 from vrs_cli.values.replies import Reply
 
 PROMPT_ROWS = 8  # rows that the next prompt needs for its toolbar and menu

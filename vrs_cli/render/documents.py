@@ -10,10 +10,11 @@ from math import ceil, floor
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-from vrs_cli.render.blocks import PIPE, Block, Grid, Page, Piece, TextLine, block_lines, line, visible
+from vrs_cli.render.blocks import PIPE, Block, Grid, Page, Piece, TextLine, block_lines, line
 from vrs_cli.render.chart import round_step
 from vrs_cli.render.colours import COLOURS, CURVES, GREY, RED, Ink
 from vrs_cli.render.layout import blocks
+from vrs_cli.render.plain import visible
 from vrs_cli.values.replies import Plot, Reply
 
 WIDTH, HEIGHT = 640, 300  # [px] of the picture of a plot

@@ -12,7 +12,7 @@ from vrs_cli.kinematics.transform import Transform, Vector, compose
 from vrs_cli.language.words.values import numbers_of
 from vrs_cli.render import blocks
 from vrs_cli.render.colours import Ink
-from vrs_cli.render.displaced import sentences
+from vrs_cli.render.plain import sentences
 from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, latex_name
 from vrs_cli.values import results
 from vrs_cli.values.numbers import count, decimal, seconds

@@ -28,8 +28,8 @@ from vrs_cli.render.blocks import (
 )
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink, scan
-from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.explained import EXPLANATIONS, reach_report
+from vrs_cli.render.plain import sentences, untrue_sentence
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
 from vrs_cli.values.measured import BodyMode, alarm_text

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from vrs_cli.render.blocks import PIPE, SCREEN_ROWS, Page, block_lines, text_of, visible
+from vrs_cli.render.plain import visible
 from vrs_cli.values.replies import Message, Reply, StyledLine
 
 
@@ -14,6 +14,7 @@ def plain_text(reply: Reply) -> str:
     """Return the text of a reply, each line with its newline; "" for an empty reply."""
     if isinstance(reply, Message):  # most runs show only such a message, and the layouts take a while to load
         return "".join(f"{line.rstrip()}\n" for line in reply.text.split("\n"))
+    from vrs_cli.render.blocks import PIPE, text_of
     from vrs_cli.render.layout import blocks
 
     return text_of(blocks(reply, PIPE))
@@ -24,6 +25,7 @@ def styled_lines(reply: Reply, columns: int) -> Iterator[StyledLine]:
 
     Tables that grow with time end after `SCREEN_ROWS` rows, as on a terminal.
     """
+    from vrs_cli.render.blocks import SCREEN_ROWS, Page, block_lines
     from vrs_cli.render.layout import blocks
 
     page = Page(columns, SCREEN_ROWS, colours=True, unicode=True)

@@ -21,7 +21,7 @@ from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to
-from vrs_cli.render.blocks import for_stream
+from vrs_cli.render.plain import for_stream
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.piped import QUESTION, Driven, lines_of_pipe

@@ -15,8 +15,9 @@ from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.render.blocks import shorten, visible
+from vrs_cli.render.blocks import shorten
 from vrs_cli.render.colours import COLOURS
+from vrs_cli.render.plain import visible
 from vrs_cli.repl.interrupt import Ended
 from vrs_cli.repl.loop import WANTED, yes_or_no
 from vrs_cli.values import replies

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
 from enum import Enum, auto
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from msgspec import Struct, field
 
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.rights import THE_ROBOTS, HolderTimes
@@ -58,8 +59,7 @@ class StreamKind(Enum):
     KEYS = auto()
 
 
-@dataclass(eq=False)
-class TargetStream:
+class TargetStream(Struct, eq=False):
     """A stream of targets that a user has opened and not closed. `ended`: why the robot follows no more targets of it;
     empty as long as the robot does. `version`: that of the timeline after the last target.
 
@@ -81,8 +81,7 @@ STOPPED = "something else has moved or stopped the robot"  # why a stream has en
 MAX_TYPED_LINES = 1000  # maximum number of lines that HISTORY keeps
 
 
-@dataclass(eq=False)
-class UserState:
+class UserState(Struct, eq=False, weakref=True):
     """The state of a user. `attended`: a person is there who can be asked. `lives`: the user goes on typing while a
     program runs, and does not wait for its end.
 

@@ -446,7 +446,7 @@ def check_line(
     return tuple(steps.diagnostics)
 
 
-_ASSIGNMENT = re.compile(r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=[ \t]*[^=\s]")
+_ASSIGNMENT = r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=[ \t]*[^=\s]"
 
 
 def hidden_statement(statement: Statement, comment: str | None, end: int) -> Iterator[Diagnostic]:
@@ -456,7 +456,7 @@ def hidden_statement(statement: Statement, comment: str | None, end: int) -> Ite
     word = statement.word if isinstance(statement, ast.Instruction) else ""
     if not comment or not isinstance(statement, ast.Assignment | ast.Instruction):
         return
-    if comment.strip().upper().startswith(f"{word} ") if word else _ASSIGNMENT.match(comment):
+    if comment.strip().upper().startswith(f"{word} ") if word else re.match(_ASSIGNMENT, comment):
         with suppress(LineRefused):
             hidden = parse_step(comment.strip()).statement
             if isinstance(hidden, type(statement)):
@@ -465,7 +465,7 @@ def hidden_statement(statement: Statement, comment: str | None, end: int) -> Ite
 
 
 _NAME = r"[#$]?[A-Za-z][\w.]*"
-_GIVES = re.compile(rf"(?i)(?:(?:for|set|point|here)[ \t]+({_NAME})|({_NAME})[ \t]*(?:\[[^\]]*\][ \t]*)?:?=(?!=))")
+_GIVES = rf"(?i)(?:(?:for|set|point|here)[ \t]+({_NAME})|({_NAME})[ \t]*(?:\[[^\]]*\][ \t]*)?:?=(?!=))"
 
 
 def _meant_to_give(line: str) -> Iterable[str]:
@@ -473,7 +473,7 @@ def _meant_to_give(line: str) -> Iterable[str]:
     words = re.findall(_NAME, re.sub(r'"[^"]*"?|;.*', " ", line))
     if words and own_word(words[0]) == "PROMPT":
         return words[1:]
-    return (name for found in _GIVES.findall(line) for name in found if name)
+    return (name for found in re.findall(_GIVES, line) for name in found if name)
 
 
 def other_sigil(variable: ast.Variable, known: Container[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.render.displaced import sentences, untrue_sentence
+from vrs_cli.render.plain import sentences, untrue_sentence
 from vrs_cli.values.results import Displacement, Moved, Untrue
 
 
