@@ -44,7 +44,7 @@ REFUSALS: Mapping[StreamKind, tuple[type[RequestRefused | UsageError], str, str]
     StreamKind.STEER: (RequestRefused, "the robot steers no longer: {}", "begin anew with a first target"),
     StreamKind.DRAG: (RequestRefused, "the tool was let go: {}", "the next call drags it again"),
     StreamKind.BUTTON: (UsageError, "the arm was stopped by hand", "let the button go, and press it again"),
-    StreamKind.KEYS: (UsageError, "the arm was stopped by hand", "the space bar, then the keys move it again"),
+    StreamKind.KEYS: (RequestRefused, "the arm was stopped by hand", "press space, and then the key again"),
 }
 
 
@@ -126,13 +126,19 @@ class TargetControl(NamedTuple):
 
     def jog(self, jogger: Jogger, act: Press | StopJog | Look, kind: StreamKind) -> Seen:
         """Carry out the action of a button or of a key, by which the user moves the arm. Return the state of the robot
-        then. Letting a button go does not brake motions that others began. Raises UsageError after a stop,
-        RobotNotAttached.
+        then; for a refused key the state contains the error. Letting a button go does not brake motions that others
+        began. Raises UsageError for a button that is held since the stop, RobotNotAttached.
         """
         engine = self.session.engine
         if isinstance(act, Press):
             stream = self._open(kind)
-            self._accept(stream)
+            try:
+                self._accept(stream)
+            except VrsError as error:
+                if kind is StreamKind.BUTTON:
+                    raise
+                jogger.said = str(error)  # on the screen until the next key
+                return jogger.do(Look())
             seen = jogger.do(act)
             stream.version = engine.timeline.version
             return seen

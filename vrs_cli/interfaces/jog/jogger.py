@@ -108,7 +108,7 @@ def axis_of(engine: Engine, name: str) -> Axis:
 
 
 class Jogger:
-    """Moves the arm of a station in steps. `speed` [% of full speed]."""
+    """Moves the arm of a station in steps. `speed` [% of full speed]. `said`: the message for the last key."""
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
@@ -116,7 +116,7 @@ class Jogger:
         self.joints = self.engine.model.joint_count
         self.units = self.engine.model.units
         self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the current step
-        self._said = ""  # the message for the last key
+        self.said = ""
         self._goes_on = False  # whether that step began during the step before it, of the same key
 
     def do(self, act: Press | StopJog | Look) -> Seen:
@@ -125,15 +125,15 @@ class Jogger:
             match act:
                 case Press():
                     self.speed = act.speed
-                    self._said = self.press(act.axis, act.amount)
+                    self.said = self.press(act.axis, act.amount)
                 case StopJog():
                     self.stop()
                 case Look():
                     self.station.settle()
         except (errors.MotionError, errors.FileError) as error:
-            self._said = str(error)
+            self.said = str(error)
         engine = self.engine
-        return Seen(engine.position(), engine.end, engine.clock.paused, self._said)
+        return Seen(engine.position(), engine.end, engine.clock.paused, self.said)
 
     def press(self, axis: Axis, amount: float) -> str:
         """Do one step of many that keys give. The press is ignored while the arm still does the same step; any other
