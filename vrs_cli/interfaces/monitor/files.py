@@ -22,18 +22,8 @@ from vrs_cli.files.store import MemoryPart
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
-from vrs_cli.interfaces.station.operands import (
-    PLACES,
-    ask_yes_no,
-    handles,
-    may_delete,
-    may_replace,
-    may_write,
-    name_some,
-    operand,
-    path_of,
-    word,
-)
+from vrs_cli.interfaces.station import operands
+from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram
@@ -48,7 +38,7 @@ TORN = "its last line was not written to the end, and was left out"
 
 @handles("LOAD", "LOADP", "LOADL")
 def _load(station: Station, it: Instruction) -> Dialogue[None]:
-    return load(station, path_of(station, it))
+    return load(station, operands.path_of(station, it))
 
 
 def load(station: Station, named: Path) -> Dialogue[None]:
@@ -87,7 +77,7 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
     for stored in loaded:
         if stored.program.key not in before:
             continue
-        replaced = yield from may_replace(station, stored.name)
+        replaced = yield from operands.may_replace(station, stored.name)
         if replaced:
             continue
         old.append(stored)
@@ -118,10 +108,10 @@ def _values_to_keep(station: Station, values: Mapping[Item, Value]) -> Dialogue[
     environment = station.environment
     if not station.user_state.attended:
         return {}
-    lost = [item for item in station.unstored.items(*PLACES) if item in values]
+    lost = [item for item in station.unstored.items(*operands.PLACES) if item in values]
     are = "is" if len(lost) == 1 else "are"
-    names = name_some("location", sorted(map(environment.name_of, lost)))
-    if not lost or (yield from ask_yes_no(station, f"The {names} {are} not stored. Overwrite (Y/N)?")):
+    names = operands.name_some("location", sorted(map(environment.name_of, lost)))
+    if not lost or (yield from operands.ask_yes_no(station, f"The {names} {are} not stored. Overwrite (Y/N)?")):
         return {}
     return {item: value for item in lost if (value := environment.value(item)) is not None}
 
@@ -163,8 +153,8 @@ def _read_recording(station: Station, path: Path) -> Dialogue[Recording]:
 @handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
 def _store(station: Station, it: Instruction, extension: str, parts: Collection[MemoryPart]) -> Dialogue[None]:
     """Store parts of the memory in a file: the parts that belong to some programs, or all."""
-    path = _with_extension(path_of(station, it), extension)
-    programs = [word(argument) for argument in it.arguments[1:]]
+    path = _with_extension(operands.path_of(station, it), extension)
+    programs = [operands.word(argument) for argument in it.arguments[1:]]
     memory, layout = station.environment.copy(), station.layout
     everything = not programs and parts == files.EVERYTHING
 
@@ -176,7 +166,7 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
     if not text.strip():
         yield Message("There is nothing to store", Tone.WARNING)
         return
-    yield from may_write(station, path)
+    yield from operands.may_write(station, path)
     write_atomically(path, text, station.folder)
     station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
     station.unstored.values_stored(values)
@@ -192,8 +182,8 @@ def _with_extension(path: Path, extension: str) -> Path:
 def _save(station: Station, it: Instruction) -> Dialogue[None]:
     """Save the timeline as a trajectory file."""
     engine = station.engine
-    path = _with_extension(path_of(station, it), EXTENSION)
-    yield from may_write(station, path)
+    path = _with_extension(operands.path_of(station, it), EXTENSION)
+    yield from operands.may_write(station, path)
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
     measured = engine.measured.view
     yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder, measured))
@@ -203,7 +193,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
 @handles("REPLAY")
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     """Play a trajectory file on the screen of the user, or list its motions."""
-    path = path_of(station, it)
+    path = operands.path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = yield from _read_recording(station, path)
     yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
@@ -243,15 +233,15 @@ def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
 
 @handles("FLIST")
 def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
-    path, folder = path_of(station, it), station.folder
+    path, folder = operands.path_of(station, it), station.folder
     yield FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
 
 
 @handles("FDIRECTORY", "LISTF")
 def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """List the files of a folder, or the files that match a pattern."""
-    given, folder = operand(it, 0), station.folder
-    path = folder.root if given is None else folder.path(word(given), pattern=True)
+    given, folder = operands.operand(it, 0), station.folder
+    path = folder.root if given is None else folder.path(operands.word(given), pattern=True)
     yield FileTable(str(path), entries(path, folder))
 
 
@@ -260,11 +250,11 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """Change to a folder, or back to the first one. Raises FileError if the path is not a folder, FileOutside if the
     path is outside a closed folder.
     """
-    given, home = operand(it, 0), station.home
+    given, home = operands.operand(it, 0), station.home
     if given is None:
         station.change_folder(home)
     else:
-        name, present = word(given), station.folder.root
+        name, present = operands.word(given), station.folder.root
         if not home.closed:
             path = station.folder.path(name)
         elif name.strip() == "..":  # does not lead above the closed folder
@@ -290,12 +280,12 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
     """Begin or end writing the session to a file. Raises FileError, and UsageError if this robot cannot write
     sessions.
     """
-    given, log = operand(it, 0), station.log
-    path = None if given is None else station.folder.path(word(given))
+    given, log = operands.operand(it, 0), station.log
+    path = None if given is None else station.folder.path(operands.word(given))
     if log is None:
         raise UsageError("LOG writes no file at this robot", "LOG is for a shell at its own robot")
     if path is not None:
-        yield from may_write(station, path)
+        yield from operands.may_write(station, path)
         log(path)
         yield Message(f"{path} takes down what is typed and answered; LOG alone ends it")
     elif (done := log(None)) is None:
@@ -306,8 +296,8 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("FDELETE")
 def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
-    path = existing(path_of(station, it))
-    if (yield from may_delete(station, f"The file {path} will be deleted.")):
+    path = existing(operands.path_of(station, it))
+    if (yield from operands.may_delete(station, f"The file {path} will be deleted.")):
         delete(path, station.folder)
         yield Message(f"{path} deleted")
 
@@ -318,8 +308,8 @@ def _copy_or_rename(
     station: Station, it: Instruction, act: Callable[[Path, Path, Folder], None], done: str
 ) -> Dialogue[None]:
     """Copy or rename the file of `new = old`. Raises FileError and its subclasses."""
-    old = existing(station.folder.path(word(it.value)))
-    new = target(old, path_of(station, it))
-    yield from may_write(station, new)
+    old = existing(station.folder.path(operands.word(it.value)))
+    new = target(old, operands.path_of(station, it))
+    yield from operands.may_write(station, new)
     act(old, new, station.folder)
     yield Message(f"{old} {done} {new}")

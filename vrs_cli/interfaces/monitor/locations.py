@@ -14,17 +14,8 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedName, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.monitor.pictures import Sight
-from vrs_cli.interfaces.station.operands import (
-    NO_REPORT,
-    evaluator,
-    handles,
-    has_times,
-    is_measured,
-    moment,
-    operand,
-    real,
-    times,
-)
+from vrs_cli.interfaces.station import operands
+from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
@@ -32,16 +23,7 @@ from vrs_cli.language.run.runtime import definable
 from vrs_cli.language.run.variables import closest
 from vrs_cli.language.text.ast import BareWord, Instruction, Number, StringConstant, Variable
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.values import (
-    NAME_LENGTH,
-    Kind,
-    kind_of_value,
-    numbers_of,
-    plain,
-    read_number,
-    transformation,
-    whole,
-)
+from vrs_cli.language.words import values
 from vrs_cli.values import replies
 from vrs_cli.values.commands import JointTarget, Move, PoseTarget
 from vrs_cli.values.numbers import count
@@ -55,23 +37,23 @@ if TYPE_CHECKING:
 @handles("WHERE")
 def _where(station: Station, it: Instruction) -> Dialogue[None]:
     """Show where the robot, the measured robot or a part is: now, at a time, or over a period of time."""
-    named, stamped, over = operand(it, 0), it.modifiers.has_time, has_times(it)
-    if is_measured(named):
+    named, stamped, over = operands.operand(it, 0), it.modifiers.has_time, operands.has_times(it)
+    if operands.is_measured(named):
         yield from where_measured(station, it)
         return
     if isinstance(named, BareWord | StringConstant):
         yield from where_part(station, it, named)
         return
-    number = 1.0 if named is None else real(station, named)
-    if whole(number) != 1:
-        raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
+    number = 1.0 if named is None else operands.real(station, named)
+    if values.whole(number) != 1:
+        raise IllegalValue(f"robot {values.plain(number)}", "there is one robot, number 1")
     engine, units = station.engine, station.units
     if not over:
         passes = engine.realtime and not engine.clock.paused
-        yield replies.Whereabouts(engine.position(moment(station, it)), stamped=stamped or passes, units=units)
+        yield replies.Whereabouts(engine.position(operands.moment(station, it)), stamped=stamped or passes, units=units)
         return
     _check_either(it)
-    arm, timeline, instants = engine.arm, engine.timeline, tuple(times(station, it))
+    arm, timeline, instants = engine.arm, engine.timeline, tuple(operands.times(station, it))
     rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in instants))
     yield replies.WhereaboutsTable(rows, units)
 
@@ -86,7 +68,7 @@ def _check_either(it: Instruction, what: str = "") -> None:
 @handles("SHOW")
 def _show(station: Station, it: Instruction) -> Dialogue[None]:
     """Show the arm on the screen of the user while the arm moves; without a screen, show one picture."""
-    engine, stamped, t = station.engine, it.modifiers.has_time, moment(station, it)
+    engine, stamped, t = station.engine, it.modifiers.has_time, operands.moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
     shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
@@ -100,7 +82,7 @@ def _teach(station: Station, it: Instruction) -> Dialogue[None]:
     """Define the present location without a question, under the next free name of a series: part, part1, part2; row[3],
     row[4]. Raises InvalidName if the next name is too long.
     """
-    name = operand(it, 0)
+    name = operands.operand(it, 0)
     if not isinstance(name, Variable):
         raise IllegalValue(expression_text(name) if name else "TEACH", "the name of a location, as TEACH part")
     while definable(station.environment, station.engine, name).reference.has_value():
@@ -114,12 +96,12 @@ def _next_name(station: Station, name: Variable) -> Variable:
     """Return the next name in a series. Raises InvalidName if that name is too long."""
     if name.indexes:
         *others, last = name.indexes
-        following = real(station, last) + 1.0
-        return replace(name, indexes=(*others, Number(following, plain(following), span=last.span)))
+        following = operands.real(station, last) + 1.0
+        return replace(name, indexes=(*others, Number(following, values.plain(following), span=last.span)))
     letters = name.name.rstrip("0123456789")
     longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
-    if len(longer) > NAME_LENGTH:
-        raise InvalidName(f"{name.sigil}{longer}", f"at most {NAME_LENGTH} characters; TEACH a shorter name")
+    if len(longer) > values.NAME_LENGTH:
+        raise InvalidName(f"{name.sigil}{longer}", f"at most {values.NAME_LENGTH} characters; TEACH a shorter name")
     return replace(name, name=longer)
 
 
@@ -128,7 +110,7 @@ def _define(station: Station, it: Instruction) -> Dialogue[None]:
     """Define and show a location. A person is asked for changes until an empty line is typed."""
     if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
-    expression = operand(it, 0)
+    expression = operands.operand(it, 0)
     assert expression is not None
     reference = definable(station.environment, station.engine, expression).reference
     if not station.user_state.attended:
@@ -140,7 +122,7 @@ def _define(station: Station, it: Instruction) -> Dialogue[None]:
         value = cast("Transform | Joints", reference.value())
     else:  # VAL shows six zeros
         joint_count = station.engine.model.joint_count
-        value = (0.0,) * joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
+        value = (0.0,) * joint_count if reference.cells.kind is values.Kind.PRECISION else IDENTITY
     while True:
         yield _one_location(station, reference.name, value)
         answer = yield Amendment("Change?")
@@ -161,17 +143,17 @@ def change_numbers(value: Transform | Joints, answer: str, units: JointUnits = T
     """Change a location by the typed numbers; a number that is left out between commas is not changed. Raises
     IllegalValue.
     """
-    numbers = list(numbers_of(value, units))
+    numbers = list(values.numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
         raise IllegalValue(f"{len(fields)} numbers", f"at most {len(numbers)}, commas between them")
     for i, field in enumerate(fields):
         if field.strip():
-            number = read_number(field)
+            number = values.read_number(field)
             if number is None:
                 raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
             numbers[i] = number
-    return transformation(numbers) if isinstance(value, Transform) else units.read(numbers)
+    return values.transformation(numbers) if isinstance(value, Transform) else units.read(numbers)
 
 
 def _one_location(station: Station, name: str, value: Transform | Joints) -> replies.LocationTable:
@@ -188,11 +170,11 @@ def _set_frame(station: Station, it: Instruction) -> Dialogue[None]:
 @handles("WHY")
 def _why(station: Station, it: Instruction) -> Dialogue[None]:
     """Explain whether a location can be reached. Raises TypeMismatch if the value is not a location."""
-    expression = operand(it, 0)
+    expression = operands.operand(it, 0)
     assert expression is not None
-    value, text = evaluator(station, expression)(), expression_text(expression)
+    value, text = operands.evaluator(station, expression)(), expression_text(expression)
     if not isinstance(value, tuple):
-        raise TypeMismatch(f"{text} is a {kind_of_value(value).value}", "WHY explains a location")
+        raise TypeMismatch(f"{text} is a {values.kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
     yield (yield from explain_reach(station, target, text))
 
@@ -213,10 +195,10 @@ def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
     """
     measured = station.engine.measured.view
     if measured.end is None:
-        raise UsageError(*NO_REPORT)
+        raise UsageError(*operands.NO_REPORT)
     arm, timeline, units = station.engine.arm, station.engine.timeline, station.units
-    if not has_times(it):
-        t = moment(station, it) if it.modifiers.has_time else measured.end
+    if not operands.has_times(it):
+        t = operands.moment(station, it) if it.modifiers.has_time else measured.end
         at = measured_position(arm, timeline, measured, t)
         if at is None:
             yield replies.Message(why_unknown(measured, t))
@@ -224,7 +206,7 @@ def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
             yield replies.MeasuredWhereabouts(at, t == measured.end, units)
         return
     _check_either(it, "MEASURED ")
-    instants = tuple(times(station, it))
+    instants = tuple(operands.times(station, it))
 
     def positions() -> tuple[Position, ...]:
         found = (measured_position(arm, timeline, measured, t) for t in instants)
@@ -257,7 +239,7 @@ def _part_row(course: WorldCourse, name: str, t: float) -> replies.PartRow:
 
 @handles("PARTS")
 def _list_parts(station: Station, it: Instruction) -> Iterable[replies.Reply]:
-    table = part_table(station, moment(station, it) if it.modifiers.has_time else None)
+    table = part_table(station, operands.moment(station, it) if it.modifiers.has_time else None)
     yield table if table.rows else replies.Message(f"There are no parts; {BRINGS_PARTS}")
     if table.rows:
         station.contacts.tell_missing()
@@ -267,15 +249,17 @@ def where_part(station: Station, it: Instruction, asked: BareWord | StringConsta
     """Return where a part is: now, at a time, or over a period of time. Raises UndefinedName, UsageError."""
     course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
-    if said.lower() not in names and said.lower()[:NAME_LENGTH] in station.environment.kinds:
+    if said.lower() not in names and said.lower()[: values.NAME_LENGTH] in station.environment.kinds:
         raise UsageError(f"{said} is a variable, no part", f"LISTL {said} shows a place, WHERE tells where the arm is")
     if course is None or not names:
         raise UsageError("there are no parts", f"{BRINGS_PARTS}; LISTL shows places")
     name = names.get(said.lower())
     if name is None:
         raise UndefinedName(f"part {said}", closest(said.lower(), names) or f"the cell has {', '.join(names.values())}")
-    over = has_times(it)
+    over = operands.has_times(it)
     if over:
         _check_either(it, f"{name} ")
-    rows = tuple(_part_row(course, name, t) for t in (times(station, it) if over else (moment(station, it),)))
+    rows = tuple(
+        _part_row(course, name, t) for t in (operands.times(station, it) if over else (operands.moment(station, it),))
+    )
     yield replies.PartTable(rows, it.modifiers.has_time or over)

@@ -16,19 +16,9 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values import world as cells
 from vrs_cli.values.commands import Frames
 from vrs_cli.values.replies import ArmPicture, BodyKind, PicturedBody
-from vrs_cli.values.world import (
-    Beam,
-    BoxShape,
-    CellScene,
-    CylinderShape,
-    MeshShape,
-    Proximity,
-    Shape,
-    SphereShape,
-    Zone,
-)
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
@@ -124,7 +114,7 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
 CIRCLE_POINTS = 8  # number of points that represent a circle
 
 
-def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
+def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
     """Return the parts, fixtures and sensors of a cell at a time [s]."""
     found = [PicturedBody(BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture)) for one in scene.fixtures]
     for part in scene.parts:
@@ -137,20 +127,20 @@ def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBod
     return tuple(found)
 
 
-def corners(shape: Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
+def corners(shape: cells.Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
     """Return points in the world whose convex hull is the shape, or an approximation of it [m]; `T`: the pose of the
     shape.
     """
     points: list[transform.Vector]
     match shape:
-        case BoxShape((x, y, z)):
+        case cells.BoxShape((x, y, z)):
             points = list(product((-0.5 * x, 0.5 * x), (-0.5 * y, 0.5 * y), (-0.5 * z, 0.5 * z)))
-        case CylinderShape(radius, height):
+        case cells.CylinderShape(radius, height):
             points = [(x, y, z) for x, y in _circle(radius) for z in (-0.5 * height, 0.5 * height)]
-        case SphereShape(radius):
+        case cells.SphereShape(radius):
             ring = list(_circle(radius))
             points = [p for x, y in ring for p in ((x, y, 0.0), (x, 0.0, y), (0.0, x, y))]
-        case MeshShape(pieces):
+        case cells.MeshShape(pieces):
             points = [p for piece in pieces for p in piece]
     return tuple(transform.moved_point(T, p) for p in points)
 
@@ -160,13 +150,13 @@ def _circle(radius: float) -> Iterator[tuple[float, float]]:
         yield radius * cos(2.0 * pi * k / CIRCLE_POINTS), radius * sin(2.0 * pi * k / CIRCLE_POINTS)
 
 
-def _region(region: Beam | Zone | Proximity) -> tuple[transform.Vector, ...]:
+def _region(region: cells.Beam | cells.Zone | cells.Proximity) -> tuple[transform.Vector, ...]:
     match region:
-        case Beam(begin, end):
+        case cells.Beam(begin, end):
             return begin, end
-        case Zone(T, size):
-            return corners(BoxShape(size), T)
-        case Proximity(place, direction, far):
+        case cells.Zone(T, size):
+            return corners(cells.BoxShape(size), T)
+        case cells.Proximity(place, direction, far):
             return place, transform.along(place, direction, far)
 
 

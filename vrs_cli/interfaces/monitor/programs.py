@@ -15,20 +15,9 @@ from vrs_cli.files.store import Layout, variables_used, with_called
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
 from vrs_cli.interfaces.editor.buffer import asked_program, list_steps, named_program, open_program
 from vrs_cli.interfaces.editor.editors import Editor, ScreenDraft
+from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
-from vrs_cli.interfaces.station.operands import (
-    PLACES,
-    evaluator,
-    handles,
-    may_delete,
-    operand,
-    own_variables,
-    real,
-    real_or,
-    word,
-    word_or,
-    words,
-)
+from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
@@ -49,7 +38,7 @@ MANY = 100  # a search through at least this many programs or variables counts a
 def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
     """List programs in canonical form; all programs if none is named."""
     environment = station.environment
-    stored = [environment.meant(name) for name in words(it)] or list(environment.programs.values())
+    stored = [environment.meant(name) for name in operands.words(it)] or list(environment.programs.values())
     if not stored:
         yield replies.ProgramNames(())
     for one in stored:
@@ -61,7 +50,7 @@ def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
 @handles("DIRECTORY")
 def _list_names(station: Station, it: Instruction) -> Dialogue[None]:
     """List the names of programs: all, or those that match a pattern."""
-    pattern, programs = word_or(it, 0, "*").lower(), dict(station.programs)
+    pattern, programs = operands.word_or(it, 0, "*").lower(), dict(station.programs)
 
     def rows() -> tuple[replies.ProgramName, ...]:
         return tuple(row for row in program_names(programs) if fnmatchcase(row.name.lower(), pattern))
@@ -79,7 +68,7 @@ def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.Pro
 @handles("COPY")
 def _copy(station: Station, it: Instruction) -> None:
     """Copy a program. Raises ProgramExists, UndefinedName."""
-    new, old = word(it.arguments[0]), station.environment.program(word(it.value))
+    new, old = operands.word(it.arguments[0]), station.environment.program(operands.word(it.value))
     if key_of(new) in station.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     station.environment.store(replace(old.analysis, program=replace(old.program, name=new)), old.lines)
@@ -88,7 +77,7 @@ def _copy(station: Station, it: Instruction) -> None:
 @handles("RENAME")
 def _rename(station: Station, it: Instruction) -> None:
     """Rename a program. Raises ProgramExists, UndefinedName, ProgramInterlocked."""
-    new, old = word(it.arguments[0]), word(it.value)
+    new, old = operands.word(it.arguments[0]), operands.word(it.value)
     station.check_free(old)
     _copy(station, it)
     station.layout = station.layout.with_renamed(old, new)
@@ -101,7 +90,7 @@ def _rename(station: Station, it: Instruction) -> None:
 def _delete(station: Station, it: Instruction) -> Dialogue[None]:
     """Delete programs, the programs that only they call, and the variables that only these programs use."""
     environment = station.environment
-    named = {environment.program(word(argument)).program.key for argument in it.arguments}
+    named = {environment.program(operands.word(argument)).program.key for argument in it.arguments}
     memory = environment.copy()
 
     def find() -> tuple[list[str], frozenset[str]]:
@@ -123,7 +112,7 @@ def _delete(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("DELETEP")
 def _delete_named(station: Station, it: Instruction) -> Dialogue[None]:
-    programs = [station.environment.program(word(argument)) for argument in it.arguments]
+    programs = [station.environment.program(operands.word(argument)) for argument in it.arguments]
     yield from _delete_programs(station, programs, "will be deleted.")
 
 
@@ -133,7 +122,7 @@ def _delete_programs(station: Station, programs: Sequence[StoredProgram], questi
     """
     for program in programs:
         station.check_free(program.name)
-    if not (yield from may_delete(station, f"{', '.join(program.name for program in programs)} {question}")):
+    if not (yield from operands.may_delete(station, f"{', '.join(program.name for program in programs)} {question}")):
         return False
     for program in programs:
         station.programs.pop(program.program.key, None)
@@ -149,7 +138,7 @@ def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
     """Delete all programs and variables. Raises ProgramInterlocked."""
     for stored in station.programs.values():
         station.check_free(stored.name)
-    if not (yield from may_delete(station, "All programs and variables will be deleted.")):
+    if not (yield from operands.may_delete(station, "All programs and variables will be deleted.")):
         return
     station.programs.clear()
     station.unstored.programs_deleted()
@@ -183,11 +172,11 @@ def _see(station: Station, it: Instruction) -> Dialogue[None]:
 
 def _program_to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
     """Return the named program, or the last one, and the step number. Raises NoProgramSpecified, IllegalValue."""
-    given = operand(it, 0)
+    given = operands.operand(it, 0)
     last = station.user_state.last_edited or station.last_program
     if given is None and last is None:
         raise NoProgramSpecified("none was edited before", f"{it.word} name")
-    step = whole(real_or(station, it, 1, 1.0))
+    step = whole(operands.real_or(station, it, 1, 1.0))
     if step < 1:
         raise IllegalValue(f"step {step}", "steps count from 1")
     program = named_program(last or "") if given is None else asked_program(given)
@@ -214,7 +203,7 @@ def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool =
     return replies.LocationTable(named, units)
 
 
-@handles("LISTL", kinds=PLACES, hint="LISTR lists reals, LISTS strings")
+@handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")
 @handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
 @handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
 def _list_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...], hint: str) -> Dialogue[None]:
@@ -246,14 +235,14 @@ def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
     """Return an expression and its value; for a name alone, the simple variable and all elements of the array."""
     rows: Rows = ()
     if isinstance(expression, Variable) and not expression.indexes:
-        if (reference := own_variables(station).get(expression.key)) is not None:
+        if (reference := operands.own_variables(station).get(expression.key)) is not None:
             rows = tuple(_own_elements(station, expression, reference))
         else:
             found = station.environment.alone(expression.key)
             rows = yield from beside_if(
                 found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, Kind)))
             )
-    return rows or ((expression_text(expression), evaluator(station, expression)()),)
+    return rows or ((expression_text(expression), operands.evaluator(station, expression)()),)
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
@@ -268,7 +257,7 @@ def _own_elements(station: Station, asked: Variable, reference: Reference) -> It
             yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
-@handles("DELETEL", "DPOINT", kinds=PLACES)
+@handles("DELETEL", "DPOINT", kinds=operands.PLACES)
 @handles("DELETER", kinds=REALS)
 @handles("DELETES", kinds=STRINGS)
 def _delete_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...]) -> Dialogue[None]:
@@ -283,8 +272,8 @@ def _delete_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...]
             raise UndefinedValue(name, "there is nothing to delete")
         if kind not in kinds:
             raise TypeMismatch(f"{name} is a {kind.value}")
-        indexes = tuple(whole(real(station, index)) for index in expression.indexes or ())
+        indexes = tuple(whole(operands.real(station, index)) for index in expression.indexes or ())
         variables.append((name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes))
-    if (yield from may_delete(station, f"{', '.join(name for name, _ in variables)} will be deleted.")):
+    if (yield from operands.may_delete(station, f"{', '.join(name for name, _ in variables)} will be deleted.")):
         for name, index in variables:
             station.environment.delete(name, index)

@@ -16,18 +16,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
-from vrs_cli.interfaces.station.operands import (
-    NO_REPORT,
-    handles,
-    is_measured,
-    may_delete,
-    may_write,
-    operand,
-    real_or,
-    word,
-    word_or,
-    words,
-)
+from vrs_cli.interfaces.station import operands
+from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
@@ -47,7 +37,7 @@ def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
     """Undo commands, or redo them, and report which."""
-    engine, steps = station.engine, whole(real_or(station, it, 0, 1.0))
+    engine, steps = station.engine, whole(operands.real_or(station, it, 0, 1.0))
     if steps < 1:
         raise IllegalValue(f"{it.word} {steps}", "at least one command")
     texts = yield from in_parts(work(engine, steps))
@@ -59,14 +49,14 @@ def _undo_or_redo(
 @handles("BRANCH")
 def _branch(station: Station, it: Instruction) -> Dialogue[None]:
     """List the branches, switch to one, or make a new one."""
-    branches, given = station.branches, operand(it, 0)
+    branches, given = station.branches, operands.operand(it, 0)
     if given is None:
         yield branch_table(station)
         return
-    name = word(given)
+    name = operands.word(given)
     if not name[:1].isalpha():
         raise InvalidName(name, "a branch is named as a program is: BRANCH trial")
-    if is_measured(given):
+    if operands.is_measured(given):
         raise InvalidName(name, "COMPARE means what was measured by it: take another name")
     check_tasks_stand(station)
     if name in branches:
@@ -99,15 +89,15 @@ def check_tasks_stand(station: Station) -> None:
 @handles("COMPARE")
 def _compare(station: Station, it: Instruction) -> Dialogue[None]:
     """Compare two branches, or the measured robot with a branch. Raises UsageError."""
-    branches, second = station.branches, word_or(it, 1, station.branches.present)
-    if is_measured(operand(it, 0)):
+    branches, second = station.branches, operands.word_or(it, 1, station.branches.present)
+    if operands.is_measured(operands.operand(it, 0)):
         arm, timeline, measured = station.engine.arm, branches.book(second).timeline, station.engine.measured.view
         found = yield from beside(lambda: compare_measured(arm, timeline, measured))
         if found is None:
-            raise UsageError(*NO_REPORT)
+            raise UsageError(*operands.NO_REPORT)
         yield replies.MeasuredComparisonTable(branches.spelling(second), found, station.units)
         return
-    first = word_or(it, 0, MAIN)
+    first = operands.word_or(it, 0, MAIN)
     if first.lower() == second.lower():
         raise UsageError(f"{first} is the same as {second}", "{COMPARE a, b}; {BRANCH} lists the branches")
     yield (yield from comparison(station, first, second))
@@ -124,7 +114,7 @@ def comparison(station: Station, first: str, second: str) -> Dialogue[replies.Co
 @handles("MERGE")
 def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     """Merge a branch into main."""
-    name = station.branches.spelling(word_or(it, 0, station.branches.present))
+    name = station.branches.spelling(operands.word_or(it, 0, station.branches.present))
     check_tasks_stand(station)
     again = yield from in_parts(station.branches.merging(name))
     how = f", {again} command{'' if again == 1 else 's'} of it planned again" if again else ""
@@ -133,9 +123,9 @@ def _merge(station: Station, it: Instruction) -> Dialogue[None]:
 
 @handles("DELETEB")
 def _delete_branches(station: Station, it: Instruction) -> Dialogue[None]:
-    names = [station.branches.droppable(word(argument)) for argument in it.arguments]
+    names = [station.branches.droppable(operands.word(argument)) for argument in it.arguments]
     check_tasks_stand(station)
-    if (yield from may_delete(station, f"{', '.join(names)} will be deleted.")):
+    if (yield from operands.may_delete(station, f"{', '.join(names)} will be deleted.")):
         for name in names:
             station.branches.drop(name)
 
@@ -169,7 +159,7 @@ def _segment_row(segment: Segment) -> replies.SegmentRow:
 @handles("PLOT")
 def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot draws no files."""
-    engine, (names, file) = station.engine, split_file(words(it))
+    engine, (names, file) = station.engine, split_file(operands.words(it))
     selection = select_curves(engine.arm, names)
     if engine.end <= engine.timeline.start:
         yield replies.Message("No motions yet")
@@ -182,7 +172,7 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     draw, path = station.draw, station.folder.path(file)
     if draw is None:
         raise UsageError("PLOT draws no file at this robot", "PLOT alone shows the curves")
-    yield from may_write(station, path)
+    yield from operands.may_write(station, path)
     yield from beside(lambda: draw(path, plot))
     yield replies.Message(f"{path} written")
 

@@ -36,19 +36,9 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
-from vrs_cli.values.replies import (
-    Diagnosed,
-    DiagnosticsReport,
-    Displaced,
-    Farewell,
-    Message,
-    NoLongerTrue,
-    Reply,
-    Tone,
-    is_error,
-    refusal,
-)
+from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Untrue
 
 _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
@@ -91,10 +81,10 @@ class Session(Station):
         yield from self._attend()
         editor = self.user_state.editor
         if editor is not None and self.user_state.role is Role.SUPERVISOR:
-            replies = yield from editor.take(line)
+            said = yield from editor.take(line)
             self.user_state.last_edited = editor.name
             self.user_state.editor = None if editor.done else editor
-            yield from replies
+            yield from said
         else:
             yield from self._carry_out_line(line)
         yield from self._attend()
@@ -122,7 +112,7 @@ class Session(Station):
         if wrong is not None:
             raise LineRefused(wrong)
         if found:
-            yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
+            yield replies.DiagnosticsReport(tuple(replies.Diagnosed(warning, read.line) for warning in found))
         if self.running or self.elsewhere:
             check_beside(statement, elsewhere=self.elsewhere)
         self._scheduled = self._schedules()
@@ -145,14 +135,14 @@ class Session(Station):
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:
-            yield Displaced(found)
+            yield replies.Displaced(found)
         if book.timeline.event_count:
             changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
             since = changed_since(before, book.timeline, changes)
             wrong = tuple(untrue(book, self.environment.signals, since))
             known = {one.number for one in self.told_untrue}
             if new := tuple(one for one in wrong if one.number not in known):
-                yield NoLongerTrue(new)
+                yield replies.NoLongerTrue(new)
             self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
@@ -248,15 +238,15 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
                 for_line = session.answers(line.text)
                 said = next(for_line, None)
                 while said is not None:
-                    failed = failed or (isinstance(said, Reply) and is_error(said))
-                    leaving = leaving or isinstance(said, Farewell)
+                    failed = failed or (isinstance(said, Reply) and replies.is_error(said))
+                    leaving = leaving or isinstance(said, replies.Farewell)
                     said = yield from _pass_on(for_line, said)
             except VrsError as error:
                 failed = True
-                yield refusal(error, line.text)
+                yield replies.refusal(error, line.text)
             if failed:
                 session.user_state.editor = None
-                yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
+                yield replies.Message(f"{path} stopped at line {line.number}: {line.text}", replies.Tone.ERROR)
             if failed or leaving or session.user_state.interrupted:
                 return
     finally:
