@@ -28,7 +28,7 @@ from PIL import Image, ImageDraw, ImageFont
 import vrs_cli as vrs
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.cell_file import read_cell
-from vrs_cli.interfaces.monitor.pictures import sketch
+from vrs_cli.interfaces.monitor.explaining import sketch
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints

@@ -182,10 +182,11 @@ DEFERRED = (
     Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
     Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
     Deferred(
-        ("interfaces/targets.py", "interfaces/station/user_state.py"),
+        ("interfaces/targets.py", "interfaces/users.py"),
         ("vrs_cli.interfaces.dragging",),
         "few robots are dragged",
     ),
+    Deferred(("interfaces/users.py",), ("vrs_cli.interfaces.dialogue",), "types: the messages of net know the lease"),
     Deferred(
         ("contacts/watch.py", "net/course_teller.py", "teach"),
         ("vrs_cli.contacts.checker", "vrs_cli.contacts.sweep"),

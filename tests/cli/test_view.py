@@ -20,8 +20,8 @@ from tests.net.serving import serving
 from vrs_cli.cli import view
 from vrs_cli.cli.view import PROGRAM, TRY, DemoPlace, News, has_browser
 from vrs_cli.errors import NonexistentFile
+from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.interfaces.monitor.help import TUTORIAL
-from vrs_cli.interfaces.monitor.pictures import Sight
 from vrs_cli.net import http
 from vrs_cli.net.local_server import LocalRobot
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line

@@ -14,9 +14,9 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
 from vrs_cli.interfaces.dragging import Dragging
-from vrs_cli.interfaces.rights import RobotLease
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.targets import RELEASE_AFTER_S, TargetControl
+from vrs_cli.interfaces.users import RobotLease
 from vrs_cli.kinematics.transform import Transform, at_position, distance, from_oat
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.hand import DragState, Hold, Limit, Shortfall

@@ -13,7 +13,7 @@ from tests.live import PATIENCE
 from tests.net.serving import serving
 from tests.world.cells import BOX, TABLE
 from vrs_cli.files.cell_file import parse_cell
-from vrs_cli.interfaces.monitor.pictures import Sight
+from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.replies import BodyKind

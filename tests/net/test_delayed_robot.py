@@ -20,8 +20,8 @@ from tests.live import PATIENCE, until
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.rights import USUAL_ALLOWED
 from vrs_cli.interfaces.roles.supervisor import Supervisor
+from vrs_cli.interfaces.users import USUAL_ALLOWED
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
 from vrs_cli.net.delay_proxy import DelayProxy, Endpoint

@@ -20,7 +20,7 @@ from tests.engine.wall import ManualWall
 from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Caller, Serving, serving
-from vrs_cli.interfaces.rights import RobotLease
+from vrs_cli.interfaces.users import RobotLease
 from vrs_cli.net.limits import HIGH_WATER_BYTES, Allowance
 from vrs_cli.net.limits import SEND_TIMEOUT_S as PACE
 from vrs_cli.net.messages import (

@@ -25,7 +25,7 @@ from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.users import UserState
 from vrs_cli.net import messages
 from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
 from vrs_cli.net.mirror import LastStatus

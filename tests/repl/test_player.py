@@ -15,7 +15,7 @@ from tests.files.trajectories import planned, puma
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.jog.jogger import Jogger
-from vrs_cli.interfaces.monitor.pictures import Sight
+from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.interfaces.roles.supervisor import RecordedRobot
 from vrs_cli.interfaces.session.session import Session

@@ -171,7 +171,7 @@ def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
         if isinstance(error, OSError) and error.filename is None:  # a stream: errors of files have a name
             _abandon_output()
             return _tell_error(prog, f"standard output cannot be written: {error.strerror}", FAILED)
-        from vrs_cli.interfaces.conversation.internal_error import internal_error
+        from vrs_cli.interfaces.dialogue import internal_error
 
         return _tell_error(prog, internal_error(error).text, INTERNAL_ERROR)
     return status

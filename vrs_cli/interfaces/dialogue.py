@@ -5,11 +5,14 @@ a request: any thread may use it while the robot carries out the request.
 
 from __future__ import annotations
 
+import tempfile
+import traceback
 from collections import deque
 from collections.abc import Callable, Collection, Generator
 from contextlib import AbstractContextManager, suppress
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from threading import Lock
 from typing import Any, Generic, Protocol, TypeVar, cast
 
@@ -17,7 +20,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Parting, Question
-from vrs_cli.values.replies import Message, Reply
+from vrs_cli.values.replies import Message, Reply, Tone
 
 
 class Slice(Enum):
@@ -324,3 +327,18 @@ class Waiting:
 
     def all(self) -> list[Ticket[Any]]:
         return [ticket for own in self._by_user.values() for ticket in own]
+
+
+def internal_error(error: BaseException, *, afar: bool = False) -> Message:
+    """Return the message for an unexpected exception, after which the shell goes on, and write its traceback to a file.
+    `afar`: for a user of a served robot; the message gives only the name of the file.
+    """
+    report = "".join(traceback.format_exception(error))
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:
+            file.write(report)
+        name = Path(file.name).name
+        place = f"please tell whoever runs the server: {name}" if afar else f"please report it with {file.name}"
+    except OSError:
+        place = "please report it"
+    return Message(f"internal error: {type(error).__name__}: {error}; {place}", Tone.ERROR)

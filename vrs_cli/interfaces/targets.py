@@ -27,10 +27,9 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.jog.jogger import Jogger
-from vrs_cli.interfaces.rights import check_goes_beside
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.station.user_state import STOPPED, StreamKind, TargetStream
 from vrs_cli.interfaces.streams import DRAG_TICK, STEERING, chase
+from vrs_cli.interfaces.users import STOPPED, StreamKind, TargetStream, check_goes_beside
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target

@@ -26,7 +26,7 @@ from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.engine.feed import Snapshot
 from vrs_cli.engine.position import joints_at, joints_over
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.rights import HolderTimes
+from vrs_cli.interfaces.users import HolderTimes
 from vrs_cli.kinematics.arrays import Flags as Flagged
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind, Joints

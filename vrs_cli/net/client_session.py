@@ -13,13 +13,12 @@ from msgspec import structs
 
 from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
-from vrs_cli.interfaces.monitor.pictures import Drawable, sketch
+from vrs_cli.interfaces.monitor.explaining import Drawable, sketch
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.port.user_session import Pending, UserSession
-from vrs_cli.interfaces.rights import USUAL_ALLOWED, HolderTimes, check_may
 from vrs_cli.interfaces.session.acts import ACTS
-from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.targets import TargetControl
+from vrs_cli.interfaces.users import USUAL_ALLOWED, HolderTimes, UserState, check_may
 from vrs_cli.language.text.parser import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages

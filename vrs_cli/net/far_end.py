@@ -16,8 +16,8 @@ from msgspec import structs
 from vrs_cli.engine.feed import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
 from vrs_cli.interfaces.port.port import Expected, Previewed
-from vrs_cli.interfaces.rights import HolderTimes, move_of
 from vrs_cli.interfaces.streams import DRAGGING
+from vrs_cli.interfaces.users import HolderTimes, move_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict

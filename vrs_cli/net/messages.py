@@ -11,7 +11,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from vrs_cli.interfaces.rights import Notice
+from vrs_cli.interfaces.users import Notice
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.values.hand import DragState as PulledState
 from vrs_cli.values.measured import BodyMode, BodySeen, DivergenceAlarm

@@ -25,7 +25,7 @@ from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.port.port import Expected
-from vrs_cli.interfaces.rights import need_of
+from vrs_cli.interfaces.users import need_of
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt

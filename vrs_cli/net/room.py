@@ -24,13 +24,12 @@ from msgspec.structs import replace
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Ticket, quietly
-from vrs_cli.interfaces.rights import Notice, RobotLease
+from vrs_cli.interfaces.dialogue import Ticket, internal_error, quietly
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import BodyNews
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
+from vrs_cli.interfaces.users import Notice, RobotLease
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.language.run.signals import Cell

@@ -20,14 +20,12 @@ from vrs_cli.engine.feed import TimelineReplaced
 from vrs_cli.errors import IllegalValue, LimitReached, VrsError
 from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.opening import Folder
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces.dialogue import Dialogue, internal_error
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
-from vrs_cli.interfaces.rights import Notice, RobotLease, check_may, may_all, must_drive, need_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.body import ClockSeen, RobotBody
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.users import Notice, RobotLease, UserState, check_may, may_all, must_drive, need_of
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.text.ast import Instruction, ProgramHeader

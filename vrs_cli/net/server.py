@@ -29,7 +29,7 @@ from websockets.protocol import OPEN as SOCKET_OPEN
 from websockets.typing import ExtensionParameter
 
 from vrs_cli.errors import LimitReached, NonexistentFile, RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import internal_error
 from vrs_cli.net import http, messages
 from vrs_cli.net.class_board import ClassBoard
 from vrs_cli.net.client_session import TYPING, ClientSession

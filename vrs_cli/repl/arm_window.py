@@ -20,7 +20,7 @@ from prompt_toolkit.output import Output
 from prompt_toolkit.styles import Style
 
 from vrs_cli.engine.position import Watched
-from vrs_cli.interfaces.monitor.pictures import Sight
+from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.render.arm_picture import ArmDrawing
 from vrs_cli.render.blocks import Page, TextLine
 from vrs_cli.render.colours import Ink, ink_style

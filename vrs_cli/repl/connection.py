@@ -12,7 +12,7 @@ from msgspec import Struct
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.port.port import Port
-from vrs_cli.interfaces.rights import Requested, notice_text
+from vrs_cli.interfaces.users import Requested, notice_text
 from vrs_cli.net.messages import Announced, At, Drive, Lease, LeaseAct, LessonText, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import BANNER

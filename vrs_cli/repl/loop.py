@@ -18,8 +18,7 @@ from typing import Protocol, TextIO
 
 from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
+from vrs_cli.interfaces.dialogue import Reading, Running, Terminal, internal_error
 from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to
 from vrs_cli.render.plain import for_stream
 from vrs_cli.render.text import plain_text

@@ -17,8 +17,7 @@ from msgspec import Struct, structs
 from vrs_cli.errors import FileDamaged, FileError, VrsError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.opening import text_at
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Notes, Terminal
+from vrs_cli.interfaces.dialogue import Notes, Terminal, internal_error
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.teach.judging.basis import Basis, Evidence, evidence_of

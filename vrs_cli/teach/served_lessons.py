@@ -16,11 +16,10 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from vrs_cli.errors import FileError, VrsError
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Notes, Terminal
+from vrs_cli.interfaces.dialogue import Notes, Terminal, internal_error
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.users import UserState
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.client_session import ClientSession

@@ -11,8 +11,8 @@ from tests.examples import examples
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Dialogue, at_once
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.limits import Limits
+from vrs_cli.interfaces.users import UserState
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Role

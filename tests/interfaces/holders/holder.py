@@ -10,7 +10,7 @@ from vrs_cli.engine.feed import MAX_WAITING_EVENTS, Subscription
 from vrs_cli.interfaces.dialogue import Dialogue, Outlet, Ticket, quietly
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.users import UserState
 from vrs_cli.language.words.word import Role
 
 T = TypeVar("T")

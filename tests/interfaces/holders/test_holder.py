@@ -8,9 +8,9 @@ from tests.interfaces.actor.test_actor import SWING, stepped
 from tests.interfaces.holders.holder import Holder
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.dialogue import Ticket
-from vrs_cli.interfaces.rights import RobotLease
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.users import RobotLease
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Go, Goal, ListCommands
 from vrs_cli.values.commands import JointTarget

@@ -23,8 +23,8 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.jog.jogger import AXES, NEXT_STEP_LEAD_S, Jogger, axis_of
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.user_state import StreamKind
 from vrs_cli.interfaces.targets import TargetControl
+from vrs_cli.interfaces.users import StreamKind
 from vrs_cli.kinematics.joints import Profile, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse

@@ -17,8 +17,8 @@ from tests.examples import some
 from tests.interfaces.terminals import RecordingTerminal
 from tests.kinematics.test_steps import flange
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.rights import need_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.users import need_of
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt

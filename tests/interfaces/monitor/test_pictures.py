@@ -9,7 +9,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.monitor.pictures import Sight, sketch
+from vrs_cli.interfaces.monitor.explaining import Sight, sketch
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.reach_outline import lines_of, outline

@@ -17,7 +17,7 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station import body as body_module
 from vrs_cli.interfaces.station.body import AHEAD, PAST, SILENT, BodyChange, BodyNews, ReportNumbers, RobotBody
-from vrs_cli.interfaces.station.user_state import STOPPED, StreamKind, TargetStream
+from vrs_cli.interfaces.users import STOPPED, StreamKind, TargetStream
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.values.measured import (

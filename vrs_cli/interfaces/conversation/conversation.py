@@ -11,17 +11,16 @@ from typing import Any
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.complete import names_of, suggestions, typed_name
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if
+from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if, internal_error
 from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, opens_entry
 from vrs_cli.interfaces.editor.editors import ScreenDraft, do_without_screen
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.operands import may_replace
-from vrs_cli.interfaces.station.user_state import StreamKind, UserState
 from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
+from vrs_cli.interfaces.users import StreamKind, UserState
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role

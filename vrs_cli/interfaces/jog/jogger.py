@@ -19,7 +19,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import handles, real
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.station.user_state import StreamKind
+from vrs_cli.interfaces.users import StreamKind
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable

@@ -13,7 +13,7 @@ from vrs_cli.engine.comparison import measured_position, why_unknown
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedName, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
-from vrs_cli.interfaces.monitor.pictures import Sight
+from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station

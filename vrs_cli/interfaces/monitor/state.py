@@ -25,10 +25,10 @@ from vrs_cli.engine.settings import (
 from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.help import help_on
-from vrs_cli.interfaces.rights import check_may, role_of
 from vrs_cli.interfaces.station.operands import handles, moment, operand, real, real_or, word, word_or, words
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
+from vrs_cli.interfaces.users import check_may, role_of
 from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.memory import stamp_of
 from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task

@@ -13,8 +13,7 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Running, Ticket
+from vrs_cli.interfaces.dialogue import Dialogue, Running, Ticket, internal_error
 from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
 from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet, Previewed
 from vrs_cli.interfaces.port.user_session import UserSession

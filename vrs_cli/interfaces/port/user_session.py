@@ -14,16 +14,14 @@ from msgspec import Struct
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.conversation import Conversation
-from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, quietly
+from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, internal_error, quietly
 from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.port.port import Outlet
-from vrs_cli.interfaces.rights import STOPPING
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import LineStopped
-from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.users import STOPPING, UserState
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt

@@ -20,15 +20,15 @@ from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
 from vrs_cli.interfaces.editor.buffer import program_text
+from vrs_cli.interfaces.monitor.explaining import place_of, sketch
 from vrs_cli.interfaces.monitor.locations import explain_reach, part_table
-from vrs_cli.interfaces.monitor.pictures import place_of, sketch
 from vrs_cli.interfaces.monitor.programs import program_names
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
-from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, move_of, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
+from vrs_cli.interfaces.users import CHANGE, check_goes_beside, move_of, role_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.language.run.memory import StoredProgram

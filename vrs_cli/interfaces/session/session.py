@@ -26,10 +26,10 @@ from vrs_cli.interfaces.jog import jogger  # noqa: F401 - it has the handler of 
 from vrs_cli.interfaces.monitor import files, locations, running, state, timeline  # noqa: F401 - they have handlers
 from vrs_cli.interfaces.monitor.explaining import explain
 from vrs_cli.interfaces.monitor.programs import show_value
-from vrs_cli.interfaces.rights import check_beside, need_of
 from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables, path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
+from vrs_cli.interfaces.users import check_beside, need_of
 from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
 from vrs_cli.language.analysis.structure import line_beyond
 from vrs_cli.language.text import ast

@@ -22,13 +22,21 @@ from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
-from vrs_cli.interfaces.rights import RobotLease, check_goes_beside, check_may, must_drive, role_of
 from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, Unstored, variables_of
-from vrs_cli.interfaces.station.user_state import STOPPED, TargetStream, UserState
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
+from vrs_cli.interfaces.users import (
+    STOPPED,
+    RobotLease,
+    TargetStream,
+    UserState,
+    check_goes_beside,
+    check_may,
+    must_drive,
+    role_of,
+)
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot

@@ -15,10 +15,10 @@ from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, NoDataReceived, TaskNotActive, VrsError
 from vrs_cli.interfaces.dialogue import Terminal
-from vrs_cli.interfaces.rights import HolderTimes
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
+from vrs_cli.interfaces.users import HolderTimes
 from vrs_cli.language.run import effects
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import TICK

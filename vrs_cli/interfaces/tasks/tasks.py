@@ -13,8 +13,8 @@ from msgspec import Struct, field
 
 from vrs_cli.errors import IllegalValue, RobotNotAttached, TaskActive, TaskNotActive, VrsError
 from vrs_cli.files.opening import Folder
-from vrs_cli.interfaces.rights import THE_ROBOTS, HolderTimes
 from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.users import THE_ROBOTS, HolderTimes
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run import effects

@@ -16,8 +16,8 @@ from tests.laws.test_motion_laws import MODEL, joint_targets
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LeaseHeld, RoleWanted, TooLate, VrsError
-from vrs_cli.interfaces.rights import Granted, HolderTimes, Lost, Notice, Requested, RobotLease, check_may, need_of
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.users import Granted, HolderTimes, Lost, Notice, Requested, RobotLease, check_may, need_of
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.instructions import INSTRUCTIONS
