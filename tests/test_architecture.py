@@ -139,7 +139,7 @@ DEFERRED = (
     Deferred(("cli/tools.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/tree.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
-    Deferred(("interfaces/rights.py",), ("vrs_cli.values.acts",), "types of arguments"),
+    Deferred(("interfaces/users.py",), ("vrs_cli.values.acts",), "types of arguments"),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
     Deferred(("files/atomic.py", "files/disk.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
     Deferred(("cli/check.py", "cli/batch.py"), ("json",), "only --json needs it"),
