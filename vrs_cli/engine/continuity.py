@@ -195,7 +195,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
     s, near = s[inside], np.array(path.seeds)[np.clip(number[inside], 0, last).astype(np.intp)]
     joints = followed.joints(s)
     guides = (np.array([guide.weights for guide in path.guides]), guide_values(path, s)) if path.guides else None
-    found = continuation.step(near, flange_poses(path, s, follower.tool), guides)
+    found = continuation.step(near, flange_poses([(path, s)], follower.tool), guides)
     before, after = (np.abs(q - joints).max(axis=1) for q in (near, found))
     return np.asarray(s[~(after <= MAX_NEWTON_REST * before + PROOF_TOLERANCE)])
 
@@ -227,7 +227,7 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
         times = begins[which, None] + h[which, None] * parts
         for number, path in paths.items():
             rows = of[which] == number
-            found[rows] = flange_poses(path, times[rows].ravel(), follower.tool).reshape(-1, len(parts), 3, 4)
+            found[rows] = flange_poses([(path, times[rows].ravel())], follower.tool).reshape(-1, len(parts), 3, 4)
         return found
 
     twists = np.array([[gap.of.path.twist(end.s) for end in (gap.a, gap.b)] for gap in gaps]) * h[:, None, None]

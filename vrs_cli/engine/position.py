@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import inf
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from msgspec import Struct, structs
 
@@ -16,11 +16,11 @@ from vrs_cli.engine.problem import joint_acceleration, joint_velocity, segment_j
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, compose, inverse, rotate
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import BlockTable
-from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Frames
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 TWIST_LENGTH = 6  # number of components of a twist
 POSES_AT_ONCE = 2048  # number of poses computed at once, so that they stay in the processor's cache
+NO_TURN = Turn((0.0, 0.0, 1.0), (0.0,))
 SINGULAR_RATE = 1.5  # factor on a joint's velocity limit that no motion reaches
 
 
@@ -164,7 +165,7 @@ def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     for block, rows in _blocks(timeline, times):
         table, part = block.table()
         places, s = table.locate(times[rows], block.offset, part)
-        _joints(arm, table, places, s, found[rows])
+        _joints(arm, table, places, s, _lines(table, places, s), found[rows])
     return found if back is None else found[back]
 
 
@@ -192,15 +193,50 @@ def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]
             yield block, slice(first, last)
 
 
-def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floats) -> None:
-    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), which are in order of
-    time.
+class _Rates(NamedTuple):
+    """Joints (N, n), and their velocity and acceleration to be computed."""
+
+    q: Floats
+    qd: Floats
+    qdd: Floats
+
+
+class _Line(NamedTuple):
+    """A straight line in a table of segments: `rows` (k,) are the indices of the times on it, `s` (k,) how long it has
+    been in force then [s].
     """
+
+    segment: Segment
+    path: CartesianPath
+    rows: Rows
+    s: Floats
+
+
+def _lines(table: BlockTable, places: Rows, s: Floats) -> list[_Line]:
+    """Return the straight lines among the segments at `places` (N,), which are in order of time."""
+    import numpy as np
+
+    found = []
+    for place, rows in _runs(places) if table.straight.any() else ():
+        segment = table.segment(place)
+        if isinstance(segment.path, CartesianPath):
+            found.append(_Line(segment, segment.path, np.arange(rows.start, rows.stop), s[rows]))
+    return found
+
+
+def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, lines: list[_Line], out: Floats) -> None:
+    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), among them `lines`."""
     table.joints(places, s, out)
-    if table.straight.any():
-        for place, rows in _runs(places):
-            if table.straight[place]:
-                out[rows] = _joints_on_line(arm, table.segment(place), s[rows])
+    alike: dict[tuple[Any, ...], list[_Line]] = {}
+    for line in lines:
+        key = (
+            line.segment.motion.frames.tool,
+            line.path.configuration,
+            tuple([guide.weights for guide in line.path.guides]),
+        )
+        alike.setdefault(key, []).append(line)
+    for some in alike.values():
+        _joints_on_lines(arm, some, out)
 
 
 def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
@@ -212,25 +248,32 @@ def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
         yield int(places[first]), slice(first, last)
 
 
-def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
-    """Return `segment_joints` for many times (N,): (N, n)."""
+def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
+    """Store in `out` (N, n) the joints on lines with the same tool, configuration and weights of guides."""
     import numpy as np
 
-    path = segment.path
-    assert not isinstance(path, JointPath)
-    nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
-    seeds = np.array(path.seeds)[nearest]
-    tool = segment.motion.frames.tool
-    poses = flange_poses(path, s, tool)
+    path, tool = lines[0].path, lines[0].segment.motion.frames.tool
+    poses = flange_poses([(line.path, line.s) for line in lines], tool)
+    seeds = np.concatenate([_nearest_seeds(line.path, line.s) for line in lines])
     if path.guides:
-        q = arm.batch.solve_guided(
-            poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s)
-        )
+        weights = np.array([guide.weights for guide in path.guides])
+        values = np.concatenate([guide_values(line.path, line.s) for line in lines])
+        q = arm.batch.solve_guided(poses, seeds, weights, values)
     else:
         q = arm.holding(tool).batch.inverse_branch(poses, path.configuration, seeds)
-    for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many poses may end sooner than of one
-        q[row] = segment_joints(arm, segment, float(s[row]))
-    return q
+    out[np.concatenate([line.rows for line in lines])] = q
+    for line in lines if np.isnan(q).any() else ():
+        for row, s in zip(line.rows, line.s.tolist(), strict=True):
+            if np.isnan(out[row]).any():  # a search of many poses may end sooner than of one
+                out[row] = segment_joints(arm, line.segment, s)
+
+
+def _nearest_seeds(path: CartesianPath, s: Floats) -> Floats:
+    """Return `CartesianPath.seed` at many times (N,): (N, n)."""
+    import numpy as np
+
+    nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
+    return np.array(path.seeds)[nearest]
 
 
 def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
@@ -274,108 +317,118 @@ def _sample_at(
     for block, rows in _blocks(timeline, times):
         q, (table, part) = found.joints[rows], block.table()
         places, s = table.locate(times[rows], block.offset, part)
-        _joints(arm, table, places, s, q)
+        lines = _lines(table, places, s)
+        _joints(arm, table, places, s, lines, q)
         if isinstance(found, PositionArrays):
-            begun, rates = times[rows] >= table.starts[places] + block.offset, (found.velocity, found.acceleration)
-            moving = begun & (s < table.durations[places]) & ~table.resting[places]
-            _fill_rates(arm, table, places, s, moving, q, (rates[0][rows], rates[1][rows]))
+            moving = times[rows] >= table.starts[places] + block.offset
+            moving &= (s < table.durations[places]) & ~table.resting[places]
+            rates = _Rates(q, found.velocity[rows], found.acceleration[rows])
+            _fill_rates(arm, table, places, s, moving, lines, rates)
         numbers = [frames.setdefault(one, len(frames)) for one in table.frames]
         which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
     if joints is not None:
         found.joints[:] = joints
-    changes = list(timeline.changes(HAND)) if timeline.event_count else []
-    if changes:
-        begins, openings = zip((-inf, 0.0), *changes, strict=True)
+    if timeline.event_count and len(times):
+        events = timeline.events_between(float(times[0]), float(times[-1]))
+        changes = [(event.time, event.value) for event in events if event.channel == HAND and not event.observed]
+        begins, openings = zip((-inf, timeline.value_at(HAND, float(times[0]))), *changes, strict=True)
         found.hand[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
     for one, number in frames.items():  # each computes many poses at once
         T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
+        based, tooled = one.base != IDENTITY, one.tool != IDENTITY
         rows_of_frame = np.flatnonzero(which == number)
         for chunk in np.split(rows_of_frame, range(POSES_AT_ONCE, len(rows_of_frame), POSES_AT_ONCE)):
-            T_world_flange = compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
-            found.T_world_tool[chunk] = compose_batch(T_world_flange, T_flange_tool)
+            T = arm.batch.forward(found.joints[chunk])
+            T = compose_batch(T_world_robot, T) if based else T
+            found.T_world_tool[chunk] = compose_batch(T, T_flange_tool) if tooled else T
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
 
 def _fill_rates(
-    arm: RobotArm, table: BlockTable, places: Rows, s: Floats, moving: Flags, q: Floats, out: tuple[Floats, Floats]
+    arm: RobotArm, table: BlockTable, places: Rows, s: Floats, moving: Flags, lines: list[_Line], rates: _Rates
 ) -> None:
-    """Compute velocity and acceleration where the robot moves; `places`, `s`, `moving` (N,), `q` and `out` (N, n)."""
+    """Compute velocity and acceleration where the robot moves; `places`, `s`, `moving` (N,)."""
     import numpy as np
 
-    qd, qdd = out
+    q, qd, qdd = rates
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
     alone = table.straight[places] & moving
     # the rates of a line are the unique solution of six equations; they are solved for many times at once
-    at_once = arm.steady is None and arm.model.joint_count == TWIST_LENGTH and all(arm.model.counts)
-    for place, rows in _runs(places) if at_once and alone.any() else ():
-        these = rows.start + np.flatnonzero(alone[rows])
-        if len(these):
-            qd[these], qdd[these], alone[these] = _rates_on_line(arm, table.segment(place), s[these], q[these])
+    if arm.steady is None and arm.model.joint_count == TWIST_LENGTH and all(arm.model.counts):
+        alike: dict[Transform, list[_Line]] = {}
+        for line in lines:
+            on = alone[line.rows]
+            if len(line.path.turns) <= 1 and on.any():
+                part = line._replace(rows=line.rows[on], s=line.s[on])
+                alike.setdefault(line.segment.motion.frames.tool, []).append(part)
+        for tool, some in alike.items():
+            _fill_line_rates(arm, tool, some, rates, alone)
     for row in np.flatnonzero(alone):
-        segment = table.segment(places[row])
-        qd[row], qdd[row] = rates_in(arm, segment, float(s[row]), tuple(q[row].tolist()))
+        qd[row], qdd[row] = rates_in(arm, table.segment(places[row]), float(s[row]), tuple(q[row].tolist()))
 
 
-def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:
-    """Return velocity and acceleration along a straight line (N, n), and the rows (N,) that `rates_in` must compute one
-    by one.
-
-    These are all rows of a line with several turns, and rows whose joints are so fast that the pose is nearly singular.
+def _fill_line_rates(arm: RobotArm, tool: Transform, lines: list[_Line], rates: _Rates, alone: Flags) -> None:
+    """Compute velocity and acceleration on lines with one tool. Let only those rows be `alone` that `rates_in` must
+    compute: rows whose joints are so fast that the pose is nearly singular.
     """
     import numpy as np
 
-    path = segment.path
-    assert not isinstance(path, JointPath)
-    alone = np.ones(len(s), dtype=np.bool_)
-    if len(path.turns) > 1:
-        return q, q, alone
+    rows = np.concatenate([line.rows for line in lines])
+    twist, change = (np.concatenate(part) for part in zip(*[twists(line.path, line.s) for line in lines], strict=True))
     try:
-        qd, qdd = arm.batch.rates(q, *twists(path, s), segment.motion.frames.tool)
+        qd, qdd = arm.batch.rates(rates.q[rows], twist, change, tool)
     except np.linalg.LinAlgError:
-        return q, q, alone
-    fast = np.abs(qd) > SINGULAR_RATE * np.array(arm.model.max_velocity)
-    steep = np.abs(qdd) > SINGULAR_RATE * np.array(arm.model.max_acceleration)
-    return qd, qdd, np.asarray((fast | steep).any(axis=1))
+        for line in lines if len(lines) > 1 else ():
+            _fill_line_rates(arm, tool, [line], rates, alone)
+        return
+    slow = np.abs(qd) <= SINGULAR_RATE * np.array(arm.model.max_velocity)
+    slow &= np.abs(qdd) <= SINGULAR_RATE * np.array(arm.model.max_acceleration)
+    rates.qd[rows], rates.qdd[rows], alone[rows] = qd, qdd, ~slow.all(axis=1)
 
 
-def flange_poses(path: CartesianPath, s: Floats, T_flange_tool: Transform) -> Floats:
-    """Return T_robot_flange (N, 3, 4) at times (N,) [s] of a path of the tool."""
+def flange_poses(lines: Sequence[tuple[CartesianPath, Floats]], T_flange_tool: Transform) -> Floats:
+    """Return T_robot_flange (N, 3, 4) on paths of the tool, each at times (k,) [s], one path after the other."""
     import numpy as np
     from numpy.polynomial.polynomial import polyval
 
     from vrs_cli.kinematics.arrays import compose_batch, rotation_about_batch, stack
 
-    position = np.stack([polyval(s, a) for a in path.position], axis=-1)
-    (R,) = stack([path.orientation])[:, :, :3]
-    for turn in path.turns:
-        angle = polyval(s, turn.angle).astype(float)
-        R = R @ rotation_about_batch(np.array(turn.axis), angle)
-    T_robot_tool = np.concatenate((np.broadcast_to(R, (len(s), 3, 3)), position[:, :, None]), axis=2)
-    (T_tool_flange,) = stack([inverse(T_flange_tool)])
-    return compose_batch(T_robot_tool, T_tool_flange)
+    counts = [len(s) for _, s in lines]
+    T_robot_tool = np.repeat(stack([path.orientation for path, _ in lines]), counts, axis=0)
+    T_robot_tool[:, :, 3] = np.concatenate([_values(path.position, s).T for path, s in lines])
+    for level in range(max(len(path.turns) for path, _ in lines)):
+        turns = [path.turns[level] if level < len(path.turns) else NO_TURN for path, _ in lines]
+        axes = np.repeat([turn.axis for turn in turns], counts, axis=0)
+        angles = np.concatenate([polyval(s, turn.angle) for turn, (_, s) in zip(turns, lines, strict=True)])
+        T_robot_tool[:, :, :3] = T_robot_tool[:, :, :3] @ rotation_about_batch(axes, angles)
+    if T_flange_tool == IDENTITY:
+        return T_robot_tool
+    return compose_batch(T_robot_tool, stack([inverse(T_flange_tool)])[0])
 
 
 def twists(path: CartesianPath, s: Floats) -> tuple[Floats, Floats]:
     """Return `CartesianPath.twist` and `twist_rate` at times (N,), (N, 6) each, of a path with at most one turn."""
     import numpy as np
 
+    rates = [derivative(a) for a in (*path.position, *[turn.angle for turn in path.turns])]
+    values = _values([*rates, *map(derivative, rates)], s).T
     twist, change = np.zeros((len(s), 6)), np.zeros((len(s), 6))
-    for i, a in enumerate(path.position):
-        _, twist[:, i], change[:, i] = _derivatives(a, s)
-    for turn in path.turns:
-        axis = np.array(rotate(path.orientation, turn.axis))
-        _, rate, second = _derivatives(turn.angle, s)
-        twist[:, 3:], change[:, 3:] = rate[:, None] * axis, second[:, None] * axis
+    for derivatives, part in ((twist, values[:, : len(rates)]), (change, values[:, len(rates) :])):
+        derivatives[:, :3] = part[:, :3]
+        for turn in path.turns:
+            derivatives[:, 3:] = part[:, 3:] * np.array(rotate(path.orientation, turn.axis))
     return twist, change
 
 
-def _derivatives(a: Polynomial, s: Floats) -> list[Floats]:
-    """Return p, dp/dt and d2p/dt2 at times (N,)."""
+def _values(polynomials: Sequence[Polynomial], s: Floats) -> Floats:
+    """Return the values (m, N) of m polynomials at times (N,)."""
     import numpy as np
     from numpy.polynomial.polynomial import polyval
 
-    first = derivative(a)
-    return [np.asarray(polyval(s, one), dtype=float) for one in (a, first, derivative(first))]
+    table = np.zeros((max(map(len, polynomials)), len(polynomials)))
+    for column, a in enumerate(polynomials):
+        table[: len(a), column] = a
+    return np.asarray(polyval(s, table), dtype=float)
 
 
 def guide_values(path: CartesianPath, s: Floats) -> Floats:

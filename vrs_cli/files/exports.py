@@ -29,6 +29,7 @@ from vrs_cli.trajectory.timeline import Timeline
 
 DECIMALS = 9  # number of decimals of degrees and millimetres
 STANDARD_OUTPUT = "-"
+COPIED_AT_ONCE = 1 << 18  # number of bytes of a temporary file that are copied at once
 
 CUBIC = 3  # degree of a polynomial given by positions and velocities at its ends
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
@@ -156,7 +157,7 @@ def write_npz(
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                     np.lib.format.write_array(member, array, allow_pickle=False)
         whole.seek(0)
-        copyfileobj(whole, stream)
+        copyfileobj(whole, stream, COPIED_AT_ONCE)
 
 
 def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: float) -> None:
@@ -177,14 +178,14 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
             for name, array in part.items():
                 if name not in files:
                     files[name] = opened.enter_context(TemporaryFile())
-                files[name].write(array.tobytes())
+                files[name].write(np.ascontiguousarray(array).data)
         count = files["times"].tell() // times.itemsize
         for name, file in files.items():
             file.seek(0)
             header = {"descr": "<f8", "fortran_order": False, "shape": (count, *part[name].shape[1:])}
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array_header_1_0(member, header)
-                copyfileobj(file, member)
+                copyfileobj(file, member, COPIED_AT_ONCE)
 
 
 def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np.generic]]:

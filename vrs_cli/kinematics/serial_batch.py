@@ -7,7 +7,7 @@ contiguous row for each joint and each matrix element.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from math import pi
 from typing import Any
@@ -18,8 +18,19 @@ from vrs_cli.kinematics.arrays import Flags, Floats, compose_batch, stack
 from vrs_cli.kinematics.clearance import ON_BOUNDARY, Unchanging
 from vrs_cli.kinematics.compiled import biases, formulas
 from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration, JointKind
-from vrs_cli.kinematics.model import LEVEL, STRAIGHT, Chain, RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse, position
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, Chain, RobotModel, link_transform
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    compose,
+    cross,
+    dot,
+    inverse,
+    position,
+    rotate,
+    vector_difference,
+    vector_sum,
+)
 
 CHUNK = 2048
 
@@ -45,6 +56,33 @@ def fill_rows(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> F
 def _solve(J: Floats, wanted: Floats) -> Floats:
     """Return the rates (N, n) for which J (N, n, n) gives the wanted values (N, n). Raises LinAlgError."""
     return np.asarray(np.linalg.solve(J, wanted[:, :, None])[:, :, 0], dtype=float)
+
+
+def _three(rows: Floats) -> Any:
+    """Return three rows of an array as a vector whose components are arrays."""
+    return tuple(rows)
+
+
+def _by_halves(J: Any) -> Callable[[Any, Any], tuple[Any, ...]]:
+    """Return a function that solves six equations whose matrix J (6 rows of 6 entries, numbers or arrays) has zeros in
+    its upper right quarter. Its arguments are the first three and the last three wanted values.
+    """
+    arm, wrist = _cramer([row[:3] for row in J[:3]]), _cramer([row[3:] for row in J[3:]])
+
+    def solve(first: Any, last: Any) -> tuple[Any, ...]:
+        some = arm(first)
+        done: Any = tuple([dot(row[:3], some) for row in J[3:]])
+        return (*some, *wrist(vector_difference(last, done)))
+
+    return solve
+
+
+def _cramer(rows: Sequence[Sequence[Any]]) -> Callable[[Any], Any]:
+    """Return a function that solves three equations by Cramer's rule."""
+    a, b, c = (tuple(column) for column in zip(*rows, strict=True))
+    normals = cross(b, c), cross(c, a), cross(a, b)
+    volume = dot(a, normals[0])
+    return lambda wanted: tuple([dot(normal, wanted) / volume for normal in normals])
 
 
 class SerialBatch:
@@ -147,6 +185,32 @@ class SerialBatch:
 
 class WristBatch(SerialBatch):
     """An arm with a spherical wrist, whose FLIP solutions follow from NOFLIP."""
+
+    def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
+        """Return joint velocities and accelerations; infinite or NaN in a singular pose.
+
+        Joints 4 to 6 do not move the wrist centre, so the six equations are two systems of three (Hollerbach and Sahar
+        1983).
+        """
+        centre = position(inverse(compose(link_transform(self.model.links[5], 0.0), self.model.flange)))
+        lever = vector_difference(position(T_flange_tool), centre)
+
+        def entries(part: slice) -> Iterable[Any]:
+            joints, twist, change = (columns(rows[part]) for rows in (q, twists, changes))
+            v, w, a, alpha = (_three(rows) for rows in (twist[:3], twist[3:], change[:3], change[3:]))
+            T: Any = self.formulas.forward(joints)
+            r = rotate(T, lever)  # from the wrist centre to the tool
+            spin = cross(w, r)
+            J = self.formulas.jacobian(joints, *centre)
+            solve = _by_halves(J)
+            qd = solve(vector_difference(v, spin), w)
+            bias: Any = self.biases.acceleration(joints, qd, *centre)
+            a = vector_difference(a, vector_sum(cross(alpha, r), cross(w, spin)))  # of the wrist centre
+            return (*qd, *solve(vector_difference(a, bias[:3]), vector_difference(alpha, bias[3:])))
+
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found = fill_rows(len(q), 12, entries)
+        return found[:, :6], found[:, 6:]
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         assert self.formula is not None

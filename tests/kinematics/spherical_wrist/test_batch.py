@@ -16,6 +16,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import ALL, Configuration
 from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
 
 PUMA = load_robot("puma560")
@@ -150,6 +151,17 @@ def test_a_wrist_that_is_almost_singular_keeps_its_last_bits() -> None:
 def test_jacobians(arm: RobotArm, tool: Transform) -> None:
     q = joints(500, 5)
     assert np.abs(arm.batch.jacobian(q, tool) - [arm.jacobian(row, tool) for row in rows(q)]).max() < 1e-15
+
+
+@pytest.mark.parametrize("arm", [ARM, SHOULDERED])
+@pytest.mark.parametrize("tool", [IDENTITY, TOOL])
+def test_the_rates_of_two_systems_of_three_are_those_of_six_equations(arm: RobotArm, tool: Transform) -> None:
+    q = np.random.default_rng(11).uniform(-1.0, 1.0, (500, 6)) + 0.1
+    q = q[np.abs(np.linalg.det(arm.batch.jacobian(q, tool))) > 1e-3]
+    twists, changes = np.random.default_rng(12).uniform(-1.0, 1.0, (2, len(q), 6))
+    whole = SerialBatch.rates(arm.batch, q, twists, changes, tool)
+    for found, expected in zip(arm.batch.rates(q, twists, changes, tool), whole, strict=True):
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("arm", [ARM, SHOULDERED])
