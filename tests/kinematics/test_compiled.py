@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
 from dataclasses import replace
-from math import nan, pi, sqrt
+from math import pi
 from random import Random
 
-import numpy as np
 import pytest
 
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.compiled import formulas, over_arrays, steps_of
+from vrs_cli.kinematics.compiled import formulas
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import Link, link_transform
@@ -89,30 +87,3 @@ def test_a_lost_direction_is_refused_as_for_velocities() -> None:
         ARM.joint_acceleration(READY, still, (0.0, 0.0, 0.0, 0.5, 0.0, 0.0))
     with pytest.raises(StraightLineSingular, match="wrist"):
         ARM.joint_jerk(READY, still, still, (0.0, 0.0, 0.0, 0.5, 0.0, 0.0))
-
-
-def make_root(shift: float) -> Callable[[float], float | None]:
-    """Return a small formula with a choice, a chain of comparisons and a return of None."""
-
-    def root(x: float) -> float | None:
-        y = x + shift
-        if y < -1.0 or y > 9.0:
-            return None
-        size = sqrt(y if y > 0.0 else 0.0)
-        return size if 1.0 < size < 2.0 else -size
-
-    return root
-
-
-def test_a_formula_over_arrays_gives_what_it_gives_for_floats() -> None:
-    root = make_root(0.5)
-    x = np.linspace(-3.0, 12.0, 61)
-    wanted = [nan if (y := root(one)) is None else y for one in x.tolist()]
-    np.testing.assert_array_equal(over_arrays(root)(x), wanted)
-    assert over_arrays(root)(np.array([2.0])).tolist() == [root(2.0)]  # all rows make the same choice
-
-
-def test_steps_of_a_formula_end_where_it_ends() -> None:
-    root = make_root(0.5)
-    assert steps_of(root, ("y", "size"), 3.5) == {"y": 4.0, "size": 2.0}
-    assert steps_of(root, ("y", "size"), -3.0) == {"y": -2.5}

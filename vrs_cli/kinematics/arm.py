@@ -22,7 +22,7 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
-from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, over_arrays, solve, steps_of
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
@@ -197,11 +197,9 @@ class RobotArm:
         """
         raise NotImplementedError
 
-    step_names: tuple[str, ...] = ()  # variables of the formula of a closed form, in `render/symbols.py`
-
-    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:  # noqa: ARG002 (see formula)
         """Return the variables that `branch_joints` computes before it ends; empty without a closed form."""
-        return steps_of(self.branch_joints, self.step_names, T, configuration, near) if self.step_names else {}
+        return {}
 
     redundancy = 0  # number of joints beyond those that the task needs, and of guides for a straight line
     still_joints: tuple[int, ...] = ()  # redundant joints, by index, that stand still without a guide
@@ -518,20 +516,12 @@ class RobotArm:
         """Return how far joints are from each singularity, 0 to 1."""
         return Singularity(1.0, 1.0, 1.0)
 
-    @property
-    def array_formula(self) -> Callable[..., Any] | None:
-        """Return `branch_joints` of a closed form for arrays, on any turns."""
-        return over_arrays(self.branch_joints) if self.step_names else None
-
     # --- arrays ------------------------------------------------------------------------------------------
 
     @cached_property
     def batch(self) -> SerialBatch:
         """Return the same functions over arrays, for whole timelines at once."""
-        # Imported here because it loads numpy, most of the start-up time of a shell without arrays.
-        from vrs_cli.kinematics.serial_batch import SerialBatch
-
-        return SerialBatch(self.model, self.ways, self.unchanging, self.array_formula)
+        raise NotImplementedError
 
 
 def _within(x: float, low: float, high: float) -> float | None:

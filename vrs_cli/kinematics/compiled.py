@@ -1,4 +1,4 @@
-"""Write functions for one arm as Python code: kinematics, linear equations, and variants of formulas.
+"""Write functions for one arm as Python code: kinematics and linear equations.
 
 The matrices of a chain are mostly zeros and ones. Multiplied symbolically once, they leave a few dozen products. The
 functions take floats or, with the sine and cosine of numpy, arrays. Small systems of equations are written out too: six
@@ -7,17 +7,14 @@ unknowns take less time than a call of numpy.
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache, reduce
-from inspect import getclosurevars, getsource
-from math import cos, inf, sin, sqrt
+from functools import cache
+from math import cos, sin, sqrt
 from operator import mul
-from textwrap import dedent
 from typing import Any, NamedTuple, cast
 
-from vrs_cli.kinematics.joints import JointKind, Steps, Twist
+from vrs_cli.kinematics.joints import JointKind, Twist
 from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.transform import Transform
 
@@ -408,85 +405,3 @@ def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[f
     names: dict[str, Any] = {"sqrt": sqrt}
     exec(compile(f"def {name}(rows):\n" + "".join(f"    {line}\n" for line in lines), f"<{name}>", "exec"), names)
     return cast(Callable[[Sequence[Sequence[float]]], Any], names[name])
-
-
-# --- variants of a formula -------------------------------------------------------------------------------------------
-#
-# The inverse of one branch is written once, as a function of floats: assignments, choices (`a if test else b`),
-# `if test: return None` for what is out of reach, and one result. Its other variants are derived from its source.
-
-
-class _OverArrays(ast.NodeTransformer):
-    """Rewrites a formula for arrays: a choice becomes `where`, and a return of None marks rows as lost."""
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
-        self.generic_visit(node)
-        node.body = [*ast.parse("lost = False").body, *node.body]
-        return node
-
-    def visit_If(self, node: ast.If) -> ast.stmt:
-        return ast.parse(f"lost = lost | ({ast.unparse(self.visit(node.test))})").body[0]
-
-    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
-        test, body, orelse = (ast.unparse(self.visit(part)) for part in (node.test, node.body, node.orelse))
-        return ast.parse(f"choose({test}, lambda: {body}, lambda: {orelse})", mode="eval").body
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
-        self.generic_visit(node)
-        sign = ast.BitOr() if isinstance(node.op, ast.Or) else ast.BitAnd()
-        return reduce(lambda a, b: ast.BinOp(a, sign, b), node.values)
-
-    def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        pairs = zip((node.left, *node.comparators[:-1]), node.ops, node.comparators, strict=True)
-        tests: list[ast.expr] = [ast.Compare(a, [op], [b]) for a, op, b in pairs]
-        return reduce(lambda a, b: ast.BinOp(a, ast.BitAnd(), b), tests)
-
-    def visit_Return(self, node: ast.Return) -> ast.stmt:
-        self.generic_visit(node)
-        assert node.value is not None
-        return ast.parse(f"return where(lost, nan, {ast.unparse(node.value)})").body[0]
-
-
-class _WithSteps(ast.NodeTransformer):
-    """Rewrites a formula so that it returns all of its variables."""
-
-    def visit_Return(self, node: ast.Return) -> ast.stmt:  # noqa: ARG002 (whatever was returned)
-        return ast.parse("return locals()").body[0]
-
-
-def over_arrays(formula: Callable[..., Any], **others: Any) -> Callable[..., Any]:
-    """Return a formula for arrays, which returns the rows of its result as one array, NaN where it returned None.
-
-    Angles are on any turn. `others`: functions that the formula calls, for arrays.
-    """
-    import numpy as np
-
-    def choose(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-        """Return for each row one of two values; only one is computed if it is the same for all rows."""
-        if np.all(test):
-            return yes()
-        return np.where(test, yes(), no()) if np.any(test) else no()
-
-    names = {name: getattr(np, name) for name in ("sqrt", "cos", "sin", "copysign", "where", "nan")}
-    names |= {
-        "acos": lambda x: np.arccos(np.clip(x, -1.0, 1.0)),
-        "atan2": np.arctan2,
-        "choose": choose,
-        "complex": lambda x, y: x + 1j * y,
-    }
-    names |= {"nearest_turn": lambda q, _: q, "six_turned_near": lambda q, _: q, "dist": lambda _, __: inf}
-    return _variant(formula, _OverArrays(), {**names, **others})
-
-
-def steps_of(formula: Callable[..., Any], names: Sequence[str], *arguments: Any) -> Steps:
-    """Return the variables with the given names that a formula computes before it ends."""
-    found = _variant(formula, _WithSteps(), {})(*arguments)
-    return {name: found[name] for name in names if name in found}
-
-
-def _variant(formula: Callable[..., Any], rewriter: ast.NodeTransformer, others: dict[str, Any]) -> Callable[..., Any]:
-    tree = ast.fix_missing_locations(rewriter.visit(ast.parse(dedent(getsource(formula)))))
-    scope = getclosurevars(formula)
-    names = {**scope.globals, **scope.nonlocals, **others}
-    exec(compile(tree, f"<{formula.__name__}>", "exec"), names)
-    return cast(Callable[..., Any], names[formula.__name__])

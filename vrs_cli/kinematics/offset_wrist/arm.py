@@ -26,16 +26,17 @@ cosine of q2 + q3 + q4, change their signs.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from math import acos, atan2, copysign, cos, dist, pi, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics import clearance as bounds
-from vrs_cli.kinematics.arm import Branch, RobotArm
+from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.clearance import ON_BOUNDARY
+from vrs_cli.kinematics.formula import FormulaArm, every_branch
 from vrs_cli.kinematics.joints import (
     ALL,
-    TURN,
     WRIST_SINGULAR,
     Configuration,
     Demands,
@@ -71,89 +72,7 @@ def offsets_of(model: RobotModel) -> Offsets | None:
     return Offsets(l1.d, l2.a, l3.a, side, l5.d, l6.d, -1.0 if side < 0.0 else 1.0)
 
 
-NOWHERE = (None, None, None, None)
 ON_AXIS = bounds.SINGULAR * bounds.SINGULAR  # [m2]
-
-Branches = Callable[[Transform], tuple[Joints | None, ...]]
-
-
-def make_branches(offsets: Offsets, middle: Joints) -> Branches:
-    """Return a function of a pose: all eight solutions in the order of `joints.ALL`, None out of reach.
-
-    Each joint is on the turn nearest to the middle of its range.
-    """
-    d1, a2, a3, side, d5, d6, right = offsets
-    bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)
-    mid1, mid2, mid3, mid4, mid5, mid6 = middle
-    low1, low2, low3, low4, low5, low6 = (angle - pi for angle in middle)
-    high1, high2, high3, high4, high5, high6 = (angle + pi for angle in middle)
-
-    def branches(T: Transform) -> tuple[Joints | None, ...]:
-        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-        x, y, z = px - d6 * ax, py - d6 * ay, pz - d6 * az - d1
-        reach2 = x * x + y * y
-        outward2 = reach2 - side * side
-        if outward2 < -bounds.BOUNDARY:
-            return NOWHERE + NOWHERE
-        root = sqrt(outward2) if outward2 > 0.0 else 0.0
-        found: tuple[Joints | None, ...] = ()
-        for forward in (right, -right):
-            if reach2 > ON_AXIS:
-                c1 = (forward * root * x - side * y) / reach2
-                s1 = (forward * root * y + side * x) / reach2
-                q1 = atan2(s1, c1)
-                if not low1 <= q1 <= high1:
-                    q1 -= TURN * round((q1 - mid1) / TURN)
-            else:  # joint 1 may have any value
-                q1, c1, s1 = mid1, cos(mid1), sin(mid1)
-            n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1  # along the axes of joints 2 to 4
-            s5 = sqrt(n * n + s * s)
-            q5, q6, other6, back = atan2(s5, c5), mid6, mid6, 1.0
-            if s5 > ON_BOUNDARY:
-                c6, s6, q6, back = n / s5, -s / s5, atan2(-s, n), -1.0
-                other6 = q6 - pi if q6 > 0.0 else q6 + pi
-                if not low6 <= q6 <= high6:
-                    q6 -= TURN * round((q6 - mid6) / TURN)
-                if not low6 <= other6 <= high6:
-                    other6 -= TURN * round((other6 - mid6) / TURN)
-            else:  # joint 6 may have any value
-                c6, s6 = cos(mid6), sin(mid6)
-            u, v = c5 * c6, -c5 * s6  # x axis of frame 4 seen from the flange: (u, v, -s5)
-            level = c1 * (nx * u + sx * v - ax * s5) + s1 * (ny * u + sy * v - ay * s5)
-            lift = nz * u + sz * v - az * s5
-            out = c1 * x + s1 * y
-            solved: tuple[Joints | None, ...] = ()
-            for _ in (1, 2):  # NOFLIP, then FLIP
-                h, v = out - d5 * lift, z + d5 * level  # joint 4 in the arm's plane, outward and up
-                k = (h * h + v * v - bars) * twice
-                if not -1.0 < k < 1.0:
-                    if -1.0 - bounds.BOUNDARY < k < 1.0 + bounds.BOUNDARY:
-                        k = 1.0 if k > 0.0 else -1.0
-                    else:
-                        solved += (None, None)
-                        lift, level, q5, q6 = back * lift, back * level, -q5, other6
-                        continue
-                bearing, pitch = atan2(v, h), atan2(lift, level)
-                beside, bend = forward * atan2(a3 * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k), forward * acos(k)
-                turned5 = q5 if low5 <= q5 <= high5 else q5 - TURN * round((q5 - mid5) / TURN)
-                for _ in (1, 2):  # ABOVE, then BELOW
-                    q2, q3 = bearing + beside, -bend
-                    q4 = pitch - q2 - q3
-                    if not low2 <= q2 <= high2:
-                        q2 -= TURN * round((q2 - mid2) / TURN)
-                    if not low3 <= q3 <= high3:
-                        q3 -= TURN * round((q3 - mid3) / TURN)
-                    if not low4 <= q4 <= high4:
-                        q4 -= TURN * round((q4 - mid4) / TURN)
-                    solved += ((q1, q2, q3, q4, turned5, q6),)
-                    beside, bend = -beside, -bend
-                lift, level, q5, q6 = back * lift, back * level, -q5, other6
-            above, below, other_above, other_below = solved
-            found += (above, other_above, below, other_below)
-        return found
-
-    return branches
-
 
 STEPS = (  # variables of a branch, as `render/symbols.py` shows them
     *("arm", "elbow", "wrist", "x", "y", "z", "u2", "u", "q1", "c5", "s5", "q5", "q6"),
@@ -171,8 +90,8 @@ def make_branch(offsets: Offsets) -> Branch:
     most = 1.0 + bounds.BOUNDARY
 
     def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         arm, elbow, wrist = configuration.signs
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         forward = arm * right
         x, y, z = px - d6 * ax, py - d6 * ay, pz - d6 * az - d1
         reach2 = x * x + y * y
@@ -202,9 +121,9 @@ def make_branch(offsets: Offsets) -> Branch:
             return None
         cosine = k if -1.0 < k < 1.0 else copysign(1.0, k)
         fold = -elbow * forward
-        q2 = atan2(v, h) - fold * atan2(a3 * sqrt((1.0 - cosine) * (1.0 + cosine)), a2 + a3 * cosine)
-        q3 = fold * acos(cosine)
-        phi = atan2(lift, level)
+        bearing, angle2 = atan2(v, h), atan2(a3 * sqrt((1.0 - cosine) * (1.0 + cosine)), a2 + a3 * cosine)
+        angle3, phi = acos(cosine), atan2(lift, level)
+        q2, q3 = bearing - fold * angle2, fold * angle3
         q4 = phi - q2 - q3
         found = q1, q2, q3, q4, q5, q6
         return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
@@ -215,7 +134,7 @@ def make_branch(offsets: Offsets) -> Branch:
 CLEAR = 1e-3  # measures of singularities above which the rates are in closed form
 
 
-class OffsetWristArm(RobotArm):
+class OffsetWristArm(FormulaArm):
     """Six joints with an offset wrist. See `arm.RobotArm`."""
 
     ways = ALL
@@ -225,8 +144,7 @@ class OffsetWristArm(RobotArm):
     def __init__(self, model: RobotModel, offsets: Offsets) -> None:
         super().__init__(model)
         self.offsets = offsets
-        self.branches = make_branches(offsets, self.middle)  # type: ignore[method-assign, assignment] # as on a PUMA
-        self.branch_joints = make_branch(offsets)  # type: ignore[method-assign, assignment]
+        self.formula = self.branch_joints = make_branch(offsets)  # type: ignore[method-assign, assignment]
         self.reach = bounds.TwoBars(offsets.a2, offsets.a3, abs(offsets.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, 0.0
@@ -235,6 +153,10 @@ class OffsetWristArm(RobotArm):
     @property
     def constants(self) -> Mapping[str, float]:
         return self.offsets._asdict()
+
+    @cached_property
+    def branches(self) -> Callable[[Transform], tuple[Joints | None, ...]]:
+        return every_branch(self.formula, self.middle, self.middle)
 
     def configuration(self, q: Joints) -> Configuration:
         g = self.offsets

@@ -20,12 +20,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import acos, atan2, copysign, cos, sin
 from operator import itemgetter
-from typing import Any
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics.arm import Branch, RobotArm
+from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
-from vrs_cli.kinematics.compiled import over_arrays, steps_of
+from vrs_cli.kinematics.formula import FormulaArm
 from vrs_cli.kinematics.joints import (
     SIDES,
     Configuration,
@@ -33,7 +32,6 @@ from vrs_cli.kinematics.joints import (
     JointKind,
     Joints,
     Singularity,
-    Steps,
     Twist,
     nearest_turn,
 )
@@ -118,17 +116,18 @@ STEPS = (
 )  # variables of a branch, as `render/symbols.py` shows them
 
 
-class ParallelAxesArm(RobotArm):
+class ParallelAxesArm(FormulaArm):
     """An arm with parallel axes. See `arm.RobotArm`."""
 
     ways = SIDES
     method = "closed form, all axes parallel"
+    step_names = STEPS
 
     def __init__(self, model: RobotModel, bars: Bars) -> None:
         super().__init__(model)
         self.bars = bars
         self.wrist, self._closed_rates = make_wrist(bars), make_rates(bars)
-        self._branch = make_branch(bars, self.wrist)
+        self.formula = make_branch(bars, self.wrist)
         self.reach = TwoBars(*bars.lengths, 0.0)
         self.boundary = self.reach.boundary()
         centre = rotate(inverse(bars.flange), (-bars.hand.real, -bars.hand.imag, 0.0))
@@ -149,10 +148,7 @@ class ParallelAxesArm(RobotArm):
         return SIDES[sin(self.elbow(q)) * self.bars.up < -SINGULAR]
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        return self._branch(T, configuration, near) if self.unchanging.allows(T) else None
-
-    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
-        return steps_of(self._branch, STEPS, T, configuration, near) if self.unchanging.allows(T) else {}
+        return self.formula(T, configuration, near) if self.unchanging.allows(T) else None
 
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
@@ -189,10 +185,6 @@ class ParallelAxesArm(RobotArm):
 
     def singularity(self, q: Joints) -> Singularity:
         return Singularity(1.0, abs(sin(self.elbow(q))), 1.0)
-
-    @property
-    def array_formula(self) -> Callable[..., Any]:
-        return over_arrays(self._branch, wrist=over_arrays(self.wrist))
 
 
 def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, float]]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, StraightLineSingular
 from vrs_cli.kinematics import clearance as bounds
-from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.formula import FormulaArm, every_branch, over_arrays
 from vrs_cli.kinematics.joints import ALL, AT_REST, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.spherical_wrist import inverse
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _new = tuple.__new__
 
 
-class SphericalWristArm(RobotArm):
+class SphericalWristArm(FormulaArm):
     """Six joints with a spherical wrist. See `arm.RobotArm`."""
 
     ways = ALL
@@ -36,8 +36,7 @@ class SphericalWristArm(RobotArm):
         super().__init__(model)
         self.geometry = geometry
         self.forward = make_forward(geometry)
-        self.branches = inverse.make_branches(geometry, model)  # type: ignore[method-assign, assignment] # written out, for speed
-        self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
+        self.formula = self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
         self._within = inverse.make_within(model.lower, model.upper)
         lower, upper = zip(*self._nearly_limits, strict=True)
         self._nearly_within = inverse.make_within(lower, upper)
@@ -49,6 +48,11 @@ class SphericalWristArm(RobotArm):
     @property
     def constants(self) -> Mapping[str, float]:
         return self.geometry._asdict()
+
+    @cached_property
+    def branches(self) -> Callable[[Transform], tuple[Joints | None, ...]]:
+        rest = (0.0, 0.0, 0.0, min(max(0.0, self.model.lower[3]), self.model.upper[3]), 0.0, 0.0)
+        return every_branch(self.formula, self.middle, rest, inverse.flipped_wrist)
 
     def configuration(self, q: Joints) -> Configuration:
         return inverse.configuration_of(self.geometry, q)
@@ -212,7 +216,7 @@ class SphericalWristArm(RobotArm):
     def batch(self) -> SerialBatch:
         from vrs_cli.kinematics.serial_batch import WristBatch  # here because it loads numpy
 
-        return WristBatch(self.model, ALL, self.unchanging, self.array_formula)
+        return WristBatch(self.model, ALL, self.unchanging, over_arrays(self.formula))
 
 
 def make_forward(geometry: inverse.Geometry) -> Callable[[Joints], Transform]:

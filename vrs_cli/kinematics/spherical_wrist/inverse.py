@@ -40,7 +40,6 @@ from vrs_cli.kinematics.joints import (
     ALL,
     ARM,
     ELBOW,
-    TURN,
     WRIST,
     Configuration,
     JointKind,
@@ -128,105 +127,15 @@ def outward(geometry: Geometry, q: Joints) -> float:
 
 
 ON_AXIS = SINGULAR * SINGULAR  # [m2]
-NOWHERE = (None, None, None, None)
-
-Branches = Callable[[Transform], tuple[Joints | None, ...]]
 
 
-def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
-    """Return a function of a pose: all eight solutions in the order of `joints.ALL`, None out of reach.
-
-    Each angle is on the turn nearest to the middle of its range: inside the limits if any turn of it is. At a singular
-    wrist joint 4 is 0 (or the limit next to it), and FLIP and NOFLIP are the same.
-    """
-    d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
-    side2 = side * side
-    bars, twice = a2 * a2 + forearm * forearm, 1.0 / (2.0 * a2 * forearm)
-    f3, f4 = a3 / (forearm * forearm), d4 / (forearm * forearm)
-    wrist_rest = min(max(0.0, model.lower[3]), model.upper[3])
-    middles = [(low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True)]
-    low1, low2, low3, low4, low5, low6 = (middle - pi for middle in middles)
-    high1, high2, high3, high4, high5, high6 = (middle + pi for middle in middles)
-
-    def branches(T: Transform) -> tuple[Joints | None, ...]:
-        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-        x, y = px - d6 * ax, py - d6 * ay
-        v = d1 + d6 * az - pz
-        across = x * x + y * y
-        u2 = across - side2
-        if u2 < ON_AXIS:
-            if u2 < -BOUNDARY:
-                return NOWHERE + NOWHERE
-            u2 = 0.0
-        found: tuple[Joints | None, ...] = ()
-        root = sqrt(u2)
-        vv = v * v - bars
-        for arm in (1.0, -1.0):
-            u = -arm * root
-            h = u - a1
-            k = (h * h + vv) * twice
-            if not -1.0 < k < 1.0:
-                if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
-                    found += NOWHERE
-                    continue
-                k = 1.0 if k > 0.0 else -1.0
-            if across > ON_AXIS:
-                c1, s1 = (u * x + side * y) / across, (u * y - side * x) / across
-            else:  # joint 1 may have any value
-                c1, s1 = 1.0, 0.0
-            q1 = atan2(s1, c1)
-            if not low1 <= q1 <= high1:
-                q1 += TURN if q1 < low1 else -TURN
-            psi = acos(k) * -arm
-            # the rotation seen in the arm's plane: radial, across (here) and vertical
-            ar, ac = c1 * ax + s1 * ay, c1 * ay - s1 * ax
-            nr, nc = c1 * nx + s1 * ny, c1 * ny - s1 * nx
-            sr, sc = c1 * sx + s1 * sy, c1 * sy - s1 * sx
-            m, t = a2 + forearm * k, forearm * sqrt((1.0 - k) * (1.0 + k)) * -arm
-            rho = h * h + v * v
-            if rho == 0.0:
-                found += NOWHERE
-                continue
-            for _ in (1, 2):  # ABOVE, then BELOW
-                c2, s2 = (h * m + v * t) / rho, (v * m - h * t) / rho
-                q2 = atan2(s2, c2)
-                if not low2 <= q2 <= high2:
-                    q2 += TURN if q2 < low2 else -TURN
-                q3 = beta + psi
-                if not low3 <= q3 <= high3:
-                    q3 += TURN if q3 < low3 else -TURN
-                c2, s2 = h - a2 * c2, v - a2 * s2
-                c23, s23 = f3 * c2 - f4 * s2, f4 * c2 + f3 * s2
-                # approach in frame 3
-                X, Z = c23 * ar - s23 * az, s23 * ar + c23 * az
-                s5 = sqrt(X * X + ac * ac)
-                if s5 > ON_BOUNDARY:
-                    q4 = atan2(ac, X)
-                    q5 = atan2(s5, Z)
-                    q6 = atan2(X * nc - ac * (c23 * nr - s23 * nz), X * sc - ac * (c23 * sr - s23 * sz))
-                    o4, o6 = q4 - pi if q4 > 0.0 else q4 + pi, q6 - pi if q6 > 0.0 else q6 + pi
-                    o5 = -q5
-                    if not low4 <= q4 <= high4:
-                        q4 += TURN if q4 < low4 else -TURN
-                    if not low4 <= o4 <= high4:
-                        o4 += TURN if o4 < low4 else -TURN
-                    if q5 > high5:
-                        q5 -= TURN
-                    if o5 < low5:
-                        o5 += TURN
-                    if not low6 <= q6 <= high6:
-                        q6 += TURN if q6 < low6 else -TURN
-                    if not low6 <= o6 <= high6:
-                        o6 += TURN if o6 < low6 else -TURN
-                    found += ((q1, q2, q3, q4, q5, q6), (q1, q2, q3, o4, o5, o6))
-                else:
-                    rows = (X, ac, Z, c23 * nr - s23 * nz, nc, c23 * sr - s23 * sz, sc)
-                    q = (q1, q2, q3, *singular_wrist(wrist_rest, *rows))
-                    found += (q, q)
-                psi, t = -psi, -t
-        return found
-
-    return branches
+def flipped_wrist(q4: float, q5: float, q6: float, bends: bool) -> tuple[float, float, float]:
+    """Return joints 4 to 6 of FLIP for those of NOFLIP; the same ones at a singular wrist."""
+    if bends:
+        q4 = q4 - pi if q4 > 0.0 else q4 + pi
+        q5 = -q5
+        q6 = q6 - pi if q6 > 0.0 else q6 + pi
+    return q4, q5, q6
 
 
 STEPS = (  # variables of a branch, as `render/symbols.py` shows them
@@ -247,63 +156,48 @@ def make_branch(geometry: Geometry) -> Branch:
     most = 1.0 + BOUNDARY
 
     def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         arm, elbow, wrist = configuration.signs
+        nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         x, y = px - d6 * ax, py - d6 * ay
         v = d1 + d6 * az - pz
         across = x * x + y * y
         u2 = across - side2
         if u2 < -BOUNDARY:
             return None
-        u = -arm * sqrt(u2 if u2 >= ON_AXIS else 0.0)
+        root = sqrt(u2 if u2 >= ON_AXIS else 0.0)
+        u = -arm * root
         h = u - a1
         rho = h * h + v * v
         k = (rho - bars) * twice
         if k >= most or k <= -most or rho == 0.0:
             return None
         cosine = k if -1.0 < k < 1.0 else copysign(1.0, k)
-        c1, s1 = (
-            ((u * x + side * y) / across, (u * y - side * x) / across)
-            if across > ON_AXIS
-            else (cos(near[0]), sin(near[0]))  # joint 1 may have any value: it stays
-        )
+        beside = across > ON_AXIS  # else joint 1 may have any value: it stays
+        c1 = (u * x + side * y) / across if beside else cos(near[0])
+        s1 = (u * y - side * x) / across if beside else sin(near[0])
+        m, rise, angle = a2 + forearm * cosine, forearm * sqrt((1.0 - cosine) * (1.0 + cosine)), acos(cosine)
         fold = -arm * elbow
-        m, t = a2 + forearm * cosine, forearm * sqrt((1.0 - cosine) * (1.0 + cosine)) * fold
+        t, psi = rise * fold, angle * fold
         c2, s2 = (h * m + v * t) / rho, (v * m - h * t) / rho
         q1, q2 = atan2(s1, c1), atan2(s2, c2)
-        psi = acos(cosine) * fold
         q3 = beta + psi
         fh, fv = h - a2 * c2, v - a2 * s2
         c23, s23 = f3 * fh - f4 * fv, f4 * fh + f3 * fv
-        out = c1 * ax + s1 * ay
-        X = wrist * (c23 * out - s23 * az)
-        Y = wrist * (c1 * ay - s1 * ax)
-        Z = s23 * out + c23 * az
-        nX, nY = c23 * (c1 * nx + s1 * ny) - s23 * nz, c1 * ny - s1 * nx
-        sX, sY = c23 * (c1 * sx + s1 * sy) - s23 * sz, c1 * sy - s1 * sx
-        s5 = sqrt(X * X + Y * Y)
-        c4, s4, q4, sine = (
-            (X, Y, atan2(Y, X), wrist * s5)
-            if s5 > ON_BOUNDARY
-            else (cos(near[3]), sin(near[3]), near[3], wrist * (cos(near[3]) * X + sin(near[3]) * Y))
-        )
-        q5 = atan2(sine, Z)
+        aH, aY = c1 * ax + s1 * ay, c1 * ay - s1 * ax  # the axes of the hand, outward and across in the arm's plane
+        nH, nY, sH, sY = c1 * nx + s1 * ny, c1 * ny - s1 * nx, c1 * sx + s1 * sy, c1 * sy - s1 * sx
+        aX, nX, sX = c23 * aH - s23 * az, c23 * nH - s23 * nz, c23 * sH - s23 * sz
+        s5 = sqrt(aX * aX + aY * aY)
+        X, Y, Z = wrist * aX, wrist * aY, s23 * aH + c23 * az
+        bends = s5 > ON_BOUNDARY  # else joint 4 may have any value: it stays
+        c4 = X if bends else cos(near[3])
+        s4 = Y if bends else sin(near[3])
+        q4 = atan2(Y, X) if bends else near[3]
+        q5 = atan2(wrist * (s5 if bends else c4 * X + s4 * Y), Z)
         q6 = atan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX)
         found = q1, q2, q3, q4, q5, q6
         return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
 
     return branch
-
-
-def singular_wrist(
-    q4: float, X: float, Y: float, Z: float, nX: float, nY: float, sX: float, sY: float
-) -> tuple[float, float, float]:
-    """Return joints 4, 5, 6 when axes 4 and 6 coincide: joint 4 as given, joint 6 takes the rest.
-
-    (X, Y, Z) is the approach axis, (nX, nY) and (sX, sY) the first two rows of x and y axis, all in frame 3.
-    """
-    c4, s4 = cos(q4), sin(q4)
-    return q4, atan2(c4 * X + s4 * Y, Z), atan2(c4 * nY - s4 * nX, c4 * sY - s4 * sX)
 
 
 def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:

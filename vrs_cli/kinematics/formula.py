@@ -1,0 +1,222 @@
+"""Solve arms by a formula, and derive its variants from its source: for arrays, with its steps, for all configurations.
+
+The inverse of one branch is written once, as a function of floats: assignments, each to new names, choices (`a if test
+else b`), `if test: return None` for what is out of reach, and one result.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import deepcopy
+from functools import cached_property, reduce
+from inspect import getclosurevars, getsource, isfunction
+from math import inf, pi
+from textwrap import dedent
+from typing import TYPE_CHECKING, Any, cast
+
+from vrs_cli.kinematics.arm import Branch, RobotArm
+from vrs_cli.kinematics.joints import ARM, ELBOW, TURN, WRIST, Configuration, Joints, Steps
+from vrs_cli.kinematics.transform import Transform
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.serial_batch import SerialBatch
+
+
+class FormulaArm(RobotArm):
+    """An arm with a closed form. `formula`: the inverse of one branch for poses that the arm's `unchanging` allows.
+    `step_names`: the variables of the formula that `render/symbols.py` shows.
+    """
+
+    formula: Branch
+    step_names: tuple[str, ...]
+
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:
+        return steps_of(self.formula, self.step_names, T, configuration, near) if self.unchanging.allows(T) else {}
+
+    @cached_property
+    def batch(self) -> SerialBatch:
+        # imported here because it loads numpy, most of the start-up time of a shell without arrays
+        from vrs_cli.kinematics.serial_batch import SerialBatch
+
+        return SerialBatch(self.model, self.ways, self.unchanging, over_arrays(self.formula))
+
+
+class _OverArrays(ast.NodeTransformer):
+    """Rewrites a formula for arrays: a choice becomes `where`, and a return of None marks rows as lost."""
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        self.generic_visit(node)
+        node.body = [*ast.parse("lost = False").body, *node.body]
+        return node
+
+    def visit_If(self, node: ast.If) -> ast.stmt:
+        return ast.parse(f"lost = lost | ({ast.unparse(self.visit(node.test))})").body[0]
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        test, body, orelse = (ast.unparse(self.visit(part)) for part in (node.test, node.body, node.orelse))
+        return ast.parse(f"choose({test}, lambda: {body}, lambda: {orelse})", mode="eval").body
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        self.generic_visit(node)
+        sign = ast.BitOr() if isinstance(node.op, ast.Or) else ast.BitAnd()
+        return reduce(lambda a, b: ast.BinOp(a, sign, b), node.values)
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        pairs = zip((node.left, *node.comparators[:-1]), node.ops, node.comparators, strict=True)
+        tests: list[ast.expr] = [ast.Compare(a, [op], [b]) for a, op, b in pairs]
+        return reduce(lambda a, b: ast.BinOp(a, ast.BitAnd(), b), tests)
+
+    def visit_Return(self, node: ast.Return) -> ast.stmt:
+        self.generic_visit(node)
+        assert node.value is not None
+        return ast.parse(f"return where(lost, nan, {ast.unparse(node.value)})").body[0]
+
+
+class _WithSteps(ast.NodeTransformer):
+    """Rewrites a formula so that it returns all of its variables."""
+
+    def visit_Return(self, node: ast.Return) -> ast.stmt:  # noqa: ARG002 (whatever was returned)
+        return ast.parse("return locals()").body[0]
+
+
+def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a formula for arrays, which returns the rows of its result as one array, NaN where it returned None.
+
+    Angles are on any turn. Local functions that the formula calls are rewritten too.
+    """
+    import numpy as np
+
+    def choose(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+        """Return for each row one of two values; only one is computed if it is the same for all rows."""
+        if np.all(test):
+            return yes()
+        return np.where(test, yes(), no()) if np.any(test) else no()
+
+    names = {name: getattr(np, name) for name in ("sqrt", "cos", "sin", "copysign", "where", "nan")}
+    names |= {
+        "acos": lambda x: np.arccos(np.clip(x, -1.0, 1.0)),
+        "atan2": np.arctan2,
+        "choose": choose,
+        "complex": lambda x, y: x + 1j * y,
+    }
+    names |= {"nearest_turn": lambda q, _: q, "six_turned_near": lambda q, _: q, "dist": lambda _, __: inf}
+    names |= {name: over_arrays(x) for name, x in getclosurevars(formula).nonlocals.items() if isfunction(x)}
+    return _variant(formula, _OverArrays(), names)
+
+
+def steps_of(formula: Callable[..., Any], names: Sequence[str], *arguments: Any) -> Steps:
+    """Return the variables with the given names that a formula computes before it ends."""
+    found = _variant(formula, _WithSteps(), {})(*arguments)
+    return {name: found[name] for name in names if name in found}
+
+
+SIGNS = {"arm": ARM, "elbow": ELBOW, "wrist": WRIST}  # signs of a configuration, and their bits of its `index`
+
+Level = tuple[list[ast.stmt], list[ast.stmt]]  # statements that need the same signs, and the turns of their joints
+
+
+def every_branch(
+    formula: Callable[..., Any], middle: Joints, near: Joints, flip: Callable[..., Any] | None = None
+) -> Callable[[Transform], tuple[Joints | None, ...]]:
+    """Return a function of a pose: the joints q1 to q6 of all configurations in the order of `joints.ALL`, None out of
+    reach.
+
+    Each joint is on the turn nearest to `middle`; where it may have any value, it is that of `near`. The first
+    statement of the formula takes the signs of a configuration, the last two collect the joints. A statement runs once
+    for all configurations whose signs it does not need. `flip`: a function that makes the joints of FLIP from those of
+    NOFLIP.
+    """
+    levels, signs = _levels(_tree(formula).body[1:-2], middle)
+    flipped = [] if flip is None else _tree(flip).body[1:-1]
+
+    def nested(level: int, known: dict[str, float]) -> list[ast.stmt]:
+        """Return the statements from a level on. `known`: numbers, and the signs of the outer levels."""
+        index = sum(bit for sign, bit in SIGNS.items() if known.get(sign, 1.0) < 0.0)
+        rows, turns = levels[level]
+        found = body = list[ast.stmt]()
+        for row in flipped if flipped and level == len(signs) and index & WRIST else rows:
+            if isinstance(row, ast.If) and isinstance(row.body[0], ast.Return):
+                inner = list[ast.stmt]()
+                body.append(ast.If(ast.UnaryOp(ast.Not(), row.test), inner, []))
+                body = inner
+            else:
+                body.append(_WithNumbers(known).visit(deepcopy(row)))
+        body += turns
+        if level == len(signs):
+            body += ast.parse(f"w{index} = q1, q2, q3, q4, q5, q6").body
+        else:
+            body += [row for value in (1.0, -1.0) for row in nested(level + 1, known | {signs[level]: value})]
+        return found
+
+    results = [f"w{index}" for index in range(2 ** len(signs))]
+    tree = _tree(f"def branches(T):\n    {' = '.join(results)} = None\n    return {', '.join(results)}")
+    numbers = {name: x for name, x in getclosurevars(formula).nonlocals.items() if isinstance(x, float)}
+    tree.body[1:1] = nested(0, numbers)
+    return _made(tree, formula, {"near": near})
+
+
+def _levels(rows: Iterable[ast.stmt], middle: Joints) -> tuple[list[Level], list[str]]:
+    """Return the statements that need no sign, the first one, the first two, and so on; and the signs in this order."""
+    turns_of = dict[str, list[ast.stmt]]()  # statements that bring a joint to the turn nearest to the middle
+    for i, x in enumerate(middle, 1):
+        turned = f"q{i} -= {TURN} * ((q{i} - {x - pi}) // {TURN})"
+        turns_of[f"q{i}"] = ast.parse(f"if not {x - pi} <= q{i} <= {x + pi}: {turned}").body
+    needs = {sign: {sign} for sign in SIGNS}
+    signs = list[str]()
+    levels: list[Level] = [([], []) for _ in range(len(SIGNS) + 1)]
+    for row in _single_assignments(rows):
+        names = [node for node in ast.walk(row) if isinstance(node, ast.Name)]
+        own = {sign for name in names for sign in needs.get(name.id, ())}
+        signs += [sign for sign in SIGNS if sign in own and sign not in signs]
+        statements, turns = levels[max((signs.index(sign) + 1 for sign in own), default=0)]
+        statements.append(row)
+        for name in [node.id for node in names if isinstance(node.ctx, ast.Store)]:
+            needs[name] = own
+            turns += turns_of.get(name, [])
+    return levels, signs
+
+
+def _single_assignments(rows: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
+    """Yield statements; an assignment of several values becomes one for each."""
+    for row in rows:
+        match row:
+            case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
+                yield from (ast.Assign([target], value) for target, value in zip(targets, values, strict=True))
+            case _:
+                yield row
+
+
+def _variant(formula: Callable[..., Any], rewriter: ast.NodeTransformer, others: dict[str, Any]) -> Callable[..., Any]:
+    return _made(rewriter.visit(_tree(formula)), formula, others)
+
+
+def _tree(formula: Callable[..., Any] | str) -> ast.FunctionDef:
+    source = formula if isinstance(formula, str) else getsource(formula)
+    return cast(ast.FunctionDef, ast.parse(dedent(source)).body[0])
+
+
+class _WithNumbers(ast.NodeTransformer):
+    """Writes numbers in place of their names, and leaves out factors of 1."""
+
+    def __init__(self, numbers: dict[str, float]) -> None:
+        self.numbers = numbers
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.Constant(self.numbers[node.id]) if node.id in self.numbers else node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        self.generic_visit(node)
+        match node:
+            case ast.BinOp(ast.Constant(1.0), ast.Mult(), factor):
+                return factor
+        return node
+
+
+def _made(tree: ast.FunctionDef, formula: Callable[..., Any], others: dict[str, Any]) -> Callable[..., Any]:
+    """Return the function of a tree, which sees the names that the formula sees, and others."""
+    scope = getclosurevars(formula)
+    names = {**scope.globals, **scope.nonlocals, **others}
+    module = ast.fix_missing_locations(ast.Module([tree], []))
+    exec(compile(module, f"<{tree.name}>", "exec"), names)
+    return cast(Callable[..., Any], names[tree.name])
