@@ -38,6 +38,8 @@ CLOSER_STEPS = 8  # maximum number of halvings between two samples
 PEAK_STEPS = 14
 AS_EXPECTED = 1e-4  # precision of a peak, as a fraction of a velocity limit
 LOST_MEASURE = 1e-6  # singular measure of a pose in which joint rates are only rounding errors
+NEARLY_SINGULAR = 0.1  # singular measure of a pose from which on differences of velocities show accelerations
+EVEN_PART = 1e-3  # fraction of the step between samples by which even steps may differ
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
@@ -104,14 +106,20 @@ class StretchLoad:
     def smooth(self, start: Joints) -> Load:
         """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; only the load by velocity if
         acceleration and jerk cannot matter.
+
+        The velocities of the samples show whether accelerations and jerks stay clearly below their limits. Near a
+        singular pose they do not, because joints may be quick for a moment: there the rates at both ends decide too.
         """
-        clear = self._clear()
-        means = _means([self.samples[0], *clear, self.samples[-1]])
-        ends = self._moments([clear[0], clear[-1]]) if clear is self.samples and not self.closely else []
-        calm = len(ends) > 1 and self._calm(means, ends)
-        moments = ends if calm else self._moments(clear)
+        clear, fast = self._clear(), self._fast()
+        calm, ends = clear is self.samples and not self.closely and self._calm_by_velocities(), list[Moment]()
+        if calm and (fast or self.arm.hand is None or self._nearly_singular()):
+            ends = self._moments([clear[0], clear[-1]])
+            calm = len(ends) > 1 and all(map(self._calm_at, ends))
+        if calm and not fast:
+            return Load()
+        moments, means = ends if calm else self._moments(clear), _means([self.samples[0], *clear, self.samples[-1]])
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
-        load = self._velocity(start, at_first, means[0][1]) if self._fast() else Load()
+        load = self._velocity(start, at_first, means[0][1]) if fast else Load()
         return load if calm else load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     def _moments(self, samples: list[Sample]) -> list[Moment]:
@@ -119,25 +127,39 @@ class StretchLoad:
         known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
-    def _calm(self, means: list[Rates], ends: list[Moment]) -> bool:
-        """Return whether accelerations and jerks stay clearly below their limits. They are checked at the ends of the
-        stretch, since joints may be quick there for a moment if it begins or ends near a singular pose; and in between
-        by the differences of velocities, extrapolated from one sample to the next.
-        """
-        jerks = _slopes(means)
-        changes = _slopes(jerks)
-        bends = _slopes(changes)
-        if not bends:
-            return False
-        step = max([b.s - a.s for a, b in pairwise(self.samples)])
-        rows = (map(_largest, zip(*[row for _, row in rates], strict=True)) for rates in (means, jerks, changes, bends))
-        first, last = ends
-        columns = (*rows, *first[1:], *last[1:], self.limits.max_acceleration, self.limits.max_jerk)
-        return all(
-            max(mean + step * jerk, abs(a), abs(b)) < CALM_PART * most
-            and max(jerk + 2.0 * step * (change + step * bend), abs(x), abs(y)) < CALM_PART * hardest
-            for mean, jerk, change, bend, a, x, b, y, most, hardest in zip(*columns, strict=True)
+    def _nearly_singular(self) -> bool:
+        """Return whether the stretch begins or ends near a singular pose."""
+        return any(
+            min(self.arm.singularity(one.joints)) < NEARLY_SINGULAR for one in (self.samples[0], self.samples[-1])
         )
+
+    def _calm_at(self, moment: Moment) -> bool:
+        """Return whether the accelerations and jerks of a moment are clearly below their limits."""
+        rows = zip(moment.acceleration, moment.jerk, self.limits.max_acceleration, self.limits.max_jerk, strict=True)
+        return all(abs(a) < CALM_PART * most and abs(j) < CALM_PART * hardest for a, j, most, hardest in rows)
+
+    def _calm_by_velocities(self) -> bool:
+        """Return whether accelerations and jerks stay clearly below their limits by the differences of velocities,
+        extrapolated from one sample to the next. Return False for samples that are few or not evenly spaced.
+        """
+        samples, lasting = self.samples, self.samples[-1].s - self.samples[0].s
+        step = lasting / (len(samples) - 1)
+        if len(samples) < 5 or not all(abs(b.s - a.s - step) < EVEN_PART * step for a, b in pairwise(samples)):
+            return False
+        part, square = CALM_PART * step, CALM_PART * step * step
+        columns = zip(*[sample.velocity for sample in samples], strict=True)
+        for column, most, hardest in zip(columns, self.limits.max_acceleration, self.limits.max_jerk, strict=True):
+            for u, v, w, x, y in zip(column, column[1:], column[2:], column[3:], column[4:], strict=False):
+                a, b, c, d = v - u, w - v, x - w, y - x
+                e, f, g = b - a, c - b, d - c
+                h, i = f - e, g - f
+                jerk = max(e, f, g, -e, -f, -g)
+                if (
+                    max(a, b, c, d, -a, -b, -c, -d) + jerk >= part * most
+                    or jerk + 2.0 * (max(h, i, -h, -i) + abs(i - h)) >= square * hardest
+                ):
+                    return False
+        return True
 
     # --- velocity ---
 
