@@ -82,6 +82,7 @@ LIVES_IN = {
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/atomic.py"},
     "mcap": {"files/samples.py"},
+    "zstandard": {"files/samples.py"},
     "shtab": {"cli/tools.py"},
     "xacro": {"kinematics/urdf/tree.py"},
     "nats": {"net/nats.py"},
@@ -135,7 +136,7 @@ DEFERRED = (
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
     Deferred(("devices/sockets.py",), ("termios", "tty", "fcntl"), "Windows has none"),
     Deferred(("files/atomic.py",), ("filelock",), "most runs write nothing"),
-    Deferred(("files/samples.py",), ("mcap",), "mcap is an extra"),
+    Deferred(("files/samples.py",), ("mcap", "zstandard"), "mcap is an extra, which brings zstandard"),
     Deferred(("cli/tools.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/tree.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),

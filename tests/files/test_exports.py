@@ -5,6 +5,7 @@ import io
 import json
 import struct
 import tracemalloc
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
@@ -28,7 +29,7 @@ from vrs_cli.engine.position import joints_over, position_at
 from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.files.exports import EXPORTERS, export, write_csv
-from vrs_cli.files.samples import CHUNK, sample_times
+from vrs_cli.files.samples import CHUNK, SAMPLES_PER_CHUNK, sample_times
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -347,6 +348,24 @@ def test_a_log_has_an_index_and_names_its_robot() -> None:
     assert next(iter(log.iter_metadata())).metadata["name"] == "puma560"
 
 
+def test_a_log_reads_the_same_with_and_without_its_index() -> None:
+    reader = pytest.importorskip("mcap.reader")
+    stream = io.BytesIO()
+    timeline, _ = planned(10)
+    EXPORTERS["mcap"].write(stream, ARM, timeline, 2.5 * SAMPLES_PER_CHUNK / timeline.end)
+    stream.seek(0)
+    indexed = [(one[1].topic, one[2]) for one in reader.make_reader(stream, validate_crcs=True).iter_messages()]
+    stream.seek(0)
+    straight = [(one[1].topic, one[2]) for one in reader.NonSeekingReader(stream, validate_crcs=True).iter_messages()]
+    assert indexed == straight
+    assert [one.log_time for _, one in indexed] == sorted(one.log_time for _, one in indexed)
+    stream.seek(0)
+    summary = reader.make_reader(stream).get_summary()
+    counts = {summary.channels[number].topic: n for number, n in summary.statistics.channel_message_counts.items()}
+    assert counts == Counter(topic for topic, _ in indexed)
+    assert len(summary.chunk_indexes) == summary.statistics.chunk_count == 4  # the end has a chunk of its own
+
+
 def test_a_log_has_the_frames_of_parts_that_move() -> None:
     reader = pytest.importorskip("mcap.reader")
     arm = Arm("MOVE part").hand(1.0, 0.0).hand(0.0)
@@ -422,7 +441,7 @@ def test_a_log_has_the_frame_of_each_link(name: str) -> None:
 @pytest.mark.parametrize("angles", [(0, 0, 0), (180, 0, 0), (0, 180, 0), (0, 0, 180), (119, -170, 3), (90, 90, 90)])
 def test_a_quaternion_of_any_rotation(angles: tuple[float, float, float]) -> None:
     pytest.importorskip("mcap")
-    from vrs_cli.files.samples import quaternions
+    from vrs_cli.kinematics.arrays import quaternions
 
     T = from_oat(0.0, 0.0, 0.0, *(radians(angle) for angle in angles))
     R = np.array([[T[4 * i + j] for j in range(3)] for i in range(3)])

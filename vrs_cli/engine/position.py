@@ -324,8 +324,7 @@ def _sample_at(
             moving &= (s < table.durations[places]) & ~table.resting[places]
             rates = _Rates(q, found.velocity[rows], found.acceleration[rows])
             _fill_rates(arm, table, places, s, moving, lines, rates)
-        numbers = [frames.setdefault(one, len(frames)) for one in table.frames]
-        which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
+        which[rows] = _frame_numbers(frames, table, places)
     if joints is not None:
         found.joints[:] = joints
     if timeline.event_count and len(times):
@@ -342,6 +341,25 @@ def _sample_at(
             T = compose_batch(T_world_robot, T) if based else T
             found.T_world_tool[chunk] = compose_batch(T, T_flange_tool) if tooled else T
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
+
+
+def frames_over(timeline: Timeline, times: Floats) -> tuple[tuple[Frames, ...], Rows]:
+    """Return the frames in force at sorted times (N,) [s], and for each time the number of its frames."""
+    import numpy as np
+
+    frames: dict[Frames, int] = {}
+    which = np.zeros(len(times), dtype=np.intp)
+    for block, rows in _blocks(timeline, times):
+        table, part = block.table()
+        which[rows] = _frame_numbers(frames, table, table.locate(times[rows], block.offset, part)[0])
+    return tuple(frames), which
+
+
+def _frame_numbers(frames: dict[Frames, int], table: BlockTable, places: Rows) -> Rows:
+    """Return the number of the frames of the segments at `places` (N,); new frames get the next numbers."""
+    import numpy as np
+
+    return np.array([frames.setdefault(one, len(frames)) for one in table.frames])[table.frame_number[places]]
 
 
 def _fill_rates(

@@ -75,7 +75,7 @@ def write_csv(
 
     Rows are at `sample_times`. Times have all digits, so that they name the same instant when they are read back.
     """
-    names = joint_names(arm)
+    names = joint_names(arm.model.joint_count)
     columns = ("t", *names, *TOOL_COLUMNS)
     also = () if measured is None else tuple([f"{name}_measured" for name in names])
     stream.write(f"{','.join((*columns, *also))}\n".encode("ascii"))
@@ -249,7 +249,7 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     many points between as needed. `rate`: further points [Hz]; 0 for none.
     """
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
-    names = json.dumps(joint_names(arm))
+    names = json.dumps(joint_names(arm.model.joint_count))
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
     before = "\n  "
     for points in _in_chunks(_ros_times(arm, timeline, rate), timeline.start):

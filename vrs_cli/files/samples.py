@@ -10,23 +10,26 @@ part has moved since the last sample. The log's clock is the robot's: 0 is 0 s.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from heapq import merge
 from importlib.util import find_spec
 from itertools import chain, pairwise
-from math import ceil, cos, sin
+from math import ceil
+from operator import attrgetter, itemgetter
 from typing import Any, BinaryIO, NamedTuple, Protocol
+from zlib import crc32
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vrs_cli.engine.position import positions_at
+from vrs_cli.engine.position import PositionArrays, frames_over, positions_at
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.arrays import Floats, compose_batch, stack
+from vrs_cli.kinematics.arrays import Floats, quaternions
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, compose, inverse, position
+from vrs_cli.kinematics.model import RobotModel, link_transform
+from vrs_cli.kinematics.transform import Transform, compose, inverse, position, unit_quaternion
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND
 from vrs_cli.version import __version__
@@ -45,9 +48,9 @@ def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
     yield np.array([end])
 
 
-def joint_names(arm: RobotArm) -> list[str]:
+def joint_names(count: int) -> list[str]:
     """Return jt1, jt2, ..."""
-    return [f"jt{i}" for i in range(1, arm.model.joint_count + 1)]
+    return [f"jt{i}" for i in range(1, count + 1)]
 
 
 def nanoseconds(times: Floats) -> list[int]:
@@ -59,6 +62,15 @@ def nanoseconds(times: Floats) -> list[int]:
 
 
 INFO = 20  # the level of rcl_interfaces/Log
+SAMPLES_PER_CHUNK = 1024  # about 1.4 MB: a reader takes a chunk as a whole
+COMPRESSION = -1  # the level of zstd: a chunk is 3 % larger than at level 3, and is compressed in half the time
+MAGIC = b"\x89MCAP0\r\n"
+MESSAGE_CODE, INDEX_CODE = 5, 7
+SUMMARY_CODES = (3, 4, 8, 13, 11)  # of schemas, channels, chunk indices, metadata indices, and statistics
+_MESSAGE = struct.Struct("<BQHIQQ")  # code, length, channel, sequence, two times [ns]
+_INDEX = struct.Struct("<BQHI")  # code, length, channel, length of its entries
+Times = NDArray[np.int64]  # [ns]
+Bytes = NDArray[np.uint8]
 CDR_HEAD = b"\x00\x01\x00\x00"
 Field = str | list[str] | tuple[Any, ...]  # a text; texts; or a code of `struct` and numbers
 
@@ -143,100 +155,186 @@ def write_mcap(
 ) -> None:
     """Write the whole trajectory, with messages in order of time."""
     check_mcap()
-    from mcap.writer import Writer
-
-    writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # the writer calls only write and tell
-    writer.start(profile="ros2", library=f"vrs {__version__}")
-    writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
-    channels = {}
-    absent = {SIGNALS} if not timeline.event_count else set[str]()
-    for topic, (name, text) in TOPICS.items():
-        if topic in absent:
-            continue
-        schema = writer.register_schema(name, "ros2msg", text)
-        channels[topic] = writer.register_channel(topic, "cdr", schema)
-    sources = (
-        _commands(timeline),
-        _signals(timeline),
-        _states(arm, timeline, rate),
-        _part_frames(world, timeline, rate),
-    )
-    for message in merge(*sources, key=lambda message: message.time):
-        writer.add_message(channels[message.topic], message.time, message.data, message.time)
-    writer.finish()  # type: ignore[no-untyped-call]
+    log = _Log(stream, arm.model, [topic for topic in TOPICS if topic != SIGNALS or timeline.event_count])
+    samples, moved = _Samples(arm.model, log.channels), dict[str, Transform]()
+    single = list(merge(_commands(timeline), _signals(timeline), key=attrgetter("time")))
+    for times in sample_times(timeline, rate):
+        ns = np.rint(times * NANOSECONDS).astype("<i8")
+        rows = samples.encode(ns, timeline, positions_at(arm, timeline, times))
+        for first in range(0, len(ns), SAMPLES_PER_CHUNK):
+            here = slice(first, first + SAMPLES_PER_CHUNK)
+            between = list(_part_frames(world, timeline, times[here], moved))
+            while single and single[0].time <= ns[here][-1]:
+                between.append((int(ns[here].searchsorted(single[0].time)), single.pop(0)))
+            log.write_chunk(ns[here], rows[here], samples.starts, sorted(between, key=itemgetter(0)))
+    if single:  # after the last sample
+        log.write_chunk(ns[:0], rows[:0], {}, [(0, message) for message in single])
+    log.finish()
 
 
-class _Counted:
-    """A stream that counts the written bytes, also for a pipe."""
+class _Log:
+    """Writes an MCAP file. The library writes message by message, which takes ten times as long as their arrays; so
+    only its records are used here. `channels`: the number of each topic.
+    """
 
-    def __init__(self, write: Callable[[bytes], int]) -> None:
-        self._write, self._count = write, 0
+    def __init__(self, stream: BinaryIO, model: RobotModel, topics: Sequence[str]) -> None:
+        from mcap import data_stream, records
+        from zstandard import ZstdCompressor
 
-    def write(self, data: bytes) -> int:
-        self._count += len(data)
-        return self._write(data)
+        self._records, self._stream = records, stream
+        self._builder: Any = data_stream.RecordBuilder()
+        self._compress, self._place = ZstdCompressor(level=COMPRESSION).compress, 0
+        self.channels = {topic: number for number, topic in enumerate(topics, 1)}
+        self._counts, self._chunks = dict.fromkeys(self.channels.values(), 0), list[Any]()
+        self._write(MAGIC)
+        self._add(records.Header(profile="ros2", library=f"vrs {__version__}"))
+        place = self._place
+        self._add(records.Metadata(name="robot", metadata={"name": model.name, "title": model.title}))
+        index = records.MetadataIndex(name="robot", offset=place, length=self._place - place)
+        schemas, channels = list[Any](), list[Any]()
+        for topic, number in self.channels.items():
+            name, text = TOPICS[topic]
+            schemas.append(records.Schema(id=number, name=name, encoding="ros2msg", data=text))
+            channels.append(
+                records.Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
+            )
+        self._add(*schemas, *channels)
+        self._summary = [schemas, channels, self._chunks, [index]]
 
-    def tell(self) -> int:
-        return self._count
+    def _write(self, data: bytes) -> None:
+        self._stream.write(data)
+        self._place += len(data)
 
-    def flush(self) -> None:
-        """Do nothing: nothing is buffered here."""
+    def _add(self, *records: Any) -> None:
+        """Write records of the library."""
+        for record in records:
+            record.write(self._builder)
+        self._write(self._builder.end())
+
+    def write_chunk(
+        self, ns: Times, rows: Bytes, starts: Mapping[int, int], between: Sequence[tuple[int, LogMessage]]
+    ) -> None:
+        """Write samples at times `ns` (N,), encoded as `rows` (N, k), and other messages, each before the sample of its
+        number. `starts`: the place in a row at which the message of each channel starts.
+        """
+        size, before = rows.shape[1], [row for row, _ in between]
+        records = [_record(self.channels[message.topic], message) for _, message in between]
+        added = np.cumsum([0, *map(len, records)])
+        places = np.arange(len(ns)) * size + added[np.searchsorted(before, np.arange(len(ns)), side="right")]
+        entries = {channel: [np.stack((ns, places + start), axis=1)] for channel, start in starts.items()}
+        for (row, message), more in zip(between, added.tolist(), strict=False):
+            entry = np.array([[message.time, row * size + more]])
+            entries.setdefault(self.channels[message.topic], []).append(entry)
+        pieces = (rows[first:last].tobytes() for first, last in pairwise((0, *before, len(rows))))
+        data = b"".join(chain.from_iterable(zip(pieces, (*records, b""), strict=True)))
+        self._add_chunk(data, {channel: np.concatenate(some) for channel, some in entries.items()})
+
+    def _add_chunk(self, data: bytes, entries: Mapping[int, Times]) -> None:
+        """Write messages, and an index of each channel: the times and places of its messages (k, 2)."""
+        records, chunk, packed = self._records, self._place, self._compress(data)
+        times = np.concatenate([some[:, 0] for some in entries.values()])
+        facts = {
+            "compression": "zstd",
+            "message_start_time": int(times.min()),
+            "message_end_time": int(times.max()),
+            "uncompressed_size": len(data),
+        }
+        self._add(records.Chunk(data=packed, uncompressed_crc=crc32(data), **facts))
+        index, offsets = self._place, dict[int, int]()
+        for channel, some in entries.items():
+            ordered = some[some[:, 1].argsort()].astype("<u8").tobytes()
+            offsets[channel] = self._place
+            self._write(_INDEX.pack(INDEX_CODE, 6 + len(ordered), channel, len(ordered)) + ordered)
+            self._counts[channel] += len(some)
+        self._chunks.append(
+            records.ChunkIndex(
+                **facts,
+                chunk_start_offset=chunk,
+                chunk_length=index - chunk,
+                compressed_size=len(packed),
+                message_index_offsets=offsets,
+                message_index_length=self._place - index,
+            )
+        )
+
+    def finish(self) -> None:
+        """Write the summary, with which a reader finds the messages of a time."""
+        records = self._records
+        self._add(records.DataEnd(data_section_crc=0))
+        counts = records.Statistics(
+            message_count=sum(self._counts.values()),
+            schema_count=len(self.channels),
+            channel_count=len(self.channels),
+            attachment_count=0,
+            metadata_count=1,
+            chunk_count=len(self._chunks),
+            message_start_time=min((one.message_start_time for one in self._chunks), default=0),
+            message_end_time=max((one.message_end_time for one in self._chunks), default=0),
+            channel_message_counts=self._counts,
+        )
+        summary, groups = self._place, list[Any]()
+        for code, some in zip(SUMMARY_CODES, (*self._summary, [counts]), strict=True):
+            groups.append(records.SummaryOffset(code, self._place, 0))
+            self._add(*some)
+            groups[-1].group_length = self._place - groups[-1].group_start
+        offsets = self._place
+        self._add(*groups)
+        self._add(records.Footer(summary_start=summary, summary_offset_start=offsets, summary_crc=0))
+        self._write(MAGIC)
 
 
 # --- messages --------------------------------------------------------------------------------------------------
 
 
-def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
-    n, names = arm.model.joint_count, frame_names(arm.model)
-    numbers, no_pose = ("d", *[0.0] * n), ("d", *[0.0] * 7)
-    joints = _Template(_stamp(0), "", joint_names(arm), ("I", n), numbers, ("I", n), numbers, ("I", 0))
-    tool = _Template(_stamp(0), "world", no_pose)
-    transforms = ((_stamp(0), parent, child, no_pose) for parent, child in pairwise(names))
-    frames = _Template(("I", len(names) - 1), *chain.from_iterable(transforms))
-    for times in sample_times(timeline, rate):
-        here = positions_at(arm, timeline, times)
-        ns = nanoseconds(times)
-        rows = zip(
-            ns,
-            joints.encode(ns, here.joints, here.velocity),
-            tool.encode(ns, _poses(here.T_world_tool)),
-            frames.encode(ns, *_frame_poses(arm.model, timeline, times, here.joints)),
-            strict=True,
-        )
-        for t, joint_state, pose, links in rows:
-            yield LogMessage(t, "/joint_states", joint_state)
-            yield LogMessage(t, "/tool", pose)
-            yield LogMessage(t, FRAMES, links)
+def _record(channel: int, message: LogMessage) -> bytes:
+    head = _MESSAGE.pack(MESSAGE_CODE, 22 + len(message.data), channel, 0, message.time, message.time)
+    return head + message.data
 
 
-class _Template:
-    """Encodes messages in CDR that differ only in their times and in numbers of type double. The rest is constant."""
+class _Samples:
+    """Encodes the messages of samples as rows of bytes, which differ only in their times and in numbers of type double.
+    `starts`: the place in a row at which the message of each channel starts.
+    """
 
-    def __init__(self, *fields: Field) -> None:
-        self._body, self._stamps, self._blocks = bytearray(), list[int](), list[int]()
-        for field in fields:
-            _append(self._body, field)
-            if field == _stamp(0):
-                self._stamps.append(len(CDR_HEAD) + len(self._body) - _STAMP.size)
-            elif isinstance(field, tuple) and field[0] == "d":
-                self._blocks.append(len(CDR_HEAD) + len(self._body) - (len(field) - 1) * struct.calcsize("d"))
+    def __init__(self, model: RobotModel, channels: Mapping[str, int]) -> None:
+        n, names = model.joint_count, frame_names(model)
+        numbers, no_pose = ("d", *[0.0] * n), ("d", *[0.0] * 7)
+        transforms = ((_stamp(0), parent, child, no_pose) for parent, child in pairwise(names))
+        messages: dict[str, tuple[Field, ...]] = {
+            "/joint_states": (_stamp(0), "", joint_names(n), ("I", n), numbers, ("I", n), numbers, ("I", 0)),
+            "/tool": (_stamp(0), "world", no_pose),
+            FRAMES: (("I", len(names) - 1), *chain.from_iterable(transforms)),
+        }
+        self.model, self.starts, row = model, dict[int, int](), bytearray()
+        self._stamps, self._blocks, self._clocks = list[int](), list[int](), list[int]()
+        for topic, fields in messages.items():
+            self.starts[channels[topic]] = len(row)
+            self._clocks += len(row) + 15, len(row) + 23
+            body, first = bytearray(), len(row) + _MESSAGE.size + len(CDR_HEAD)
+            for field in fields:
+                _append(body, field)
+                if field == _stamp(0):
+                    self._stamps.append(first + len(body) - _STAMP.size)
+                elif isinstance(field, tuple) and field[0] == "d":
+                    self._blocks.append(first + len(body) - 8 * (len(field) - 1))
+            row += _record(channels[topic], LogMessage(0, topic, CDR_HEAD + bytes(body)))
+        self._row = np.frombuffer(bytes(row), np.uint8)
 
-    def encode(self, ns: list[int], *blocks: Floats) -> list[bytes]:
-        """Return N messages at times `ns`; each of `blocks` (N, k) replaces numbers."""
-        rows = np.tile(np.frombuffer(CDR_HEAD + self._body, np.uint8), (len(ns), 1))
-        stamps = np.stack(np.divmod(np.array(ns), NANOSECONDS), axis=1).astype("<i4").view(np.uint8)
-        for at in self._stamps:
-            rows[:, at : at + _STAMP.size] = stamps
-        for at, block in zip(self._blocks, blocks, strict=True):
-            data = np.ascontiguousarray(block, "<f8").view(np.uint8)
+    def encode(self, ns: Times, timeline: Timeline, here: PositionArrays) -> Bytes:
+        """Return the messages of N samples at times `ns`, (N, k)."""
+        rows = np.tile(self._row, (len(ns), 1))
+        stamps = np.stack(np.divmod(ns, NANOSECONDS), axis=1).astype("<i4")
+        T = here.T_world_tool
+        tool = np.hstack((T[:, :, 3], quaternions(T[:, :, :3])))
+        numbers = here.joints, here.velocity, tool, *_frame_poses(self.model, timeline, here)
+        for at, block in (
+            *((at, ns[:, None]) for at in self._clocks),
+            *((at, stamps) for at in self._stamps),
+            *zip(self._blocks, numbers, strict=True),
+        ):
+            data = np.ascontiguousarray(block).view(np.uint8)
             rows[:, at : at + data.shape[1]] = data
-        whole, size = rows.tobytes(), rows.shape[1]
-        return [whole[at : at + size] for at in range(0, len(whole), size)]
-
-
-def _poses(T: Floats) -> Floats:
-    """Convert transformations (N, 3, 4) to x, y, z [m] and a quaternion, (N, 7)."""
-    return np.hstack((T[:, :, 3], quaternions(T[:, :, :3])))
+        return rows
 
 
 def _commands(timeline: Timeline) -> Iterator[LogMessage]:
@@ -267,45 +365,59 @@ def frame_names(model: RobotModel) -> list[str]:
     return ["world", *(f"{model.name}/{name}" for name in ("base", *links, "flange", "tool"))]
 
 
-def _frame_poses(model: RobotModel, timeline: Timeline, times: Floats, q: Floats) -> Iterator[Floats]:
-    """Yield for each frame its pose at each time, (N, 7), of joints (N, n) [rad, m]."""
-    frames = [timeline.locate(t)[0].motion.frames for t in times.tolist()]
-    known = {one: (compose(inverse(one.base), model.base), one.tool) for one in set(frames)}
-    rows = stack([T for one in frames for T in known[one]]).reshape(-1, 2, 3, 4)
-    links = [_link_rows(model, i, q[:, i]) for i in range(model.joint_count)]
-    links[-1] = compose_batch(links[-1], stack([model.flange])[0])
-    return map(_poses, (rows[:, 0], *links, rows[:, 1]))
+def _frame_poses(model: RobotModel, timeline: Timeline, here: PositionArrays) -> Iterator[Floats]:
+    """Yield for each frame its pose at each time: x, y, z [m] and a quaternion, (N, 7)."""
+    frames, numbers = frames_over(timeline, here.times)
+    ends = ((compose(inverse(one.base), model.base), one.tool) for one in frames)
+    bases, tools = (np.array([_pose(T) for T in some])[numbers] for some in zip(*ends, strict=True))
+    yield bases
+    for i in range(model.joint_count):
+        yield _link_poses(model, i, here.joints[:, i])
+    yield tools
 
 
-def _link_rows(model: RobotModel, i: int, x: Floats) -> Floats:
-    """Return the transformations (N, 3, 4) of the joint with index i at values (N,) [rad, m], as `axes.link_transform`
-    does.
+def _pose(T: Transform) -> tuple[float, ...]:
+    """Return x, y, z [m] and a quaternion x, y, z, w with w not negative."""
+    w, *axis = unit_quaternion(T)
+    x, y, z = (-a for a in axis) if w < 0.0 else axis
+    return (*position(T), x, y, z, abs(w))
+
+
+def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
+    """Return the poses (N, 7) of the joint with index i at values (N,) [rad, m], as `model.link_transform` does; that
+    of the last joint is the pose of the flange.
     """
     link = model.links[i]
     turns = link.kind is JointKind.REVOLUTE
-    theta, d = (link.theta + x, link.d + 0.0 * x) if turns else (link.theta + 0.0 * x, link.d + x)
-    c, s, ca, sa, zero = np.cos(theta), np.sin(theta), cos(link.alpha), sin(link.alpha), np.zeros_like(x)
+    T = link_transform(link, -link.theta if turns else 0.0)  # a turn or a slide along z comes before it
+    px, py, pz, qx, qy, qz, qw = _pose(compose(T, model.flange) if i == model.joint_count - 1 else T)
+    half, slide = (0.5 * (link.theta + x), 0.0 * x) if turns else (0.0 * x, x)
+    c, s = np.cos(half), np.sin(half)
+    cosine, sine = c * c - s * s, 2.0 * s * c
+    w = c * qw - s * qz
+    sign = np.where(w < 0.0, -1.0, 1.0)
     columns = (
-        c, -s * ca, s * sa, link.a * c,
-        s, c * ca, -c * sa, link.a * s,
-        zero, zero + sa, zero + ca, d,
+        cosine * px - sine * py, sine * px + cosine * py, pz + slide,
+        sign * (c * qx - s * qy), sign * (c * qy + s * qx), sign * (c * qz + s * qw), sign * w,
     )  # fmt: skip
-    return np.stack(columns, axis=-1).reshape(-1, 3, 4)
+    return np.stack(columns, axis=1)
 
 
-def _part_frames(world: PartPoses | None, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
-    """Yield a message for each part that has moved since the last sample."""
-    before: dict[str, Transform] = {}
+def _part_frames(
+    world: PartPoses | None, timeline: Timeline, times: Floats, before: dict[str, Transform]
+) -> Iterator[tuple[int, LogMessage]]:
+    """Yield a message for each part that has moved since the last sample, with the number of the sample after it.
+    `before`: the poses of the parts at the last sample.
+    """
     if world is None:
         return
-    for times in sample_times(timeline, rate):
-        for t, ns in zip(times.tolist(), nanoseconds(times), strict=True):
-            for name, T in world.poses(timeline, t):
-                if before.get(name) != T:
-                    before[name] = T
-                    orientation = quaternions(np.array(T).reshape(1, 3, 4)[:, :, :3])[0].tolist()
-                    place = ("d", *position(T), *orientation)
-                    yield LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, place))
+    for row, t in enumerate(times.tolist(), 1):
+        ns = round(t * NANOSECONDS)
+        for name, T in world.poses(timeline, t):
+            if before.get(name) != T:
+                before[name] = T
+                place = ("d", *_pose(T))
+                yield row, LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, place))
 
 
 _STAMP = struct.Struct("<ii")
@@ -335,23 +447,3 @@ def _append(body: bytearray, field: Field) -> None:
     else:
         code, *numbers = field
         body += bytes(-len(body) % struct.calcsize(code)) + struct.pack(f"<{len(numbers)}{code}", *numbers)
-
-
-def quaternions(R: Floats) -> Floats:
-    """Convert rotations (N, 3, 3) to x, y, z, w (N, 4), w not negative. (Shepperd 1978: largest component first.)"""
-    m00, m11, m22 = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
-    squares = np.stack((1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22, 1 + m00 + m11 + m22), axis=1)
-    xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]
-    x, y, z = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
-    rows = np.stack(
-        [
-            np.stack((squares[:, 0], xy, xz, x), axis=1),
-            np.stack((xy, squares[:, 1], yz, y), axis=1),
-            np.stack((xz, yz, squares[:, 2], z), axis=1),
-            np.stack((x, y, z, squares[:, 3]), axis=1),
-        ],
-        axis=1,
-    )
-    largest = rows[np.arange(len(R)), np.argmax(squares, axis=1)]
-    unit: Floats = largest / np.linalg.norm(largest, axis=1, keepdims=True)
-    return np.where(unit[:, 3:] < 0.0, -unit, unit)

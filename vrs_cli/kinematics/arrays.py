@@ -61,3 +61,23 @@ def to_oat_batch(T: Floats) -> Floats:
     angles[..., 1] -= RIGHT_ANGLE
     angles += 0.0
     return angles
+
+
+def quaternions(R: Floats) -> Floats:
+    """Convert rotations (N, 3, 3) to x, y, z, w (N, 4), w not negative. (Shepperd 1978: largest component first.)"""
+    m00, m11, m22 = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    squares = np.stack((1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22, 1 + m00 + m11 + m22), axis=1)
+    xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]
+    x, y, z = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
+    rows = np.stack(
+        [
+            np.stack((squares[:, 0], xy, xz, x), axis=1),
+            np.stack((xy, squares[:, 1], yz, y), axis=1),
+            np.stack((xz, yz, squares[:, 2], z), axis=1),
+            np.stack((x, y, z, squares[:, 3]), axis=1),
+        ],
+        axis=1,
+    )
+    largest = rows[np.arange(len(R)), np.argmax(squares, axis=1)]
+    unit: Floats = largest / np.linalg.norm(largest, axis=1, keepdims=True)
+    return np.where(unit[:, 3:] < 0.0, -unit, unit)
