@@ -6,6 +6,7 @@ import contextlib
 from math import radians
 
 import pytest
+from msgspec import structs
 
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine import planner
@@ -321,7 +322,7 @@ def test_where_there_is_no_room_to_stop_the_motion_under_way_is_finished_first(m
     engine = to_the_limit("SCURVE")
     end = engine.end
     law = LAWS[Profile.SCURVE]
-    monkeypatch.setitem(LAWS, Profile.SCURVE, law._replace(joint_stops=lambda *_: iter(())))
+    monkeypatch.setitem(LAWS, Profile.SCURVE, structs.replace(law, joint_stops=lambda *_: iter(())))
     line = PoseTarget(engine.position().T_world_tool)  # READY is singular: no line leads there out of motion
     before = [engine.position(end * k / 50).joints for k in range(51)]
     delta = plan(engine.arm, engine.timeline, straight_to(line), 0.0, on_grid(0.5 * end))

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from math import inf
 from threading import Lock
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 from weakref import WeakSet
 
 from msgspec import Struct
@@ -237,7 +237,7 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
     return tuple(sorted(last.values(), key=lambda event: event.time))
 
 
-class KnownEvents(NamedTuple):
+class KnownEvents(Struct, frozen=True):
     """The events that a part of a timeline has. The events before number `first` are replaced by the last event of each
     channel, `values` in total.
     """

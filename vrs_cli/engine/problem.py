@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -44,7 +43,7 @@ MAX_REMEMBERED_STATES = 128  # number of cached states: a plan needs the state a
 SLOWEST = 20.0  # the default of PARAMETER STRETCH: the factor by which a line may be slowed down
 
 
-class _FreeTurn(NamedTuple):
+class _FreeTurn(Struct, frozen=True):
     """The axis a of a flange that may turn about it freely, the axis' rate a', the path's w, and psi' [rad/s]."""
 
     axis: Vector

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import asin, degrees, hypot, pi
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -249,7 +248,7 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
         raise model.refuse_joint(joint, joints[joint - 1])
 
 
-class Speed(NamedTuple):
+class Speed(Struct, frozen=True):
     """A motion's fraction of nominal speed, its `rotation` fraction on a line, and the `tip` speed [m/s] if given."""
 
     fraction: float

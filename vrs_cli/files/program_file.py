@@ -13,7 +13,8 @@ import time
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.extras import shipped_folder
@@ -198,7 +199,7 @@ class Recovery:
         self._path = self._held = None
 
 
-class LeftFile(NamedTuple):
+class LeftFile(Struct, frozen=True):
     """A recovery file that a shell has left, locked until `remove` or `decline`."""
 
     path: Path

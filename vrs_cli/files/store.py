@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
-from typing import NamedTuple, Self
+from typing import Self
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -136,7 +136,7 @@ class MemoryPart(Enum):
 EVERYTHING = frozenset(MemoryPart)
 
 
-class _SectionRow(NamedTuple):
+class _SectionRow(Struct, frozen=True):
     part: MemoryPart
     name: str
     kinds: tuple[Kind, ...]

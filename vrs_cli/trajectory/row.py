@@ -18,7 +18,9 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload
+
+from msgspec import Struct
 
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.values.commands import Frames, Motion
@@ -173,7 +175,7 @@ def later(times: array[float], shift: float) -> array[float]:
     return array("d", [t + shift for t in times]) if shift else times
 
 
-class BlockTable(NamedTuple):
+class BlockTable(Struct, frozen=True):
     """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations` (m,); `coefficients`
     (k, m, n) by ascending power.
 

@@ -192,7 +192,7 @@ class Turn(NamedTuple):
     angle: Polynomial
 
 
-class Guide(NamedTuple):
+class Guide(Struct, frozen=True):
     """Determines how redundant joints follow a path: the weighted sum of all joints is `value` [rad].
 
     A weight of 1 among zeros means that one joint moves so.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from math import inf
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length
 
@@ -76,7 +78,7 @@ class ToolState(NamedTuple):
         return length(self.acceleration) > STEADY or length(self.spin_rate) > STEADY
 
 
-class Target(NamedTuple):
+class Target(Struct, frozen=True):
     """The desired joints now [rad], and the velocity of these desired joints [rad/s]. `lower` and `upper`: the part of
     their ranges in which the joints stay; all of it if these are empty.
     """

@@ -50,13 +50,13 @@ class Frames(Struct, frozen=True):
     tool: Transform = IDENTITY
 
 
-class ToolOffsetTarget(NamedTuple):
+class ToolOffsetTarget(Struct, frozen=True):
     """DEPART: T_destination_target, the target in the frame of the tool at the end of the previous motion."""
 
     T_destination_target: Transform
 
 
-class JointOffsetTarget(NamedTuple):
+class JointOffsetTarget(Struct, frozen=True):
     """DRIVE: change one joint (counted from 1) by `change` [rad, m] from the end of the previous motion."""
 
     joint: int

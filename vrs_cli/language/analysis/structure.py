@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from msgspec import Struct, field
 
@@ -435,7 +435,7 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
             yield error(NotAvailable, node.span, f"this form is of VAL-II, and {check.why} VAL", _BLOCKS[type(node)])
 
 
-class _DialectCheck(NamedTuple):
+class _DialectCheck(Struct, frozen=True):
     """The dialect to check against, and the reason in words: `why` is "" for the switch VPLUS."""
 
     dialect: Dialect

@@ -9,7 +9,7 @@ the number and the kinds of arguments.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -193,7 +193,7 @@ def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tu
 # --- what stands after the word of an instruction ------------------------------------------------------------------
 
 
-class _Piece(NamedTuple):
+class _Piece(Struct, frozen=True):
     """A part of an instruction. `put` adds its children to the instruction."""
 
     put: Callable[..., None]

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Container, Mapping
 from math import inf
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -112,7 +111,7 @@ _LIST = r"[ \t]+(\[[^\]]*\])[ \t]*(?:;|$)"
 _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])"
 
 
-class Patterns(NamedTuple):
+class Patterns(Struct, frozen=True):
     """`next`: the pattern of blanks and a token; `format`: that of a format code, which few programs have."""
 
     next: re.Pattern[str]

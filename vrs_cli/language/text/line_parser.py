@@ -14,7 +14,8 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
-from msgspec.structs import replace
+from msgspec import Struct
+from msgspec.structs import astuple, replace
 
 from vrs_cli.errors import (
     CannotInterpret,
@@ -65,7 +66,7 @@ def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> Toke
 # --- the table -----------------------------------------------------------------------------------------------------
 
 
-class Rule(NamedTuple):
+class Rule(Struct, frozen=True):
     """A rule of the grammar. `name`: the builder's method; `origin`: the symbol that the rule makes; `helpers`: for
     each child, whether it is a list whose items take its place; `alone`: a single child is the result, without the
     method.
@@ -104,7 +105,7 @@ def _sound_table(grammar: str, starts: tuple[str, ...]) -> tuple[Any, ...] | Non
         table = _table(_lark(grammar, starts))
     except (AttributeError, KeyError, TypeError, ValueError):
         return None
-    return (table.states, list(map(tuple, table.rules)), *table[2:]) if _is_sound(table, starts) else None
+    return (table.states, list(map(astuple, table.rules)), *table[2:]) if _is_sound(table, starts) else None
 
 
 def _lark(grammar: str, starts: tuple[str, ...], builder: object = None) -> Any:

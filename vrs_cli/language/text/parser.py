@@ -13,7 +13,7 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Se
 from contextlib import suppress
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -84,7 +84,7 @@ def header_end(text: str) -> int | None:
     return match.end() if match is not None and match[1].upper() == PROGRAM else None
 
 
-class SourceLine(NamedTuple):
+class SourceLine(Struct, frozen=True):
     """A line of a file. `number` counts from 1; `directive`: `.PROGRAM` and the like, in upper case, or ""."""
 
     number: int
@@ -434,7 +434,7 @@ def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[
 WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a program begins with .PROGRAM name"
 
 
-class Maker(NamedTuple):
+class Maker(Struct, frozen=True):
     """A language of another maker. `sure`: lines that VAL-II never has; `likely`: lines that are frequent in the
     language.
     """

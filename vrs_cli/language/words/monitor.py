@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -204,7 +203,7 @@ _REFUSED = (
 )  # fmt: skip
 
 
-class Explained(NamedTuple):
+class Explained(Struct, frozen=True):
     """A topic of EXPLAIN: its form after the word, a summary, and whether a location follows."""
 
     form: str

@@ -10,9 +10,9 @@ import re
 from collections.abc import Iterable, Mapping
 from enum import Enum, Flag
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 
 class Shape(Enum):
@@ -134,7 +134,7 @@ class State(Enum):
     REFUSED = "not available"
 
 
-class Argument(NamedTuple):
+class Argument(Struct, frozen=True):
     """An operand in the form of a word. `lead`: the word before it (`STEP dt`), which replaces the comma.
 
     The leads BY and = stand in place of the first comma, so that more arguments may follow them.
@@ -154,7 +154,7 @@ _PIECE = re.compile(
 )
 
 
-class PrintedForm(NamedTuple):
+class PrintedForm(Struct, frozen=True):
     """The content of a printed form: the operands, the value after `=`, and the modifiers."""
 
     arguments: tuple[Argument, ...]
@@ -183,7 +183,7 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
             operands.append(Argument(name, shape, depth > 0, False, lead))
             lead = ""
         elif mark == "...":
-            operands[-1] = operands[-1]._replace(repeated=True)
+            operands[-1] = structs.replace(operands[-1], repeated=True)
         elif mark == "=":
             before = len(operands)
         else:
@@ -191,7 +191,7 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
             grouped = mark == "(" or (grouped and mark != ")")
     value = operands.pop() if before == len(operands) - 1 else None
     if before is not None and value is None:
-        operands[before] = operands[before]._replace(lead="=")
+        operands[before] = structs.replace(operands[before], lead="=")
     if operands and operands[0].shape is Shape.TASK:  # the number of a task comes last
         operands.append(operands.pop(0))
     return PrintedForm(tuple(operands), value, modifiers)

@@ -14,6 +14,8 @@ from itertools import repeat
 from math import sqrt
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from vrs_cli.kinematics.joints import Joints, Profile
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -44,7 +46,7 @@ class NoTimes(ValueError):
     """The motion cannot reach its target from its start state within the limits."""
 
 
-class Law(NamedTuple):
+class Law(Struct, frozen=True):
     """The functions with which motions of a profile gain and lose velocity.
 
     `smooth`: the acceleration does not jump, and the jerk is limited. `samples`: the number of intervals in which each
@@ -88,7 +90,7 @@ class _Laws(dict[Profile, Law]):
 LAWS = _Laws()
 
 
-class Blend(NamedTuple):
+class Blend(Struct, frozen=True):
     """A change of velocity at constant acceleration, which may jump at both ends."""
 
     lasts: float

@@ -25,6 +25,8 @@ from collections.abc import Callable, Iterator, Sequence
 from math import copysign, inf, sqrt
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length, rotated_back, scaled_vector
 from vrs_cli.trajectory.instant import TICK, up_to_grid
@@ -180,7 +182,7 @@ def search(
     return _times_on_grid(demands, _shortest(try_blend, low, best, first_steps), least)
 
 
-class Try(NamedTuple):
+class Try(Struct, frozen=True):
     """A blend time [s], the total time with this blend (inf: impossible), and the room between the bounds on u."""
 
     blend: float
