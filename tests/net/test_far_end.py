@@ -385,7 +385,7 @@ def test_a_wish_is_unconfirmed_from_its_arrival_on_until_the_robot_goes_after_it
     wish = wires.drag(translation(0.1, 0.0, 0.0))
     assert wish.issued == begin
     assert far.preview_now().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
-    assert far.preview_now().doubt.endswith("on: DRAG")
+    assert list(far.preview_now().lines(inf))[-1].endswith("on: DRAG")
     wires.now += 0.15
     assert far.preview_now().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
     wires.pulled("ada", wish)

@@ -250,7 +250,6 @@ class Ticket(Generic[T]):
         return there
 
     def done(self) -> bool:
-        """Return whether the request has ended."""
         return self._ended
 
     def error(self, timeout: float | None = None) -> BaseException | None:

@@ -6,7 +6,6 @@ from math import inf, nan
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.strategies import floats, lists, sampled_from
 
 from tests.files.trajectories import planned, puma
 from vrs_cli.api.robot import Robot
@@ -78,57 +77,12 @@ def test_who_follows_pauses_in_the_present() -> None:
 # --- over and over ---------------------------------------------------------------------------------------------------
 
 
-def test_a_loop_goes_on_from_the_start() -> None:
-    looped = playing().loop(103.0)
-    assert looped.at(103.0) == 5.0
-    assert looped.at(109.5) == 11.5
-    assert looped.at(112.0) == 4.0
-    assert looped.at(1012.0) == 4.0
-    assert not looped.is_over(1e6)
-
-
-def test_a_loop_that_is_left_ends_at_the_end() -> None:
-    once = playing().loop(103.0).loop(112.0)
-    assert (once.at(112.0), once.at(1000.0)) == (4.0, 12.0)
-
-
-def test_who_loops_does_not_follow_and_who_follows_does_not_loop() -> None:
-    following = Playback.following(0.0, 10.0, 4.0, 0.0)
-    looped = following.loop(0.0)
-    assert (looped.follows, looped.loops) == (False, True)
-    assert looped.at(6.5) == 0.5
-    again = looped.follow(7.0)
-    assert (again.follows, again.loops, again.at(99.0)) == (True, False, 4.0)
-
-
-@given(
-    start=floats(-10.0, 10.0),
-    length=floats(0.0, 100.0),
-    rate=sampled_from(RATES),
-    steps=lists(floats(0.0, 1000.0), max_size=6),
-)
-def test_a_loop_stays_within_the_trajectory_and_does_not_drift(
-    start: float, length: float, rate: float, steps: list[float]
-) -> None:
-    """Looked at often or rarely, it shows the same."""
-    once = looked = Playback.of(start, start + length, rate, 0.0).loop(0.0)
-    wall = 0.0
-    for step in steps:
-        wall += step
-        looked = looked.look(wall, start, start + length, start + length)
-        assert start <= looked.at(wall) <= start + length
-    if length > 0.01:
-        apart = abs(looked.at(wall) - once.at(wall))
-        assert min(apart, length - apart) < 1e-6
-
-
 @pytest.mark.parametrize(
     ("playback", "wall", "said"),
     [
         (playing(), 103.0, "playing"),
         (playing().pause(103.0), 104.0, "paused"),
         (playing(), 112.0, "ended"),
-        (playing().loop(100.0), 200.0, "playing"),
         (Playback.following(0.0, 10.0, 4.0, 0.0), 1.0, "live"),
         (Playback.following(0.0, 10.0, 4.0, 0.0).look(0.0, 0.0, 10.0, 6.5), 0.0, "2.5 s behind"),
     ],

@@ -106,7 +106,6 @@ class Conversation:
             yield self.error_reply(error, line)
 
     def error_reply(self, error: BaseException, line: str) -> Reply:
-        """Return the reply for an error in a line."""
         if isinstance(error, VrsError):
             return refusal(error, line)
         if isinstance(error, KeyboardInterrupt):

@@ -95,7 +95,6 @@ class ProgramBuffer:
 
     @property
     def text(self) -> str:
-        """The heading and the lines as one text."""
         return "\n".join((self.header, *self.lines))
 
     @property
@@ -149,7 +148,6 @@ class ProgramBuffer:
     # --- reading and checking ---
 
     def read(self) -> ProgramReading:
-        """Parse all lines."""
         header = read_header(self.header)
         steps = [read_step(line, number, self.dialect) for number, line in enumerate(self.lines, FIRST_STEP_LINE)]
         findings = tuple(found for _, found in steps if found is not None)
@@ -208,7 +206,6 @@ def opens_entry(line: str) -> bool:
 
 
 def closes_entry(line: str) -> bool:
-    """Return whether a line is `.END`."""
     return _directive(line) == END
 
 

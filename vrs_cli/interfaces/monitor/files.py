@@ -180,7 +180,6 @@ def _with_extension(path: Path, extension: str) -> Path:
 
 @handles("SAVE")
 def _save(station: Station, it: Instruction) -> Dialogue[None]:
-    """Save the timeline as a trajectory file."""
     engine = station.engine
     path = _with_extension(operands.path_of(station, it), EXTENSION)
     yield from operands.may_write(station, path)

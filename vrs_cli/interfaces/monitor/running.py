@@ -85,9 +85,7 @@ def _end_cycles(station: Station, it: Instruction, number: int | None = None) ->
     yield Message(f"{track.task.program} ends after its present cycle")
 
 
-@handles("KILL")
-def _kill(station: Station, it: Instruction) -> None:
-    station.tasks.kill(_task_number(station, it))
+handles("KILL")(lambda station, it: station.tasks.kill(_task_number(station, it)))
 
 
 def run(station: Station, track: Track) -> Dialogue[None]:
@@ -101,7 +99,6 @@ def run(station: Station, track: Track) -> Dialogue[None]:
 
 
 def ending(station: Station, result: RunResult) -> Reply:
-    """Return the reply at the end of a program."""
     if result.fault is not None:
         fault = result.fault
         return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)

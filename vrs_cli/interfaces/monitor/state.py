@@ -129,14 +129,9 @@ def _identify(station: Station, _it: Instruction) -> Iterable[replies.Reply]:
     yield replies.Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
-@handles("CALIBRATE")
-def _calibrate(_station: Station, _it: Instruction) -> Iterable[replies.Reply]:
-    yield replies.Message("A virtual robot is calibrated")
-
-
-@handles("HELP")
-def _help(_station: Station, it: Instruction) -> Iterable[replies.Reply]:
-    return help_on(word_or(it, 0))
+handles("CALIBRATE")(lambda _station, _it: (replies.Message("A virtual robot is calibrated"),))
+handles("HELP")(lambda _station, it: help_on(word_or(it, 0)))
+handles("SPEED")(lambda station, it: station.engine.perform(SetMonitorSpeed(real(station, it.arguments[0]))))
 
 
 @handles("FREE")
@@ -165,13 +160,6 @@ def _tell_history(station: Station, it: Instruction) -> Iterable[replies.Reply]:
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield replies.FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
-
-
-@handles("SPEED")
-def _set_monitor_speed(station: Station, it: Instruction) -> None:
-    argument = operand(it, 0)
-    assert argument is not None
-    station.engine.perform(SetMonitorSpeed(real(station, argument)))
 
 
 @handles("SIGNAL")

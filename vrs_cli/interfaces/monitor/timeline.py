@@ -113,7 +113,6 @@ def comparison(station: Station, first: str, second: str) -> Dialogue[replies.Co
 
 @handles("MERGE")
 def _merge(station: Station, it: Instruction) -> Dialogue[None]:
-    """Merge a branch into main."""
     name = station.branches.spelling(operands.word_or(it, 0, station.branches.present))
     check_tasks_stand(station)
     again = yield from in_parts(station.branches.merging(name))
@@ -130,11 +129,6 @@ def _delete_branches(station: Station, it: Instruction) -> Dialogue[None]:
             station.branches.drop(name)
 
 
-@handles("TIMELINE")
-def _list_timeline(station: Station, _it: Instruction) -> Dialogue[None]:
-    yield (yield from timeline_table(station))
-
-
 def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
     """Return the present timeline, its commands in force, and the readings of programs that are no longer true."""
     engine = station.engine
@@ -147,6 +141,11 @@ def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
         return replies.TimelineTable(commands(), tuple(map(_segment_row, segments)), stops, now, wrong)
 
     return beside(make_table)
+
+
+@handles("TIMELINE")
+def _list_timeline(station: Station, _it: Instruction) -> Dialogue[None]:
+    yield (yield from timeline_table(station))
 
 
 def _segment_row(segment: Segment) -> replies.SegmentRow:

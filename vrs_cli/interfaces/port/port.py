@@ -239,11 +239,6 @@ class Previewed(Struct, frozen=True):
         """Preview a robot of this process: nothing is on its way."""
         return cls(timeline, now, now, now, now)
 
-    @property
-    def reported_time(self) -> float:
-        """The time of the robot's position in the picture [s]; in a prediction the latest received time."""
-        return self.heard if self.predicts else self.now
-
     def lines(self, t: float) -> Iterator[str]:
         """Yield the notes about time t [s]."""
         if self.predicts:
@@ -253,16 +248,8 @@ class Previewed(Struct, frozen=True):
             begin, end = self.flagged[before - 1]
             yield f"flagged: {begin:.3f} to {seconds(end)} was shown before a command changed it"
         if t >= self.unconfirmed:
-            yield self.doubt
-
-    @property
-    def doubt(self) -> str:
-        """The part of the timeline that is not confirmed, and the reason; empty if all of it is confirmed."""
-        return "" if self.unconfirmed == inf else f"unconfirmed from {seconds(self.unconfirmed)} on: {self._under_way}"
-
-    @property
-    def _under_way(self) -> str:
-        return "the robot is not heard" if self.away else ", ".join(it.text or "a command" for it in self.expected)
+            why = "the robot is not heard" if self.away else ", ".join(it.text or "a command" for it in self.expected)
+            yield f"unconfirmed from {seconds(self.unconfirmed)} on: {why}"
 
 
 Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMessage], None]], object]

@@ -39,7 +39,6 @@ class Playback(Struct, frozen=True):
     since: float = 0.0
     follows: bool = False
     now: float = inf
-    loops: bool = False
 
     @staticmethod
     def of(start: float, end: float, rate: float, wall: float) -> Playback:
@@ -55,14 +54,10 @@ class Playback(Struct, frozen=True):
 
     def at(self, wall: float) -> float:
         """Return the time of the trajectory that is shown [s]."""
-        passed = self.rate * max(wall - self.since, 0.0) if self.playing else 0.0
-        if self.loops and passed and self.end > self.start:
-            return self.start + (self.shown - self.start + passed) % (self.end - self.start)
-        return self._within(self.shown + passed)
+        return self._within(self.shown + (self.rate * max(wall - self.since, 0.0) if self.playing else 0.0))
 
     def is_over(self, wall: float) -> bool:
-        """Return whether the playback has reached the end."""
-        return not self.loops and self.at(wall) >= self._last
+        return self.at(wall) >= self._last
 
     def doing(self, wall: float) -> str:
         """Describe the state in a few words: live, playing, paused, ended."""
@@ -107,7 +102,6 @@ class Playback(Struct, frozen=True):
         return free._anchor(free._within(t), wall)
 
     def rewind(self, wall: float) -> Playback:
-        """Go to the start."""
         return self.seek(self.start, wall)
 
     def skip(self, seconds: float, wall: float) -> Playback:
@@ -116,11 +110,7 @@ class Playback(Struct, frozen=True):
 
     def follow(self, wall: float) -> Playback:
         """Go to the robot's time, and follow the robot."""
-        return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True, loops=False)
-
-    def loop(self, wall: float) -> Playback:
-        """Turn looping on or off: at the end, playback continues from the start."""
-        return replace(self._anchor(self.at(wall), wall), loops=not self.loops, follows=False)
+        return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True)
 
     def faster(self, wall: float) -> Playback:
         """Play at the next higher of RATES."""
@@ -195,7 +185,6 @@ class Audience:
         return min((viewer.due for viewer in self._viewers), default=inf)
 
     def step(self) -> list[ViewerLook]:
-        """Take all due samples."""
         arm, timeline, wall = self._watched.arm, self._watched.timeline, self._wall()
         shared, looks = dict[float, Position](), list[ViewerLook]()
         for viewer in self._viewers:

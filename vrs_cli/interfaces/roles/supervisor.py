@@ -10,33 +10,26 @@ from contextlib import contextmanager
 from copy import copy
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 from weakref import finalize
 
 from vrs_cli.engine.clock import SLICE_S
 from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
-from vrs_cli.engine.position import PositionArrays, fill
+from vrs_cli.engine.position import PositionArrays, Watched, fill, position_at, positions_at
 from vrs_cli.errors import RequestRefused, VrsError, hints_for_python
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts
-from vrs_cli.values.commands import Target
+from vrs_cli.values.commands import Frames, Target
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire import messages
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Floats
-from typing import TYPE_CHECKING, NamedTuple
-
-from vrs_cli.engine.position import Watched, position_at, positions_at
-from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Frames
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

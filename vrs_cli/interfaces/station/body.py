@@ -160,7 +160,7 @@ class RobotBody:
 
     def _become(self, name: str) -> None:
         before, self.name = self.name, name
-        self._tell_change(before)
+        self.tell(BodyChange(name, before, self.order, self.ordered_at))
 
     # --- reports ---
 
@@ -251,15 +251,12 @@ class RobotBody:
             self.order, self.ordered_at = order, self.now() if at is None else at
             if order is measured.BodyMode.FOLLOWS:
                 self._stood = self._stands = None
-            self._tell_change(self.name)
+            self.tell(BodyChange(self.name, self.name, order, self.ordered_at))
 
     def tell(self, news: BodyNews) -> None:
         """Report an alarm, the reaction to it, or a change of the body to all listeners."""
         for tell in self.told:
             tell(news)
-
-    def _tell_change(self, before: str) -> None:
-        self.tell(BodyChange(self.name, before, self.order, self.ordered_at))
 
     # --- its state ---
 
@@ -283,8 +280,7 @@ class RobotBody:
                 self._rate(),
             )
 
-    def _rate(self) -> float:
-        """Return the rate of reports [1/s]."""
+    def _rate(self) -> float:  # [1/s]
         if len(self._arrivals) < 2 or self._wall() - self._arrivals[-1][0] > SILENT:
             return 0.0
         first, last = self._arrivals[0], self._arrivals[-1]
@@ -347,7 +343,6 @@ class DivergenceGuard:
         return measured.OnAlarm(str(self._engine.settings.parameters[PARAMETER]).lower())
 
     def choose(self, what: measured.OnAlarm) -> None:
-        """Set the reaction to an alarm."""
         self._engine.perform(SetParameter(PARAMETER, what.name))
 
     @property
@@ -356,7 +351,6 @@ class DivergenceGuard:
         return self._last if watch is not None and watch.diverged else None
 
     def take(self, reports: Sequence[measured.Report]) -> None:
-        """Pass reports to the watch."""
         if self.on_alarm is measured.OnAlarm.OFF:
             self._watch = None
             return
@@ -377,8 +371,7 @@ class DivergenceGuard:
         """Return whether a body may hold at time t [s]: because of an order to hold, or because the body has just
         entered or has just been ordered to follow.
         """
-        body = self._body
-        since = max(body.ordered_at, self._entered)
+        body, since = self._body, max(self._body.ordered_at, self._entered)
         return body.order is measured.BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
 
     def _raise(self, alarm: measured.DivergenceAlarm) -> None:

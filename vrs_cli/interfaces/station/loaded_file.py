@@ -139,8 +139,7 @@ class Unstored:
 
     def programs(self) -> list[str]:
         """Return the names of the programs that are in no file."""
-        stored = self._environment.programs.items()
-        return [one.name for key, one in stored if self._differs(key, one)]
+        return [one.name for key, one in self._environment.programs.items() if self._differs(key, one)]
 
     def items(self, *kinds: Kind) -> list[Item]:
         """Return the variables of some kinds that are in no file; of all kinds if none is given."""
@@ -165,14 +164,11 @@ class Unstored:
         self._news |= self._changed
         for item in self._changed:
             value = self._environment.value(item)
-            if value is None or value == self._values.get(item):
-                self._items.discard(item)
-            else:
-                self._items.add(item)
+            same = value is None or value == self._values.get(item)
+            self._items.discard(item) if same else self._items.add(item)
         self._changed.clear()
 
     def _differs(self, key: str, stored: StoredProgram) -> bool:
-        """Return whether a program differs from its version in a file."""
         if stored in self._different:
             return True
         of_file, now = self._programs.get(key, lambda: None)(), stored.program

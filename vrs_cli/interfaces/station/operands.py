@@ -108,7 +108,6 @@ def word_or(it: Instruction, index: int, default: str = "") -> str:
 
 
 def words(it: Instruction) -> list[str]:
-    """Return the words among the arguments."""
     return [word(argument) for argument in it.arguments if argument is not None]
 
 

@@ -11,7 +11,7 @@ A task that waits for a condition tests it every tick, and at once when a signal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import inf
 from typing import TYPE_CHECKING, TypeVar, cast
@@ -34,7 +34,6 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import BUDGET
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, ComputedSignals, Inputs, LivingCell
 from vrs_cli.language.words.values import INTERNAL, key_of
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Stamp
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
@@ -63,17 +62,13 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
     if not settings.computed:
         return world, None
 
-    def next_change(timeline: Timeline, t: float, until: float) -> float:
-        change = world.course(timeline).next_change(t, until)
-        return inf if change is None else change[0]
-
-    def state(timeline: Timeline, signal: int, t: float) -> bool:
-        return bool(world.course(timeline).signal(signal, t))
-
-    def changes(timeline: Timeline, t: float) -> Mapping[int, bool]:
-        return world.course(timeline).changes_at(t)
-
-    return world, ComputedSignals(settings.computed, frozenset(settings.sensed), state, next_change, changes)
+    return world, ComputedSignals(
+        settings.computed,
+        frozenset(settings.sensed),
+        state=lambda timeline, signal, t: bool(world.course(timeline).signal(signal, t)),
+        next_change=lambda timeline, t, until: (world.course(timeline).next_change(t, until) or (inf,))[0],
+        changes=lambda timeline, t: world.course(timeline).changes_at(t),
+    )
 
 
 class AskedInVain(Exception):
@@ -232,7 +227,6 @@ class Driver:
         return run
 
     def _over(self, track: tasks.Track) -> _Run:
-        """Stop waiting for a task."""
         run = next(run for run in self._runs if run.track is track)
         self._runs.remove(run)
         track.awaited = False

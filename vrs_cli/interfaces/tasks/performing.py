@@ -77,7 +77,6 @@ class TypedLines:
         self.lines += [TypedLine(now, line) for line in lines]
 
     def end_line(self) -> None:
-        """End an unfinished line."""
         if self._line:
             self._put("", newline=True)
 

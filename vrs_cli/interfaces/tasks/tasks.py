@@ -225,7 +225,6 @@ class Tasks(System):
         return self._tracks.get(number)
 
     def in_order(self) -> list[Track]:
-        """Return the tasks by number."""
         return sorted(self, key=lambda track: track.number)
 
     @property
