@@ -13,8 +13,17 @@ from typing import Any
 
 import pytest
 
-from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
-from vrs_cli.net.delay_proxy import MAX_BYTES_ON_WAY, DelayProxy, Endpoint, Time, _reset
+from vrs_cli.net.delay_line import (
+    MAX_BYTES_ON_WAY,
+    Constant,
+    DelayProxy,
+    Delays,
+    DelayWays,
+    Endpoint,
+    Gamma,
+    Time,
+    _reset,
+)
 
 LOOPBACK = "127.0.0.1"
 SOON = 20.0  # [s] in which anything at all happens that does not hang

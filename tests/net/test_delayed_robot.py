@@ -23,8 +23,7 @@ from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.users import USUAL_ALLOWED
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
-from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
+from vrs_cli.net.delay_line import Constant, DelayProxy, Delays, DelayWays, Endpoint, Gamma
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Sample, Subscribe
 from vrs_cli.net.socket_port import SocketPort

@@ -12,9 +12,9 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.grading import Mark, mark_checks
 from vrs_cli.teach.judging.basis import Basis, Evidence, Rounding, evidence_of
 from vrs_cli.teach.kinds import read_checks
-from vrs_cli.teach.marking import Mark, mark_checks
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Reply
 

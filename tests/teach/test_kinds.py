@@ -10,8 +10,8 @@ from tests.teach.runs import mark_of, run
 from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.language.run.signals import NO_CELL
 from vrs_cli.teach.checks import AnyCheck
+from vrs_cli.teach.grading import JUDGES
 from vrs_cli.teach.kinds import COMMON_KEYS, KINDS
-from vrs_cli.teach.marking import JUDGES
 from vrs_cli.teach.state_checks import STATE_KINDS
 
 READY = "MOVE TRANS(-200, 500, 0, 90, 90, 0)\nBREAK"

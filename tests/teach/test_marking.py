@@ -8,7 +8,7 @@ from tests.teach.runs import PICK, evidence
 from vrs_cli.errors import FileDamaged
 from vrs_cli.extras import shipped_folder
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.marking import mark
+from vrs_cli.teach.grading import mark
 
 
 @pytest.fixture(scope="module")

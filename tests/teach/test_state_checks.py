@@ -8,9 +8,9 @@ from tests.teach.runs import SilentTerminal
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise_text import ExerciseText
+from vrs_cli.teach.grading import Mark, mark_checks
 from vrs_cli.teach.judging.basis import Basis, evidence_of
 from vrs_cli.teach.kinds import read_check
-from vrs_cli.teach.marking import Mark, mark_checks
 
 SPLICE = ("MOVE #PPOINT(60, -90, 90, 0, 0, 0) AT 1", "MOVE #PPOINT(60, -60, 90, 0, 0, 0) AT 1.5")
 

@@ -17,8 +17,7 @@ from vrs_cli.errors import VrsError
 if TYPE_CHECKING:
     from datetime import date
 
-    from vrs_cli.net.delay_line import Delays
-    from vrs_cli.net.delay_proxy import Endpoint
+    from vrs_cli.net.delay_line import Delays, Endpoint
     from vrs_cli.net.far_end import Ahead
 
 
@@ -193,7 +192,7 @@ def port(text: str) -> int:
 
 def endpoint(text: str) -> Endpoint:
     """Return an address with its port: HOST:PORT, [IPv6]:PORT, or PORT of this machine."""
-    from vrs_cli.net.delay_proxy import Endpoint
+    from vrs_cli.net.delay_line import Endpoint
 
     host, _, number = text.rpartition(":")
     if not (number.isascii() and number.isdigit() and int(number) <= MAX_PORT) or "/" in host:

@@ -20,8 +20,7 @@ from vrs_cli.errors import FileExists, UsageError
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.opening import unreadable
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.delay_line import Constant, DelayWays, with_loss
-from vrs_cli.net.delay_proxy import DelayProxy
+from vrs_cli.net.delay_line import Constant, DelayProxy, DelayWays, with_loss
 from vrs_cli.net.messages import Fetched, Get, Put, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote

@@ -22,10 +22,10 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net.delay_line import Delays, DelayWays
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import BANNER, Local, Place
+from vrs_cli.teach.grading import Mark
 from vrs_cli.teach.judging.basis import evidence_of
 from vrs_cli.teach.learn import Learner, marks_of
 from vrs_cli.teach.lessons import Lesson, LessonStep
-from vrs_cli.teach.marking import Mark
 
 if TYPE_CHECKING:
     from vrs_cli.net.local_server import LocalRobot, PagePlace
@@ -108,7 +108,7 @@ def _serve(
 
 def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
     """Start a proxy with delays in front of an address, and return the address of the proxy."""
-    from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
+    from vrs_cli.net.delay_line import DelayProxy, Endpoint
     from vrs_cli.net.socket_port import Loop
 
     parts = urlsplit(url)

@@ -24,8 +24,8 @@ from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.exercise_text import ExerciseText, FixedPlace, GivenPlace
+from vrs_cli.teach.grading import Mark, mark
 from vrs_cli.teach.judging.basis import Basis, Evidence
-from vrs_cli.teach.marking import Mark, mark
 from vrs_cli.values.commands import Frames
 from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import Value

@@ -27,11 +27,9 @@ from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.words.values import numbers_of
 from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.findings import item_text, mutants_of
-from vrs_cli.teach.grading import Grader, Submission, SubmissionRuns
+from vrs_cli.teach.grading import Grader, Submission, SubmissionRuns, mark
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun
-from vrs_cli.teach.judging.outcomes import final_part
-from vrs_cli.teach.judging.outputs import output_changes, words_of
-from vrs_cli.teach.marking import mark
+from vrs_cli.teach.judging.outcomes import final_part, output_changes, words_of
 from vrs_cli.teach.tip import greatest
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.values.diagnostics import Dialect

@@ -15,8 +15,7 @@ from msgspec import structs
 
 from tests.teach.runs import PICK
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.grading import Grading, VariantMarks
-from vrs_cli.teach.marking import Mark
+from vrs_cli.teach.grading import Grading, Mark, VariantMarks
 from vrs_cli.teach.reports.pages import Replay, student_page, teacher_page
 from vrs_cli.teach.reports.results import (
     Likeness,

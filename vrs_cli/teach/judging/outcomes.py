@@ -1,23 +1,274 @@
-"""Judge the end of a run, how long it took, its errors, and what the arm touched."""
+"""Judge the outcome of a run: its output (signals, typed lines), the words of its program, its end, how long it took,
+its errors, and what the arm touched."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from math import degrees, inf
-from typing import TYPE_CHECKING
+from math import degrees, dist, inf
+from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec.structs import replace
 
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.tasks.performing import TypedLine
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, distance, position, vector_sum
+from vrs_cli.language.analysis.structure import beyond
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.printer import statement_text
+from vrs_cli.language.words.values import OUTPUTS
 from vrs_cli.teach import checks
+from vrs_cli.teach.checks import DialectCheck, SignalChange, SignalsCheck, TypedCheck, TypedText, WordsCheck
 from vrs_cli.teach.judging import basis
+from vrs_cli.teach.judging.basis import HALF, JudgedRun, Verdict, exceeds, falls_short, figure
 from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
+from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.values.numbers import count
 from vrs_cli.values.results import RunOutcome
 from vrs_cli.values.world import CellScene, Contact
 from vrs_cli.world.course import PartState
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
+
+
+class OutputChange(NamedTuple):
+    """An output turned on, or (negative) off, `t` seconds after the run began."""
+
+    t: float
+    signal: int
+
+
+def output_changes(run: JudgedRun) -> list[OutputChange]:
+    """Return the changes of all outputs in a run, in order of time."""
+    it = run.evidence
+    found = [
+        OutputChange(t - it.started, channel if value > 0.0 else -channel)
+        for channel in it.timeline.channels
+        if channel in OUTPUTS
+        for t, value in it.timeline.changes(channel)
+        if it.started <= t <= it.end
+    ]
+    return sorted(found, key=lambda change: change.t)
+
+
+def came_on(signal: int, run: JudgedRun) -> float | None:
+    """Return when an input first turned on [s since the run began]; None if it did not."""
+    it = run.evidence
+    found = [t for t, value in it.timeline.changes(signal) if value > 0.0 and it.started <= t <= it.end]
+    t = it.started
+    while it.course is not None and (change := it.course.next_change(t, it.end)) is not None:
+        t, number, on = change
+        if number == signal and on:
+            found.append(t)
+            break
+    return min(found) - it.started if found else None
+
+
+def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
+    """Judge whether outputs changed in order and in time."""
+    seen, total, used = output_changes(run), len(check.changes), set[int]()
+    first, last = 0, 0.0
+    for found, wanted in enumerate(check.changes):
+        place = next((k for k in range(first, len(seen)) if _wrong(wanted, seen[k], run) is None), None)
+        if place is None:
+            return Verdict(found / total, _missing(wanted, seen[first:], found, total, run), run.evidence.end)
+        used.add(place)
+        first, last = place + 1, seen[place].t
+    if check.only:
+        named = {abs(one.signal) for one in check.changes}
+        more = [one for k, one in enumerate(seen) if k not in used and abs(one.signal) in named]
+        if more:
+            what = f"signal {abs(more[0].signal)} {_way(more[0].signal)} at {figure(more[0].t, run.s)} s as well"
+            return Verdict(HALF, f"{what}, which is not wanted", run.evidence.started + more[0].t)
+    return Verdict(1.0, f"{count(total, 'signal')} changed as wanted", run.evidence.started + last)
+
+
+def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | None:
+    """Describe why a change is not the required one; return None if it is, and "" for another signal."""
+    if seen.signal != wanted.signal:
+        return ""
+    when, step = figure(seen.t, run.s), run.s
+    since, later = 0.0, ""
+    if wanted.since is not None:
+        came = came_on(wanted.since, run)
+        if came is None:
+            return f"at {when} s, and signal {wanted.since} never came on"
+        since, later = came, f" after signal {wanted.since} came on at {figure(came, step)} s"
+    if falls_short(seen.t - since, wanted.after, step):
+        return f"at {when} s, it is wanted at {figure(wanted.after, step)} s{later} or later"
+    if exceeds(seen.t - since, wanted.before, step):
+        return f"at {when} s, it is wanted by {figure(wanted.before, step)} s{later}"
+    if wanted.near is not None:
+        it = run.evidence
+        place = run.basis.point(wanted.near)
+        tip = position(position_at(it.arm, it.timeline, it.started + seen.t).T_world_tool)
+        far = 1000.0 * dist(tip, place)
+        if exceeds(far, wanted.mm, run.mm):
+            away = f"{figure(far, run.mm)} mm from {run.place_text(place)}, {figure(wanted.mm, run.mm)} mm allowed"
+            return f"at {when} s with the tool at {run.place_text(tip)}, {away}"
+    return None
+
+
+def _missing(wanted: SignalChange, rest: Sequence[OutputChange], found: int, total: int, run: JudgedRun) -> str:
+    """Return the reason for a required change that was not found."""
+    name, done = f"signal {abs(wanted.signal)}", f"{found} of {count(total, 'change')} right"
+    for seen in rest:
+        if wrong := _wrong(wanted, seen, run):
+            return f"{name} {_way(seen.signal)} {wrong} ({done})"
+    did = "come on" if wanted.signal > 0 else "go off"
+    after = "" if not found else " after that"
+    return f"{name} did not {did}{after} ({done})"
+
+
+def _way(signal: int) -> str:
+    return "came on" if signal > 0 else "went off"
+
+
+MAX_SHOWN_CHARS = 60
+
+# --- words ---------------------------------------------------------------------------------------------------------
+
+
+def judge_words(check: WordsCheck, run: JudgedRun) -> Verdict:
+    """Judge the words in those programs of a submission that may run."""
+    used = frozenset(word for program in run.evidence.programs for one in program.statements for word in words_of(one))
+    missing = [word for word in check.use if not _uses(run.evidence.programs, used, word)]
+    wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]
+    reasons = []
+    if missing:
+        reasons.append(f"the program does not use {_word_list(missing)}")
+    if wrong:
+        reasons.append(f"the program uses {_word_list(wrong)}, which it must not use")
+    total = len(check.use) + len(check.avoid)
+    share = 1.0 - (len(missing) + len(wrong)) / total
+    return Verdict(share, "; ".join(reasons) or "the program uses the words that it should")
+
+
+def _word_list(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _uses(programs: Iterable[ast.Program], used: Container[str], word: str) -> bool:
+    """Return whether programs use a word, or an instruction that begins with these words: `ENABLE CP`."""
+    wanted = " ".join(word.upper().split())
+    if " " not in wanted:
+        return wanted in used
+    statements = (one for program in programs for one in program.statements if not isinstance(one, ast.BadLine))
+    return any(f"{statement_text(one).upper()} ".startswith(f"{wanted} ") for one in statements)
+
+
+_CONTROL: Mapping[type, str] = {
+    ast.Goto: "GOTO",
+    ast.If: "IF",
+    ast.Else: "ELSE",
+    ast.While: "WHILE",
+    ast.Do: "DO",
+    ast.Until: "UNTIL",
+    ast.For: "FOR",
+    ast.Case: "CASE",
+    ast.Value: "VALUE",
+    ast.Any: "ANY",
+    ast.End: "END",
+}
+
+
+def words_of(statement: ast.Statement) -> Iterator[str]:
+    """Yield the words of the language in a statement, in capitals."""
+    for node in ast.nodes(statement):
+        if isinstance(node, ast.Instruction):
+            yield node.word
+        elif isinstance(node, ast.Call | ast.BareWord):
+            yield (node.name if isinstance(node, ast.Call) else node.text).upper()
+        elif isinstance(node, ast.Unary | ast.Binary):
+            yield node.operator
+        elif isinstance(node, ast.IfGoto):
+            yield from ("IF", "THEN" if node.then else "GOTO")
+        elif isinstance(node, ast.Modifiers):
+            yield from (word for word, given in (("AT", node.at), ("IN", node.within)) if given is not None)
+            yield from ("ALWAYS",) if node.always else ()
+            yield from (node.unit,) if node.unit else ()
+        elif type(node) in _CONTROL:
+            yield _CONTROL[type(node)]
+
+
+def judge_dialect(check: DialectCheck, run: JudgedRun) -> Verdict:
+    """Judge whether a submission uses only words of a dialect."""
+    for program in run.evidence.programs:
+        for found in beyond(replace(program, dialect=check.dialect)):
+            return Verdict(0.0, f"line {found.span.line}: {found.detail}{f' ({found.hint})' if found.hint else ''}")
+    return Verdict(1.0, f"all words are of {check.dialect.title}")
+
+
+# --- typed lines ---------------------------------------------------------------------------------------------------
+
+
+def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
+    """Judge which lines were typed, in which order and when."""
+    started, step, place = run.evidence.started, run.s, 0
+    typed = tuple(line._replace(t=line.t - started) for line in run.evidence.typed)
+    used, lines = set[int](), _wanted_lines(check, run)
+    for found, wanted in enumerate(lines):
+        place, early = _next_match(typed, place, wanted, step)
+        if place < 0:
+            share = found / len(lines)
+            return Verdict(share, _missing_lines(wanted, found, len(lines), early, step), run.evidence.end)
+        used.add(place - 1)
+    more = [line for number, line in enumerate(typed) if number not in used] if check.only else []
+    if more:
+        when = f"at {figure(more[0].t, step)} s"
+        return Verdict(HALF, f"{quote(more[0].text)} was typed {when}, which is not wanted", started + more[0].t)
+    return Verdict(1.0, f"{count(len(lines), 'wanted line')} typed{' in order' if len(lines) > 1 else ''}")
+
+
+def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
+    """Return the required lines. Raises ValueError if they are those of an unknown model's run."""
+    if not check.needs_model:
+        return [one for one in check.lines if isinstance(one, TypedText)]
+    if run.basis.model is None:
+        raise ValueError("the model's run is not known")
+    return [TypedText(line.text) for line in run.basis.model.typed]
+
+
+def _next_match(
+    typed: tuple[TypedLine, ...], first: int, wanted: TypedText, step: float
+) -> tuple[int, TypedLine | None]:
+    """Return the number of the line after the next match, -1 for none; and a line that matches at a wrong time."""
+    other: TypedLine | None = None
+    for number in range(first, len(typed)):
+        line = typed[number]
+        if not _matches(line.text, wanted):
+            continue
+        if not falls_short(line.t, wanted.after, step) and not exceeds(line.t, wanted.before, step):
+            return number + 1, None
+        other = other or line
+    return -1, other
+
+
+def _matches(text: str, wanted: TypedText) -> bool:
+    """Return whether a line equals the required text without outer blanks, or matches the pattern as a whole."""
+    if wanted.pattern:
+        return re.fullmatch(wanted.text, text.strip()) is not None
+    return text.strip() == wanted.text.strip()
+
+
+def _missing_lines(wanted: TypedText, found: int, total: int, other: TypedLine | None, step: float) -> str:
+    """Return the reason for a required line that was not found."""
+    if other is not None:
+        bounds = [f"at {figure(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
+        bounds += [f"by {figure(wanted.before, step)} s"] if wanted.before < LATEST else []
+        return f"{quote(other.text)} was typed at {figure(other.t, step)} s, it is wanted {' and '.join(bounds)}"
+    what = f"a line that fits {quote(wanted.text)}" if wanted.pattern else quote(wanted.text)
+    after = "" if not found else f" after the {count(found, 'line')} before it"
+    return f"{what} was not typed{after} ({found} of {count(total, 'wanted line')})"
+
+
+def quote(text: str) -> str:
+    """Return a text in quotes, truncated if it is long."""
+    cut = text.strip() if len(text.strip()) <= MAX_SHOWN_CHARS else f"{text.strip()[: MAX_SHOWN_CHARS - 3]}..."
+    return f'"{cut}"'
 
 
 def judge_tool_at(check: checks.ToolAtCheck, run: basis.JudgedRun) -> basis.Verdict:

@@ -27,9 +27,8 @@ from vrs_cli.files.opening import DEVICES
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.render.colours import Ink, scan
 from vrs_cli.teach.exercise import Exercise
-from vrs_cli.teach.grading import Grading, VariantMarks, total_of
+from vrs_cli.teach.grading import POINT_STEP, Grading, Mark, VariantMarks, total_of
 from vrs_cli.teach.judging.basis import round_to
-from vrs_cli.teach.marking import POINT_STEP, Mark
 
 RUN = 8  # words of one run
 WINDOW = 4  # winnowing keeps one of this many consecutive runs
