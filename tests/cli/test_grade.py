@@ -19,6 +19,7 @@ from tests.live import until
 from tests.page.browser import page_folder
 from tests.teach.runs import PICK
 from tests.teach.test_grading import COPIED, LOOP
+from vrs_cli.cli.grade import find_submissions
 
 MODEL = (PICK / "teacher" / "model.v2").read_text(encoding="utf-8")
 BAD = ".PROGRAM pick()\n  MOVEE part\n.END\n"
@@ -110,23 +111,23 @@ def test_what_is_wrong_is_said_in_one_line(vrs: Vrs, school: Path) -> None:
 # --- which submissions are meant -------------------------------------------------------------------------------------
 
 
-def students(vrs: Vrs, *named: str) -> list[str]:
-    """The students that words of a command line mean; all submissions are bad ones, which is quick."""
-    found = json.loads(vrs("grade", PICK, *named, "--json", "-").out)
-    return [f"{one['student']}: {one['file'] if one['status'] == 'graded' else '-'}" for one in found["submissions"]]
+def students(*named: str) -> list[str]:
+    """The students that words of a command line mean."""
+    return [f"{one.student}: {'-' if one.unread else one.file}" for one in find_submissions(named)]
 
 
-def test_submissions_are_called_after_their_files_or_folders(vrs: Vrs, tmp_path: Path) -> None:
+def test_submissions_are_called_after_their_files_or_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     for name in ("a/ann.v2", "a/.hidden.v2", "a/notes.txt", "b/ben/robot.v2", "b/bea/x/robot.V2", "c/robot.v2"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(BAD)
-    assert students(vrs, "a/ann.v2") == ["ann: ann.v2"]
-    assert students(vrs, "c") == ["c: robot.v2"]
-    assert students(vrs, "b") == ["bea: robot.V2", "ben: robot.v2"]
-    assert students(vrs, "b/b*n", "c") == ["ben: robot.v2", "c: robot.v2"]
-    assert students(vrs, "b/ben/robot.v2", "c/robot.v2") == ["ben: robot.v2", "c: robot.v2"]
-    assert students(vrs, "b/ben", "c", "b", "./c") == ["bea: robot.V2", "ben: robot.v2", "c: robot.v2"]
-    assert students(vrs, "b/ben/robot.v2", "c/robot.v2", "a/ann.v2") == [
+    assert students("a/ann.v2") == ["ann: ann.v2"]
+    assert students("c") == ["c: robot.v2"]
+    assert students("b") == ["bea: robot.V2", "ben: robot.v2"]
+    assert students("b/b*n", "c") == ["ben: robot.v2", "c: robot.v2"]
+    assert students("b/ben/robot.v2", "c/robot.v2") == ["ben: robot.v2", "c: robot.v2"]
+    assert students("b/ben", "c", "b", "./c") == ["bea: robot.V2", "ben: robot.v2", "c: robot.v2"]
+    assert students("b/ben/robot.v2", "c/robot.v2", "a/ann.v2") == [
         "a/ann: ann.v2",
         "ben/robot: robot.v2",
         "c/robot: robot.v2",
@@ -134,15 +135,16 @@ def test_submissions_are_called_after_their_files_or_folders(vrs: Vrs, tmp_path:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links and pipes of POSIX systems")
-def test_links_and_pipes_are_not_read(vrs: Vrs, tmp_path: Path) -> None:
+def test_links_and_pipes_are_not_read(tmp_path: Path) -> None:
     (tmp_path / "class").mkdir()
     (tmp_path / "class" / "ann.v2").write_text(BAD)
     (tmp_path / "class" / "bob.v2").symlink_to("ann.v2")
     (tmp_path / "class" / "eve").symlink_to(tmp_path)
     os.mkfifo(tmp_path / "class" / "pipe.v2")
     (tmp_path / "class" / "long.v2").write_bytes(b"; " * 600_000)
-    found = json.loads(vrs("grade", PICK, "class", "--json", "-").out)
-    assert {one["student"]: one["reason"] for one in found["submissions"] if one["status"] != "graded"} == {
+    found = find_submissions([str(tmp_path / "class")])
+    assert [one.student for one in found if not one.unread] == ["ann"]
+    assert {one.student: one.unread for one in found if one.unread} == {
         "bob": "the file cannot be read: it is a link, a device or a pipe",
         "eve": "the file cannot be read: it is a link, a device or a pipe",
         "pipe": "the file cannot be read: it is a link, a device or a pipe",
