@@ -17,8 +17,10 @@ from vrs_cli.__main__ import COLLECT_AFTER
 
 if TYPE_CHECKING:
     from xdist.scheduler import LoadScopeScheduling
+    from xdist.workermanage import WorkerController
 
 WITH_BROWSER = ("tests/api/test_answers.py", "tests/render/test_page_export.py", "tests/render/test_pictures.py")
+FIRST = ("browser", "tests/docs/test_examples.py")  # the scopes that take longest: begun last, they would run alone
 settings.load_profile("fast")
 gc.disable()  # until all tests are collected: they stay
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew
@@ -57,5 +59,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.split("::")[0]
             return "browser" if file.startswith("tests/page/") or file in WITH_BROWSER else file
+
+        def _assign_work_unit(self, node: WorkerController) -> None:
+            for scope in FIRST:
+                if scope in self.workqueue:
+                    self.workqueue.move_to_end(scope, last=False)
+                    break
+            super()._assign_work_unit(node)
 
     return OneWorkerPerFile(config, log)

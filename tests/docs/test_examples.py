@@ -106,6 +106,13 @@ def test_ci_finds_the_commands_of_the_readme(what: str, command: str) -> None:
     assert done.stdout == command + "\n"
 
 
+@pytest.mark.skipif(not CI.exists(), reason="a source distribution has no .ci")
+def test_ci_runs_the_tests_that_the_command_of_the_readme_leaves_out() -> None:
+    options = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
+    assert options["addopts"].endswith(" -m 'not long'")
+    assert "\n.venv/bin/python -m pytest -q -n 2 -m long\n" in CI.read_text(encoding="utf-8")
+
+
 def test_commands_that_only_ci_runs_are_those_of_the_readme() -> None:
     commands = [
         block.text

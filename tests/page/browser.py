@@ -1,4 +1,4 @@
-"""Chromium for tests of the page, driven by Playwright: one browser for each file, and one window, which each test
+"""Chromium for tests of the page, driven by Playwright: one browser, and one window, which each test
 leaves empty; tests that need another one open it.
 
 Playwright's synchronous calls run an event loop in the thread of the tests while the browser is open: tests in this
@@ -41,6 +41,7 @@ FLAGS = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-gpu-sandbox",
+    "--disable-gpu-compositing",  # it would draw sixty times a second what stands still
     "--disable-dev-shm-usage",
     "--disable-background-networking",
     "--disable-component-update",

@@ -22,16 +22,16 @@ def built() -> Path:
     return page_folder()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
-    """Start one browser for the tests of one file."""
+    """Start one browser for the tests of this folder."""
     if missing():
         leave_out(missing())
     with running_chromium() as browser:
         yield browser
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def desktop(chromium: Browser) -> Iterator[Page]:
     """Provide a window that tests use one after the other: a new one takes a process and a second of CPU."""
     with unwatched(chromium) as page:

@@ -58,6 +58,7 @@ def link(served: Serving, folder: ClassFolder, who: str) -> str:
     return f"{served.address.replace('ws', 'http', 1)}/{where}#token={token}"
 
 
+@pytest.mark.long
 def test_a_class_from_a_link_to_a_collected_program(
     ada: Page, tom: Page, lesson_room: Serving, folder: ClassFolder, tmp_path: Path
 ) -> None:
@@ -108,6 +109,7 @@ def test_a_class_from_a_link_to_a_collected_program(
         assert b".REALS" in file.read("ada.v2")
 
 
+@pytest.mark.long
 def test_who_leaves_needs_the_link_again_and_stays_grey_on_the_wall(
     ada: Page, chromium: Browser, lesson_room: Serving, folder: ClassFolder
 ) -> None:
@@ -127,6 +129,7 @@ def test_who_leaves_needs_the_link_again_and_stays_grey_on_the_wall(
         assert axe(tom) == []
 
 
+@pytest.mark.long
 def test_the_body_of_a_student_s_robot_is_on_the_wall(
     ada: Page, tom: Page, lesson_room: Serving, folder: ClassFolder
 ) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
+import pytest
+
 from tests.live import until as until_here
 from tests.net.serving import Serving, serving
 from tests.page.browser import drawn, line, open_robot, until
@@ -36,6 +38,7 @@ def test_a_server_that_comes_back_is_found_again(page: Page, built: Path, tmp_pa
         until(page, f"{END} > x", moved)
 
 
+@pytest.mark.long
 def test_a_page_that_leaves_is_forgotten_at_once(shown: Page, served: Serving) -> None:
     line(shown, "DRIVE 1, 10")
     key = shown.evaluate("app.connection.welcome.connection")
@@ -46,6 +49,7 @@ def test_a_page_that_leaves_is_forgotten_at_once(shown: Page, served: Serving) -
     line(shown, "DRIVE 1, 10")  # the lease is free
 
 
+@pytest.mark.long
 def test_a_silent_socket_is_left_for_another(shown: Page) -> None:
     line(shown, "DRIVE 1, 10")
     before = shown.evaluate(END)

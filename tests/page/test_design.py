@@ -81,6 +81,7 @@ def walk(page: Page, begin: str = "body") -> None:
     assert page.evaluate(UNREACHED) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("size", "scheme"), [((1280, 720), "light"), ((390, 844), "dark")])
 def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, int], scheme: Any) -> None:
     """Check the accessibility of the page, at each tab, with an open menu, and in both themes."""
@@ -101,7 +102,7 @@ def test_axe_finds_nothing(chromium: Browser, served: Serving, size: tuple[int, 
             walk(page, "[role=tab][aria-selected=true]" if number else "body")
 
 
-@pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
+@pytest.mark.parametrize("phone", [False, pytest.param(True, marks=pytest.mark.long)], ids=["desktop", "phone"])
 def test_nothing_overflows_and_targets_are_large_enough(chromium: Browser, served: Serving, *, phone: bool) -> None:
     """Resize a window from one size to the next."""
     first, *others = [size for size in SIZES if (min(size) < 500) == phone]
@@ -119,6 +120,7 @@ def test_nothing_overflows_and_targets_are_large_enough(chromium: Browser, serve
             assert page.evaluate(SMALL, 44 if phone else 24) == [], size
 
 
+@pytest.mark.long
 def test_keys_rule_time(shown: Page) -> None:
     for to in (30, -30, 30):
         line(shown, f"DRIVE 1, {to}")
@@ -151,6 +153,7 @@ def test_keys_rule_time(shown: Page) -> None:
     until(shown, "document.documentElement.dataset.theme === 'dark'")
 
 
+@pytest.mark.long
 def test_keys_do_nothing_while_a_line_is_typed(shown: Page) -> None:
     shown.evaluate("app.playback.follow()")
     shown.locator(".cm-content").first.click()
@@ -159,6 +162,7 @@ def test_keys_do_nothing_while_a_line_is_typed(shown: Page) -> None:
     assert not shown.locator("dialog[open]").count()
 
 
+@pytest.mark.long
 def test_the_hint_is_pressed_and_gone_for_good(shown: Page) -> None:
     shown.get_by_role("button", name="DRIVE 1, 30, 50").click()
     until(shown, "!document.querySelector('.hint') && app.source.timeline.segments.length > 1")

@@ -116,6 +116,7 @@ def test_lines_are_typed_mended_completed_and_brought_back(ada: Driver) -> None:
     until(ada.page, "document.querySelector('.cm-tooltip-autocomplete li')?.textContent === 'TYPE 6*7'")
 
 
+@pytest.mark.long
 def test_a_program_is_pasted_stepped_edited_and_kept(ada: Driver) -> None:
     page = ada.page
     ada.type(DEMO)
@@ -149,6 +150,7 @@ def test_a_program_is_pasted_stepped_edited_and_kept(ada: Driver) -> None:
     ada.edits('        TYPE "changed"')
 
 
+@pytest.mark.long
 def test_questions_are_answered_by_buttons_and_in_a_field(ada: Driver) -> None:
     ada.type('.PROGRAM ask\nPROMPT "How many? ", n\nTYPE "got", n\n.END')
     ada.sees("Program ask: 2 steps")
@@ -218,6 +220,7 @@ def test_the_arm_is_slid_stepped_held_and_stopped(ada: Driver) -> None:
     ada.sees("UNDO")
 
 
+@pytest.mark.long
 def test_the_arm_stops_when_a_browser_is_killed_that_holds_jog(ada: Driver, chromium: Browser, served: Serving) -> None:
     """Each message of a held button commands 0.5 s; then the arm slows down. The lease is kept."""
     room = served.hub.rooms["cell1"]
@@ -255,6 +258,7 @@ def test_signals_are_lamps_and_switches(ada: Driver) -> None:
     until(ada.page, "document.querySelector(\"[data-signal='42']\")?.ariaPressed === 'true'")
 
 
+@pytest.mark.long
 def test_the_tool_is_dragged_and_recorded(ada: Driver) -> None:
     page = ada.page
     ada.type("READY")
@@ -283,6 +287,7 @@ def test_the_tool_is_dragged_and_recorded(ada: Driver) -> None:
     ada.sees("part is in memory")
 
 
+@pytest.mark.long
 def test_two_pages_share_a_robot_by_the_lease(ada: Driver, chromium: Browser, served: Serving) -> None:
     ada.type("JOG 1, 5")
     ada.sees("You drive", "[data-slot=drives]")
@@ -300,6 +305,7 @@ def test_two_pages_share_a_robot_by_the_lease(ada: Driver, chromium: Browser, se
     ada.sees("Nobody drives", "[data-slot=drives]")
 
 
+@pytest.mark.long
 def test_without_a_connection_what_is_typed_is_dropped_and_stop_says_so(ada: Driver, served: Serving) -> None:
     served.stop()
     served.stop = lambda: None  # it is stopped once
@@ -319,7 +325,7 @@ def guarded(folder: Path, built: Path, role: str) -> Iterator[tuple[Serving, str
         yield it, f"{address(it)}#token={token}"
 
 
-@pytest.mark.parametrize("role", ["observer", "designer"])
+@pytest.mark.parametrize("role", ["observer", pytest.param("designer", marks=pytest.mark.long)])
 def test_nothing_is_offered_that_a_role_forbids(page: Page, built: Path, tmp_path: Path, role: str) -> None:
     with guarded(tmp_path, built, role) as (_, url):
         page.goto(url)

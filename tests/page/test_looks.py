@@ -46,6 +46,7 @@ CHANGES = """(() => {
 SAID = "document.querySelector('[data-slot=output]').innerText"
 
 
+@pytest.mark.long
 def test_a_mesh_has_its_texture(page: Page, built: Path, tmp_path: Path) -> None:
     trimesh, image = pytest.importorskip("trimesh"), pytest.importorskip("PIL.Image")
     box = trimesh.creation.box((0.2, 0.2, 0.2))
@@ -74,6 +75,7 @@ def test_a_page_at_rest_writes_the_time_alone_and_draws_nothing(page: Page, buil
         assert page.evaluate("scene.stage.pictures - before") == 0
 
 
+@pytest.mark.long
 def test_replies_are_drawn_for_the_column_as_it_is_now(page: Page, built: Path, tmp_path: Path) -> None:
     with serving(tmp_path, pages=ServedPage.read(built), styled=styled_lines) as served:
         open_robot(page, served)

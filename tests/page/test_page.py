@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
+
 from tests.net.serving import Serving
 from tests.page.browser import changed, drawn, line, picture, until
 from vrs_cli.net.messages import Embody, Hello, Measured
@@ -26,6 +28,7 @@ def test_the_arm_is_drawn_and_moves(shown: Page) -> None:
     assert changed(before, picture(shown)) > 0.005
 
 
+@pytest.mark.long
 def test_the_way_is_blue_behind_the_tool_and_orange_before_it(shown: Page) -> None:
     line(shown, "DRIVE 3, -60")
     line(shown, "DRIVE 1, 60")
@@ -39,6 +42,7 @@ def test_the_way_is_blue_behind_the_tool_and_orange_before_it(shown: Page) -> No
         assert {name for name, ink in inks.items() if tuple(bytes.fromhex(ink[1:])) in seen} == colours
 
 
+@pytest.mark.long
 def test_a_reload_shows_the_robot_again(shown: Page) -> None:
     shown.reload()
     drawn(shown)

@@ -66,7 +66,7 @@ def free_port() -> int:
         return int(it.getsockname()[1])
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_the_first_page_executes_the_program_and_a_signal_ends_it(tmp_path: Path, page: Page, number: int) -> None:
     (tmp_path / "spin.v2").write_text(SPIN)
     with started(tmp_path, "view", "--no-open", "spin.v2") as (process, said):
@@ -89,6 +89,7 @@ def test_the_first_page_executes_the_program_and_a_signal_ends_it(tmp_path: Path
         until(page, "document.body.classList.contains('cut')")
 
 
+@pytest.mark.long
 def test_a_program_may_wait_for_its_user(tmp_path: Path, page: Page) -> None:
     (tmp_path / "spin.v2").write_text(SPIN)
     with started(tmp_path, "view", "--no-open", "--no-run", "spin.v2") as (_process, said):
@@ -99,6 +100,7 @@ def test_a_program_may_wait_for_its_user(tmp_path: Path, page: Page) -> None:
         assert page.evaluate("app.source.timeline.segments.length") == 1
 
 
+@pytest.mark.long
 def test_lines_of_a_pipe_are_carried_out_and_the_page_stays(tmp_path: Path, page: Page) -> None:
     with started(tmp_path, "view", "--no-open", stdin="MOVE #PPOINT(33, -80, 80, 0, 0, 0)\n") as (process, said):
         opened(page, said)
@@ -108,6 +110,7 @@ def test_lines_of_a_pipe_are_carried_out_and_the_page_stays(tmp_path: Path, page
         assert process.wait(PATIENCE) == 0
 
 
+@pytest.mark.long
 def test_the_cell_of_a_program_is_around_its_robot(tmp_path: Path, page: Page) -> None:
     (tmp_path / "take.v2").write_text(".PROGRAM take\nWAIT SIG(1001)\nDRIVE 1, 20, 100\n.END\n")
     (tmp_path / "take.toml").write_text(
@@ -124,6 +127,7 @@ def test_the_cell_of_a_program_is_around_its_robot(tmp_path: Path, page: Page) -
         assert process.stderr.read() == "vrs view: the cell is take.toml (beside take.v2)\n"
 
 
+@pytest.mark.long
 def test_a_page_goes_on_when_vrs_view_is_started_again_at_its_port(tmp_path: Path, page: Page) -> None:
     port = str(free_port())
     with started(tmp_path, "view", "--no-open", "--port", port) as (process, said):
@@ -183,6 +187,7 @@ def far_robot(folder: Path, *words: str, delay: str = "") -> Iterator[tuple[str,
         yield address, server
 
 
+@pytest.mark.long
 def test_a_robot_elsewhere_is_predicted(tmp_path: Path, page: Page) -> None:
     """The delay is 0.15 s each way; the page never gets the token."""
     tokens = tmp_path / "tokens.toml"
@@ -217,6 +222,7 @@ def test_a_robot_elsewhere_is_predicted(tmp_path: Path, page: Page) -> None:
         assert process.wait(PATIENCE) == 0
 
 
+@pytest.mark.long
 def test_a_server_that_is_killed_comes_back(tmp_path: Path, page: Page) -> None:
     with ExitStack() as stack:
         port = str(free_port())
@@ -235,6 +241,7 @@ def test_a_server_that_is_killed_comes_back(tmp_path: Path, page: Page) -> None:
         line(page, "DRIVE 1, 20")
 
 
+@pytest.mark.long
 def test_two_pages_are_two_holders(tmp_path: Path, page: Page) -> None:
     with (
         far_robot(tmp_path) as (address, _server),
