@@ -24,7 +24,7 @@ from vrs_cli.language.words.word import State
 from vrs_cli.version import __version__
 from vrs_cli.wire.lines import CheckpointRecord, HeaderRecord
 from vrs_cli.wire.records import DeltaRecord
-from vrs_cli.wire.report_columns import ReportsRecord
+from vrs_cli.wire.reports import ReportsRecord
 
 FILE = Path(__file__).with_name("frozen.json")
 BY_USERS = {"Robot", "Limits", "LeRobotArm", "Predictor", "RemoteController"}  # classes that users make objects of

@@ -30,7 +30,7 @@ from vrs_cli.net.client import waits
 from vrs_cli.net.timesync import OneWay, TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.measured import BodyMode
-from vrs_cli.wire import body_lines
+from vrs_cli.wire import reports
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 STATES = "sensor_msgs/msg/JointState"
@@ -297,14 +297,14 @@ class RosArm:
         """Take a message of rosbridge."""
         now = self.body.now()
         try:
-            message = body_lines.read_message(text)
+            message = reports.read_message(text)
             match message.op:
                 case "publish" if message.topic == self.settings.states:
-                    self._take_states(body_lines.read_joint_states(message), now)
+                    self._take_states(reports.read_joint_states(message), now)
                 case "publish" if message.topic == self._state_topic:
                     self._active_at = now
                 case "service_response" if message.id in self._asked:
-                    asked, time = self._asked.pop(message.id), body_lines.read_time(message)
+                    asked, time = self._asked.pop(message.id), reports.read_time(message)
                     self._answers += 1
                     if time is not None:
                         self._sync.hear(asked, time, time, now)
@@ -319,7 +319,7 @@ class RosArm:
         except IllegalValue as error:
             self.tell("garbage", f"{error} (this and others like it are left out)")
 
-    def _take_states(self, states: body_lines.JointStates, now: float) -> None:
+    def _take_states(self, states: reports.JointStates, now: float) -> None:
         """Report joint_states, unless joints are missing or the stamp is wrong."""
         if self._is_outdated:
             return
@@ -360,7 +360,7 @@ class RosArm:
         self._measured = (t, measured, speed or (0.0,) * len(measured))
         self.body.report(t, measured, speed, force, self.mode)
 
-    def _take_result(self, message: body_lines.RosbridgeMessage) -> None:
+    def _take_result(self, message: reports.RosbridgeMessage) -> None:
         """Take the end of the last goal. A refused trajectory is sent again, once, starting now."""
         values = message.values if isinstance(message.values, Mapping) else {"error_string": message.values}
         if message.result and message.status != ABORTED and not values.get("error_code", 0):
@@ -431,7 +431,7 @@ async def _converse(body: BodyClient, arm: RosArm, socket: ClientConnection) -> 
 
     arm.begin(body.now())
     for message in arm.opening():
-        await socket.send(body_lines.write_message(message))
+        await socket.send(reports.write_message(message))
     reading = asyncio.create_task(read())
     try:
         async for t in body.ticks():
@@ -439,7 +439,7 @@ async def _converse(body: BodyClient, arm: RosArm, socket: ClientConnection) -> 
                 await reading
                 return
             for message in arm.due(t):
-                await socket.send(body_lines.write_message(message))
+                await socket.send(reports.write_message(message))
     finally:
         reading.cancel()
         with suppress(asyncio.CancelledError, WebSocketException):

@@ -21,7 +21,7 @@ from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.net.body_client import BodyClient
 from vrs_cli.repl.interrupt import ENDINGS, Ended
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.wire.body_lines import LineFormat, heading, read_report, setpoint_line
+from vrs_cli.wire.reports import LineFormat, heading, read_report, setpoint_line
 
 if TYPE_CHECKING:
     from vrs_cli.bodies.mujoco_arm import MujocoArm

@@ -34,7 +34,7 @@ from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.measured import BodyMode, Report
-from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, row_fields, row_parts
+from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
 SEND_EVERY = 0.02  # [s] between two messages with reports
 KEPT = 60.0  # [s] of reports kept to send them again after a cut

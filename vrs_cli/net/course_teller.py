@@ -237,11 +237,6 @@ class CourseTeller:
         """Stop the computation; it cannot be restarted."""
 
     @property
-    def known_part(self) -> Known | None:
-        """The known part; None before the first step."""
-        return self._known
-
-    @property
     def looks(self) -> bool:
         """Whether contacts are searched."""
         return self._computer.looks

@@ -34,7 +34,7 @@ from vrs_cli.wire.cells import cell_of
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.messages import Refusal, snapshot_of
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
-from vrs_cli.wire.report_columns import ReportRows, reports_of
+from vrs_cli.wire.reports import ReportRows, reports_of
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World

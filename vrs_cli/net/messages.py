@@ -51,7 +51,7 @@ from vrs_cli.wire.messages import (
     Withdrawn,
 )
 from vrs_cli.wire.records import Columns, Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
-from vrs_cli.wire.report_columns import ReportRows
+from vrs_cli.wire.reports import ReportRows
 from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1

@@ -44,7 +44,7 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.report_columns import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
+from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
 MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports per second, and in one burst after a cut
 REFUSED_EVERY = 1.0  # [s] between two refusals of reports

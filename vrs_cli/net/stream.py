@@ -31,7 +31,7 @@ from vrs_cli.values.world import WorldState
 from vrs_cli.wire.codec import Encoding, encode
 from vrs_cli.wire.messages import SnapshotRecord, snapshot_record
 from vrs_cli.wire.records import Motions, delta_record
-from vrs_cli.wire.report_columns import row_fields, row_parts
+from vrs_cli.wire.reports import row_fields, row_parts
 from vrs_cli.wire.steered import LinePieces, steered_record
 
 # One context serves all listeners, so a full window costs little memory. For changes of robots, level 9 takes up to

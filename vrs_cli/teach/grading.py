@@ -283,12 +283,6 @@ class Mark(Struct, frozen=True):
         """Return whether all points were earned."""
         return self.points == self.of
 
-    def for_student(self, number: int) -> Mark:
-        """Return the mark as students see it, `number` in the list. A hidden check shows only its points."""
-        if not self.hidden:
-            return self
-        return structs.replace(self, name=f"Hidden check {number}", reason="", at=None, hint="")
-
 
 JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
     checks.ToolAtCheck: outcomes.judge_tool_at,

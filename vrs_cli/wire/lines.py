@@ -25,7 +25,7 @@ from vrs_cli.values.commands import Event, Motion
 from vrs_cli.version import __version__
 from vrs_cli.wire import records
 from vrs_cli.wire.codec import decode
-from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_record
+from vrs_cli.wire.reports import ReportsRecord, columns_of, reports_record
 
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}

@@ -15,7 +15,7 @@ from tests.trajectory.test_measured import report_lists
 from vrs_cli.trajectory.reports import VELOCITY, ReportColumns
 from vrs_cli.values.measured import Report
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.report_columns import ReportsRecord, columns_of, reports_record
+from vrs_cli.wire.reports import ReportsRecord, columns_of, reports_record
 
 
 def _columns(reports: list[Report]) -> ReportColumns:

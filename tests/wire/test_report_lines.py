@@ -13,7 +13,7 @@ from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.joints import JointKind, JointUnits
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.measured import BodyMode, Report
-from vrs_cli.wire.body_lines import LineFormat, heading, read_report, setpoint_line
+from vrs_cli.wire.reports import LineFormat, heading, read_report, setpoint_line
 
 MIXED = JointUnits((JointKind.REVOLUTE, JointKind.PRISMATIC))
 JOINTS = st.tuples(*[st.floats(-10, 10)] * 2)
