@@ -182,7 +182,11 @@ DEFERRED = (
     Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
     Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
     Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
-    Deferred(("interfaces/session/acts.py",), ("vrs_cli.kinematics.reach_outline",), "it brings numpy"),
+    Deferred(
+        ("interfaces/session/acts.py", "interfaces/monitor/explaining.py"),
+        ("vrs_cli.kinematics.reach_outline",),
+        "it brings numpy",
+    ),
     Deferred(
         ("interfaces/targets.py", "interfaces/users.py"),
         ("vrs_cli.interfaces.dragging",),

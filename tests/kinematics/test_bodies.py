@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from itertools import combinations
-from math import cos, hypot, radians, sin
 from random import Random
 from typing import NamedTuple
 
@@ -15,12 +14,11 @@ from numpy.typing import NDArray
 
 from tests.examples import some
 from tests.kinematics.surfaces import Mesh, Points, mesh_of, moved
-from vrs_cli.kinematics.bodies import capsules, outermost, shapes_of
-from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.link_data import LinkShape, MeshFile
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.transform import Vector, compose, inverse
+from vrs_cli.kinematics.transform import compose, inverse
 
 Shares = NDArray[np.float64]
 
@@ -154,38 +152,3 @@ def test_the_arm_ends_where_the_tool_is(name: str) -> None:
     ]
     ends = [end for points in last for end in (points[:, 2].min(), points[:, 2].max())]
     assert min(map(abs, ends)) < 1e-9
-
-
-NOWHERE = (0.0, 0.0, 0.0)
-POSES = some(4000)
-
-
-def directions() -> np.ndarray:
-    """(144, 3): level ones, and those in a plane that stands."""
-    angles = [radians(5.0 * k) for k in range(72)]
-    return np.array([(cos(a), sin(a), 0.0) for a in angles] + [(cos(a), 0.0, sin(a)) for a in angles])
-
-
-@pytest.mark.parametrize("tip", [NOWHERE, (0.05, 0.0, 0.15)], ids=["flange", "tool"])
-@pytest.mark.parametrize("name", robot_names())
-def test_no_pose_is_farther_out_seen_from_above_and_from_the_side(name: str, tip: Vector) -> None:
-    model = load_robot(name)
-    arm, points = arm_for(model), np.array(outermost(model, tip))
-    q = np.random.default_rng(8).uniform(model.lower, model.upper, (POSES, model.joint_count))
-    T = arm.batch.forward(q)
-    tips, u = T[..., :3] @ tip + T[..., 3], directions()
-    beyond = (u @ tips.T).max(axis=1) - (u @ points.T).max(axis=1)
-    assert beyond.max() <= 0.006 * np.linalg.norm(points, axis=1).max()
-
-
-def test_a_scara_reaches_as_far_as_both_arms_are_long_and_down_as_its_quill_slides() -> None:
-    points = outermost(load_robot("cobra600"), NOWHERE)
-    assert max(hypot(x, y) for x, y, _ in points) == pytest.approx(0.600)
-    assert (min(p[2] for p in points), max(p[2] for p in points)) == pytest.approx((0.177, 0.387))
-
-
-def test_joints_stay_in_their_ranges() -> None:
-    """The arm of a SCARA does not turn behind itself: that is not in its reach."""
-    model = load_robot("cobra600")
-    behind = min(x for x, _, _ in outermost(model, NOWHERE))
-    assert -0.600 < behind < -0.3

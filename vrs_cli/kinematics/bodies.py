@@ -1,21 +1,18 @@
-"""Give a robot its shapes (its own, or capsules along its links), and find how far its tool tip reaches."""
+"""Give a robot its shapes: its own, or capsules along its links."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
-from functools import cache, lru_cache
-from math import atan2, ceil, cos, dist, inf, pi, sin
+from functools import cache
+from math import dist, inf
 from pathlib import Path
 
-from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.link_data import Box, Capsule, Cylinder, LinkShape, Opening, ShapeReader
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
-from vrs_cli.kinematics.transform import TURN, Vector, along, dot, inverse, moved_point, position, rotate, translation
+from vrs_cli.kinematics.transform import along, inverse, position, rotate, translation
 
 SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without shapes
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -114,80 +111,3 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     if dist(corner, ORIGIN) > SHORT:
         found.append(LinkShape(i, Capsule(corner, ORIGIN, (thick, thin))))
     return found
-
-
-DIRECTIONS = 32  # number of directions in a plane, for which the outline is at most 0.5 % too small
-
-
-Far = Callable[[Joints], float]  # how far joints bring the tip in one direction [m]
-
-
-@lru_cache(maxsize=8)
-def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
-    """Return the outermost points of a tool tip's reach, p_robot [m]. Seen from above and from the side, they have the
-    same convex outlines as the reach.
-    """
-    arm = arm_for(model)
-    found = {moved_point(arm.forward(q), p_flange_tip): q for q in _spread_poses(model)}  # joints by their tip
-    for u in _directions():
-        best, latest = found[_best(found, u)], next(reversed(found.values()))  # the start of the neighbouring direction
-        for begin in (best, latest):
-            q = _farthest(arm, _far(arm, p_flange_tip, u), begin)
-            found[moved_point(arm.forward(q), p_flange_tip)] = q
-    return tuple(dict.fromkeys(_best(found, u) for u in _directions()))
-
-
-def _best(points: Iterable[Vector], direction: Vector) -> Vector:
-    return max(points, key=lambda p: dot(direction, p))
-
-
-def _directions() -> Iterator[Vector]:
-    for k in range(DIRECTIONS):
-        c, s = cos(TURN * k / DIRECTIONS), sin(TURN * k / DIRECTIONS)
-        yield from ((c, s, 0.0), (c, 0.0, s))
-
-
-def _spread_poses(model: RobotModel) -> Iterator[Joints]:
-    """Yield joints that fill their ranges evenly.
-
-    Multiples of the roots of x^(n+1) = x + 1 fill a cube of n dimensions evenly (Roberts, The unreasonable
-    effectiveness of quasirandom sequences, 2018).
-    """
-    n = model.joint_count
-    root = 1.5
-    for _ in range(30):
-        root = (1.0 + root) ** (1.0 / (n + 1))
-    for k in range(500):  # poses to begin from
-        parts = ((k + 1) * root ** -(i + 1) % 1.0 for i in range(n))
-        yield tuple(low + part * (high - low) for low, high, part in zip(model.lower, model.upper, parts, strict=True))
-
-
-def _far(arm: RobotArm, p_flange_tip: Vector, direction: Vector) -> Far:
-    return lambda q: dot(direction, moved_point(arm.forward(q), p_flange_tip))
-
-
-def _farthest(arm: RobotArm, far: Far, q: Joints) -> Joints:
-    """Return joints that bring the tip farthest: turn or slide one joint after the other to its best."""
-    for _ in range(20):  # maximum number of rounds over all joints, for one direction
-        before = far(q)
-        for i in range(arm.model.joint_count):
-            q = max((_with(q, i, x) for x in (q[i], *_candidates(arm, far, q, i))), key=far)
-        if far(q) - before < 1e-4:  # [m] the last sweep gains less
-            break
-    return q
-
-
-def _with(q: Joints, i: int, x: float) -> Joints:
-    return (*q[:i], x, *q[i + 1 :])
-
-
-def _candidates(arm: RobotArm, far: Far, q: Joints, i: int) -> Iterator[float]:
-    """Yield where a joint brings the tip farthest: the ends of its range and, if it turns, the crest of a cosine."""
-    low, high = arm.model.lower[i], arm.model.upper[i]
-    yield from (low, high)
-    if arm.turning[i]:
-        at_0, at_90, at_180 = (far(_with(q, i, x)) for x in (0.0, pi / 2, pi))
-        crest = atan2(at_90 - (at_0 + at_180) / 2, (at_0 - at_180) / 2)
-        turns = ceil((low - crest) / TURN)
-        if crest + turns * TURN <= high:
-            yield crest + turns * TURN

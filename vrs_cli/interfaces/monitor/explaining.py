@@ -28,7 +28,6 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
 from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.bodies import outermost
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import link_pose
 from vrs_cli.kinematics.transform import IDENTITY, POLE, Transform, compose, inverse, oat_turns, to_oat
@@ -93,6 +92,8 @@ class Sight:
 
 def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
     """Return the outermost positions of the tool tip in the world [m]."""
+    from vrs_cli.kinematics.reach_outline import outermost  # here because it loads numpy
+
     T_world_robot = transform.inverse(frames.base)
     return tuple(transform.moved_point(T_world_robot, p) for p in outermost(arm.model, transform.position(frames.tool)))
 
