@@ -17,9 +17,8 @@ from itertools import islice
 from math import inf, pi, radians, sin
 from typing import NamedTuple
 
+from vrs_cli.engine import position, targets
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import joints_at
-from vrs_cli.engine.targets import fraction_of_full
 from vrs_cli.errors import CollisionAhead
 from vrs_cli.interfaces.streams import DRAG_TICK, DRAGGING, chase, velocity_between
 from vrs_cli.kinematics.arm import RobotArm
@@ -320,11 +319,11 @@ class Dragging:
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
         tick, self._last = DRAGGING.tick(DRAG_TICK if self._last is None else now - self._last), now
-        fraction, model = fraction_of_full(1.0, engine.settings).fraction, engine.model
+        fraction, model = targets.fraction_of_full(1.0, engine.settings).fraction, engine.model
         fastest = [v * fraction for v in model.max_velocity]
         pace = JointPace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
         lasting = max(engine.end - now, 0.0)
-        coming = [joints_at(engine.arm, engine.timeline, now + share * lasting) for share in COMING_SHARES]
+        coming = [position.joints_at(engine.arm, engine.timeline, now + share * lasting) for share in COMING_SHARES]
         before, steady = pursuit.goal, pursuit.steady
         flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
         held = pursuit.follow(flange, frames.tool, coming, pace)

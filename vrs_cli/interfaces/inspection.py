@@ -6,22 +6,19 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 
+from vrs_cli.engine import settings, targets
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.settings import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
-from vrs_cli.engine.targets import check_joint_limits, naming_null
 from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError, WithoutEffect
 from vrs_cli.interfaces.station.loaded_file import NO_PROGRAMS, variables_of
-from vrs_cli.kinematics.joints import TURNING
+from vrs_cli.kinematics import joints, transform
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among, delays, names_given_in
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.analysis.structure import unreachable
+from vrs_cli.language.run import memory, signals
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.operations import trans
-from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast, parser
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
@@ -33,7 +30,7 @@ CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # if the file has one of these, l
 
 
 def inspect(
-    text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL, name: str = ""
+    text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL, name: str = ""
 ) -> tuple[Diagnostic, ...]:
     """Find everything that is wrong with a file on its own: the mistakes that LOAD into an empty memory finds; steps
     that cannot be reached; constants that fail in every run; constant locations that this robot cannot reach. Findings
@@ -90,7 +87,9 @@ class _Inspected(Struct, frozen=True, eq=False):
 class Inspector:
     """Inspects successive versions of one file: it remembers the findings in the parts that have not changed."""
 
-    def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL) -> None:
+    def __init__(
+        self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL
+    ) -> None:
         self._dialect, self._cell = dialect, cell
         self._engine, self._constants = Engine(model), _constants(model)
         self._known: dict[tuple[str, ...], parser.Part] = {}
@@ -210,7 +209,7 @@ def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:
 # --- before a run ------------------------------------------------------------------------------------------------
 
 
-def told_before_run(programs: Sequence[StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
+def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
     """Return the warnings of `inspect` that a run does not give: about steps that a run carries out without a message,
     or skips. LOAD has reported those of the analysis; a step that must fail, or a location out of reach, is reported
     when a run comes to it. `programs`: those of one file, without errors.
@@ -232,7 +231,7 @@ def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
 def _constants(model: RobotModel) -> Constants:
     """Return the evaluator of constants, which uses a robot of its own whose settings the constants may change."""
     robot = Engine(model)
-    return Constants(Context(Environment(units=model.units), robot), robot.perform)
+    return Constants(memory.Context(Environment(units=model.units), robot), robot.perform)
 
 
 # --- switches and parameters ------------------------------------------------------------------------------------
@@ -245,15 +244,19 @@ def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
     for step in program.steps:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
             for word in step.statement.arguments:
-                row = idle_of(_SETTING[step.statement.word], word.text) if isinstance(word, ast.BareWord) else None
+                row = (
+                    settings.idle_of(_SETTING[step.statement.word], word.text)
+                    if isinstance(word, ast.BareWord)
+                    else None
+                )
                 if row is not None and word is not None and row.name not in idle:
                     idle.add(row.name)
                     yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")
 
 
-_SETTING: Mapping[str, Mapping[str, Idle]] = {
-    **dict.fromkeys(("ENABLE", "DISABLE", "SWITCH"), IDLE_SWITCHES),
-    "PARAMETER": IDLE_PARAMETERS,
+_SETTING: Mapping[str, Mapping[str, settings.Idle]] = {
+    **dict.fromkeys(("ENABLE", "DISABLE", "SWITCH"), settings.IDLE_SWITCHES),
+    "PARAMETER": settings.IDLE_PARAMETERS,
 }
 
 
@@ -304,11 +307,11 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
     )
 
 
-def _place_of_numbers(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
+def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform | tuple[float, ...]:
     """Return the location that numbers give; the function (TRANS, #PPOINT) fills in missing ones."""
     numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
-        return TURNING.read(number or 0.0 for number in numbers[:joint_count])
+        return joints.TURNING.read(number or 0.0 for number in numbers[:joint_count])
     return trans(*numbers[:6])
 
 
@@ -320,20 +323,20 @@ def _refusal(way: _Way, environment: Environment, engine: Engine) -> MotionError
     else:
         place = _place_of_numbers(target, engine.model.joint_count)
     try:
-        if isinstance(place, Transform):
-            pose = compose(place, translation(0.0, 0.0, -distance))
+        if isinstance(place, transform.Transform):
+            pose = transform.compose(place, transform.translation(0.0, 0.0, -distance))
             if not any(solution.usable for solution in engine.arm.inverse_all(pose)):
                 engine.joints_for(pose)
         elif place is not None and not distance:
-            check_joint_limits(engine.model, place)
+            targets.check_joint_limits(engine.model, place)
     except LocationOutOfRange as refusal:
-        return naming_null(refusal, place) if isinstance(place, Transform) else refusal
+        return targets.naming_null(refusal, place) if isinstance(place, transform.Transform) else refusal
     except (MotionError, IllegalValue) as refusal:
         return refusal
     return None
 
 
-def _value(environment: Environment, target: ast.Variable) -> Transform | tuple[float, ...] | None:
+def _value(environment: Environment, target: ast.Variable) -> transform.Transform | tuple[float, ...] | None:
     numbers = [index.value for index in target.indexes or () if isinstance(index, ast.Number)]
     if target.indexes is not None and (not numbers or len(numbers) != len(target.indexes)):
         return None

@@ -33,8 +33,7 @@ from vrs_cli.interfaces.users import STOPPED, StreamKind, TargetStream, check_go
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target
-from vrs_cli.values.acts import Steer, rotating
-from vrs_cli.values.hand import DragState, Look, Press, Seen, Shortfall, StopJog
+from vrs_cli.values import acts, hand
 
 RELEASE_AFTER_S = 0.6  # real time without a wish after which the tool is released [s]
 DRAG_TEXT = "to drag the tool"
@@ -98,13 +97,13 @@ class TargetControl(NamedTuple):
             return
         session.stream = None
         if stream.dragging is not None:
-            stream.dragging, session.pulled = None, DragState(why=why)
+            stream.dragging, session.pulled = None, hand.DragState(why=why)
             if not session.engine.realtime:
                 session.settle(session.engine.end)
 
     # --- joints ---
 
-    def steer(self, act: Steer) -> None:
+    def steer(self, act: acts.Steer) -> None:
         """Take a target of joints. The first target of a stream has no velocity. Raises RequestRefused for another
         target of a stream that has ended, RobotNotAttached, JointOutOfRange, PowerOff.
         """
@@ -123,13 +122,13 @@ class TargetControl(NamedTuple):
 
     # --- a button or a key ---
 
-    def jog(self, jogger: Jogger, act: Press | StopJog | Look, kind: StreamKind) -> Seen:
+    def jog(self, jogger: Jogger, act: hand.Press | hand.StopJog | hand.Look, kind: StreamKind) -> hand.Seen:
         """Carry out the action of a button or of a key, by which the user moves the arm. Return the state of the robot
         then; for a refused key the state contains the error. Letting a button go does not brake motions that others
         began. Raises UsageError for a button that is held since the stop, RobotNotAttached.
         """
         engine = self.session.engine
-        if isinstance(act, Press):
+        if isinstance(act, hand.Press):
             stream = self._open(kind)
             try:
                 self._accept(stream)
@@ -137,19 +136,19 @@ class TargetControl(NamedTuple):
                 if kind is StreamKind.BUTTON:
                     raise
                 jogger.said = str(error)  # on the screen until the next key
-                return jogger.do(Look())
+                return jogger.do(hand.Look())
             seen = jogger.do(act)
             stream.version = engine.timeline.version
             return seen
-        if isinstance(act, StopJog):
+        if isinstance(act, hand.StopJog):
             closed = self._close(kind)
             if kind is StreamKind.BUTTON and (closed is None or closed.version != engine.timeline.version):
-                return jogger.do(Look())
+                return jogger.do(hand.Look())
         return jogger.do(act)
 
     # --- a tool ---
 
-    def drag(self, wish: Transform | None) -> Dialogue[Shortfall]:
+    def drag(self, wish: Transform | None) -> Dialogue[hand.Shortfall]:
         """Take a requested pose (wish) as `pull` does, and return how far the tool is from it. After other motions of
         the user the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last wish.
         """
@@ -189,7 +188,7 @@ class TargetControl(NamedTuple):
             if session.stream is stream:
                 self._end(stream, str(error))
             raise
-        stream.wish, stream.issued, stream.heard = rotating(wish), issued, session.engine.clock.reached
+        stream.wish, stream.issued, stream.heard = acts.rotating(wish), issued, session.engine.clock.reached
         if session.stream is not stream:
             yield from session.on_branch(Role.DESIGNER, self._begin_drag(stream))
         elif not session.engine.realtime:
@@ -246,6 +245,6 @@ class TargetControl(NamedTuple):
         issued = None if stream.issued is None else stream.user_state.times.issue_time(stream.issued, engine.now)
         held = stream.dragging.to(stream.wish, issued)
         stream.version = engine.timeline.version
-        session.pulled = DragState(stream.user_state.name, held, issued=stream.issued)
+        session.pulled = hand.DragState(stream.user_state.name, held, issued=stream.issued)
         if not engine.realtime:
             session.settle(engine.now + DRAG_TICK)

@@ -28,8 +28,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
-from vrs_cli.values.numbers import Value, count, decimal
-from vrs_cli.values.questions import Suggestion
+from vrs_cli.values import numbers, questions
 
 MEASURED_ROBOT = (monitor.MEASURED, "where a body measured the robot")
 MAX_NAMES = 500  # maximum number of names of a kind that are offered: a menu is for reading
@@ -65,7 +64,7 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
         return {name: _note(value, memory.units) for name, value in memory.first_variables(kind, MAX_NAMES, begun)}
 
     return DefinedNames(
-        programs={programs[key].name: count(len(programs[key].program.steps), "step") for key in first},
+        programs={programs[key].name: numbers.count(len(programs[key].program.steps), "step") for key in first},
         variables=variables,
         switches={row.name: row.summary for row in SWITCHES.values()},
         branches=dict.fromkeys(branches, "branch"),
@@ -74,12 +73,12 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
     )
 
 
-def _note(value: Value, units: JointUnits) -> str:
+def _note(value: numbers.Value, units: JointUnits) -> str:
     if isinstance(value, float | int):
         return plain(value)
     if isinstance(value, str):
         return f'"{value}"'
-    return " ".join(decimal(number, 1) for number in numbers_of(value, units))
+    return " ".join(numbers.decimal(number, 1) for number in numbers_of(value, units))
 
 
 # --- where the cursor is -------------------------------------------------------------------------------------------
@@ -209,7 +208,7 @@ def explanation(word: Word) -> str:
 
 def suggestions(
     text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
-) -> list[Suggestion]:
+) -> list[questions.Suggestion]:
     """Return the words that may stand at the end of `text`, best first. `in_program`: the line is a step of a program,
     not a command. `folder`: the folder whose files are suggested.
 
@@ -224,14 +223,14 @@ def suggestions(
         return []
     prefix = typed_name(line)
     lower = prefix.lstrip("#$.").islower()  # then suggested keywords are in lower case, too
-    found: dict[str, Suggestion] = {}
+    found: dict[str, questions.Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
         key = word.upper()
         wanted = (everything or prefix or not (word.endswith("(") or key in _CONSTANTS)) and key.startswith(
             prefix.upper()
         )
         if wanted and key != prefix.upper() and key not in found:
-            found[key] = Suggestion(word.lower() if lower and word.isupper() else word, len(prefix), note)
+            found[key] = questions.Suggestion(word.lower() if lower and word.isupper() else word, len(prefix), note)
     return list(found.values()) or _files(line, folder)
 
 
@@ -360,7 +359,7 @@ EXTENSIONS: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def _files(line: str, folder: Folder) -> list[Suggestion]:
+def _files(line: str, folder: Folder) -> list[questions.Suggestion]:
     """Return the files that a FILE argument may name: folders, and files with the right extension."""
     first = _FIRST.match(line)
     word = _row_of(first.group(1).upper(), False) if first else None
@@ -372,7 +371,7 @@ def _files(line: str, folder: Folder) -> list[Suggestion]:
     return list(_paths(typed, folder, EXTENSIONS.get(word.name, PROGRAM_EXTENSIONS)))
 
 
-def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[Suggestion]:
+def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[questions.Suggestion]:
     above, begun = os.path.split(typed)
     try:
         place = folder.path(above) if above else folder.root
@@ -383,9 +382,9 @@ def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[
     for name, is_folder in rows:
         if name.startswith(begun) and (begun or not name.startswith(".")):
             if is_folder:
-                yield Suggestion(f"{name}/", len(begun), "folder")
+                yield questions.Suggestion(f"{name}/", len(begun), "folder")
             elif name.lower().endswith(extensions):
-                yield Suggestion(name, len(begun))
+                yield questions.Suggestion(name, len(begun))
 
 
 # --- what a word takes ------------------------------------------------------------------------------------------------

@@ -24,12 +24,7 @@ from vrs_cli.interfaces.users import StreamKind, UserState
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopProgram
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused
-from vrs_cli.values.hand import Look, Press, StopJog
-from vrs_cli.values.numbers import count
-from vrs_cli.values.questions import Pace, Parting, PromptStatus, Suggestion
-from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
+from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies
 from vrs_cli.values.tagged import UserAct
 
 RUNNING = "*"  # the prompt while a program runs
@@ -86,7 +81,7 @@ class Conversation:
         if self._pasted:
             yield from self._guard(self._store(), "")
         if refused and self._dropped and not self.user_state.attended:  # a person has seen that the heading was refused
-            what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
+            what = f"{numbers.count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self.error_reply(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
             self.entry, self._refused = None, ""  # the user has been told that the program was refused
@@ -105,12 +100,12 @@ class Conversation:
         except (Exception, KeyboardInterrupt) as error:
             yield self.error_reply(error, line)
 
-    def error_reply(self, error: BaseException, line: str) -> Reply:
+    def error_reply(self, error: BaseException, line: str) -> replies.Reply:
         if isinstance(error, VrsError):
-            return refusal(error, line)
+            return replies.refusal(error, line)
         if isinstance(error, KeyboardInterrupt):
             self.user_state.interrupted = True
-            return Message("interrupted", Tone.ERROR)
+            return replies.Message("interrupted", replies.Tone.ERROR)
         return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
     def _line(self, line: str, *, goes_on: bool, alone: bool) -> Dialogue[None]:
@@ -122,14 +117,14 @@ class Conversation:
                 mistake = self.entry.mistake(line, self.session.environment.kinds)
                 if mistake is not None:  # the line does not become a step
                     self._left_out += 1
-                    raise LineRefused(mistake)
+                    raise diagnostics.LineRefused(mistake)
             yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.user_state.editor is None and opens_entry(line):
             yield from self._open(line)
         elif self.user_state.editor is not None or line.strip():
             yield from self.session.answers(line)
 
-    def mistake(self, text: str) -> Diagnostic | None:
+    def mistake(self, text: str) -> diagnostics.Diagnostic | None:
         """Return the first mistake in a line that was not sent yet. Several pasted lines are not checked."""
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text or self._topic_of(text) is not None:
@@ -174,7 +169,7 @@ class Conversation:
         refused, self._refused = self._refused, ""
         left_out, self._left_out = self._left_out, 0
         if left_out:
-            yield Message(f"Not in it, for their mistakes: {count(left_out, 'line')}")
+            yield replies.Message(f"Not in it, for their mistakes: {numbers.count(left_out, 'line')}")
         if not refused:
             try:
                 self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
@@ -192,15 +187,15 @@ class Conversation:
         loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
         self.session.take(loaded)
-        yield report(loaded.diagnostics, text)
+        yield replies.report(loaded.diagnostics, text)
         new = [(key, stored) for key, stored in self.session.programs.items() if before.get(key) is not stored]
         for number, (key, stored) in enumerate(new):
             if not number and not self.session.running:
                 self.session.last_program = stored.name
             ready = " (replaced)" if key in before else ""
             ready += "" if stored.analysis.executable else "; it cannot be executed yet"
-            steps = count(len(stored.program.steps), "step")
-            yield Message(f"Program {stored.name}: {steps}{ready}")
+            steps = numbers.count(len(stored.program.steps), "step")
+            yield replies.Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
         """Drop the program that is being typed, and tell the user: at Ctrl-C, or at the end of the input. A person is
@@ -214,11 +209,11 @@ class Conversation:
         else:
             return
         loses = self._has_text and self.user_state.attended
-        if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
+        if loses and not (yield questions.Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
         self.entry = self.user_state.editor = None
         self._left_out = 0
-        yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
+        yield replies.Message(f"{why}{name} is not stored ({how})", replies.Tone.ERROR if why else replies.Tone.NOTE)
 
     @property
     def _has_text(self) -> bool:
@@ -231,25 +226,25 @@ class Conversation:
     def act(self, act: UserAct[Any]) -> Dialogue[Any]:
         """Carry out an act of the user that is not a line of text. Raises VrsError."""
         match act:
-            case Attend():
+            case acts.Attend():
                 yield from self._guard(self._answer(), "")
-            case LeaveEntry():
+            case acts.LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
-            case StopProgram():
+            case acts.StopProgram():
                 # the end is reported when the arm has stopped
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
-                    yield Message("Nothing to stop: EXIT leaves")
+                    yield replies.Message("Nothing to stop: EXIT leaves")
                 elif track.driven_by in (None, self.user_state):
                     self.session.driver.abort(ROBOT_PROGRAM)
                 else:
-                    yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
-            case ReadDraft() | KeepDraft():
+                    yield replies.Message(f"{track.task.program} was started by somebody else: ABORT stops it")
+            case acts.ReadDraft() | acts.KeepDraft():
                 draft = self.user_state.on_screen
                 if isinstance(draft, ScreenDraft):
                     return (yield from draft.do(act))
                 return (yield from do_without_screen(self.session, act))
-            case Press() | StopJog() | Look():
+            case hand.Press() | hand.StopJog() | hand.Look():
                 shown = self.user_state.on_screen
                 control = TargetControl(self.session)
                 if isinstance(shown, Jogger):
@@ -266,7 +261,7 @@ class Conversation:
 
     # --- while a line is typed ---
 
-    def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
+    def suggesting(self, text: str, everything: bool) -> Dialogue[list[questions.Suggestion]]:
         """Suggest words for the end of an incomplete line; another thread searches if there are many names."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         world = session.driver.world
@@ -275,13 +270,13 @@ class Conversation:
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
         among = memory.copy() if many else memory
 
-        def find() -> list[Suggestion]:
+        def find() -> list[questions.Suggestion]:
             names = names_of(among, branches, parts, typed_name(text))
             return suggestions(text, names, session.folder, in_program=steps, everything=everything)
 
         return (yield from beside_if(many, find))
 
-    def status(self) -> PromptStatus:
+    def status(self) -> questions.PromptStatus:
         """Return the state that the prompt and the toolbar show. If the robot has other users too, call only in the
         robot's thread.
         """
@@ -290,7 +285,7 @@ class Conversation:
         position = engine.position(now)
         T, speed = position.T_world_tool, engine.settings.speed.always
         waiting = session.driver.open_questions()
-        return PromptStatus(
+        return questions.PromptStatus(
             prompt=self.prompt or (RUNNING if session.running else session.prompt),
             indent=self.entry.indent if self.entry is not None else "",
             in_program=self.in_program,
@@ -300,7 +295,7 @@ class Conversation:
             hidden=self._hidden_constants(),
             clock=now,
             end=engine.end,
-            pace=Pace(clock.rate, clock.paused) if isinstance(clock, WallClock) else None,
+            pace=questions.Pace(clock.rate, clock.paused) if isinstance(clock, WallClock) else None,
             tool=(T.px, T.py, T.pz),
             monitor_speed=engine.settings.monitor_speed,
             speed=speed.value,

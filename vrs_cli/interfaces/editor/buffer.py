@@ -23,9 +23,8 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt, parse_step, variables_in
 from vrs_cli.language.text.printer import program_header, step_texts
 from vrs_cli.language.words.values import Kind, key_of
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused, Span, error, errors, first_error, in_order
+from vrs_cli.values import diagnostics, replies
 from vrs_cli.values.numbers import count
-from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, Reply
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
@@ -47,7 +46,7 @@ class ProgramReading(NamedTuple):
     """The result of parsing a text: the program (None if its heading cannot be parsed), and all mistakes by line."""
 
     program: ast.Program | None
-    findings: tuple[Diagnostic, ...]
+    findings: tuple[diagnostics.Diagnostic, ...]
 
 
 class ProgramBuffer:
@@ -57,7 +56,11 @@ class ProgramBuffer:
     """
 
     def __init__(
-        self, header: str, lines: Iterable[str] = (), at: int | None = None, dialect: Dialect = Dialect.VPLUS
+        self,
+        header: str,
+        lines: Iterable[str] = (),
+        at: int | None = None,
+        dialect: diagnostics.Dialect = diagnostics.Dialect.VPLUS,
     ) -> None:
         self.header, self.lines, self.dialect = header.strip(), list(lines), dialect
         self.at, self.inserting = len(self.lines), False
@@ -71,7 +74,7 @@ class ProgramBuffer:
         return cls(program_header(program), step_texts(program), at, program.dialect)
 
     @classmethod
-    def of_text(cls, text: str, dialect: Dialect) -> ProgramBuffer:
+    def of_text(cls, text: str, dialect: diagnostics.Dialect) -> ProgramBuffer:
         """Return a buffer of a text whose first line is the heading. Blank lines at the end of the text are not
         steps.
         """
@@ -151,7 +154,7 @@ class ProgramBuffer:
         header = read_header(self.header)
         steps = [read_step(line, number, self.dialect) for number, line in enumerate(self.lines, FIRST_STEP_LINE)]
         findings = tuple(found for _, found in steps if found is not None)
-        if isinstance(header, Diagnostic):
+        if isinstance(header, diagnostics.Diagnostic):
             return ProgramReading(None, (header, *findings))
         body = tuple(step for step, _ in steps)
         program = ast.Program(header.name, header.parameters, body, header.comment, self.dialect, span=header.span)
@@ -162,14 +165,14 @@ class ProgramBuffer:
         program, findings = self.read()
         if program is None:
             return ProgramReading(None, findings)
-        return ProgramReading(program, in_order((*findings, *analysis_of(memory, program).diagnostics)))
+        return ProgramReading(program, diagnostics.in_order((*findings, *analysis_of(memory, program).diagnostics)))
 
-    def show(self, first: int, count: int, memory: Memory) -> tuple[ListedStep, ...]:
+    def show(self, first: int, count: int, memory: Memory) -> tuple[replies.ListedStep, ...]:
         """Return `count` steps from index `first` (from 0) on, as listed."""
         program = self.read().program if first < len(self.lines) else None
         return () if program is None else list_steps(analysis_of(memory, program))[first : first + count]
 
-    def check(self, line: str, known: Mapping[str, Kind]) -> tuple[ast.Step, tuple[Diagnostic, ...]]:
+    def check(self, line: str, known: Mapping[str, Kind]) -> tuple[ast.Step, tuple[diagnostics.Diagnostic, ...]]:
         """Return the step that a line contains, and the warnings about the line. `known`: the kinds of the variables
         that have a value. Raises LineRefused for the first mistake, also for one in the heading.
         """
@@ -181,18 +184,18 @@ class ProgramBuffer:
         own = {parameter.key for parameter in parameters}
         meant = ast.resolve_line(step.statement, variables_in((self.header, *self.lines)))
         found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
-        wrong = first_error(found)
+        wrong = diagnostics.first_error(found)
         if wrong is not None:
-            raise LineRefused(wrong)
+            raise diagnostics.LineRefused(wrong)
         return step, found
 
-    def mistake(self, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:
+    def mistake(self, line: str, known: Mapping[str, Kind]) -> diagnostics.Diagnostic | None:
         """Return the first mistake in the next line; `.END` and the lines of a section have none."""
         if closes_entry(line) or not self.is_program:
             return None
         try:
             self.check(line, known)
-        except LineRefused as refused:
+        except diagnostics.LineRefused as refused:
             return refused.diagnostic
         return None
 
@@ -232,30 +235,32 @@ def _first_word(line: str) -> str:
     return found.group().upper() if found else ""
 
 
-def read_header(line: str) -> ast.ProgramHeader | Diagnostic:
+def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
     """Return the parsed heading, or the mistake in it."""
     try:
         header = parse_prompt(line)
-    except LineRefused as refused:
+    except diagnostics.LineRefused as refused:
         return refused.diagnostic
     if isinstance(header, ast.ProgramHeader):
         return header
-    return error(CannotInterpret, Span(1, 1, len(line) + 1), "the first line names the program", ".PROGRAM name")
+    return diagnostics.error(
+        CannotInterpret, diagnostics.Span(1, 1, len(line) + 1), "the first line names the program", ".PROGRAM name"
+    )
 
 
-def read_step(text: str, line: int, dialect: Dialect) -> tuple[ast.Step, Diagnostic | None]:
+def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.Step, diagnostics.Diagnostic | None]:
     """Return a step, or a bad line with its mistake. Raises nothing."""
     try:
         return parse_step(text, line, dialect), None
-    except LineRefused as refused:
-        span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
+    except diagnostics.LineRefused as refused:
+        span = diagnostics.Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
         return ast.Step(None, ast.BadLine(text.strip(), span=span), None, span=span), refused.diagnostic
 
 
 # --- canonical form --------------------------------------------------------------------------------------------------
 
 
-def canonical(text: str, dialect: Dialect) -> str:
+def canonical(text: str, dialect: diagnostics.Dialect) -> str:
     """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be parsed
     do not change.
     """
@@ -268,7 +273,7 @@ def canonical(text: str, dialect: Dialect) -> str:
     return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
 
 
-def canonical_line(text: str, row: int, dialect: Dialect) -> str:
+def canonical_line(text: str, row: int, dialect: diagnostics.Dialect) -> str:
     """Return one line of a text, given by its index from 0, in canonical form."""
     lines, changed = text.split("\n"), canonical(text, dialect).split("\n")
     return changed[row] if row < len(changed) else lines[row]
@@ -279,11 +284,11 @@ def program_text(program: ast.Program) -> str:
     return "\n".join((program_header(program), *step_texts(program), *("",) * (not program.steps)))
 
 
-def list_steps(analysis: Analysis) -> tuple[ListedStep, ...]:
+def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
     """Return the steps of a program in canonical form, numbered; those with a mistake are marked."""
-    program, wrong = analysis.program, {one.span.line for one in errors(analysis.diagnostics)}
+    program, wrong = analysis.program, {one.span.line for one in diagnostics.errors(analysis.diagnostics)}
     return tuple(
-        ListedStep(number, text, bad=isinstance(step.statement, ast.BadLine) or step.span.line in wrong)
+        replies.ListedStep(number, text, bad=isinstance(step.statement, ast.BadLine) or step.span.line in wrong)
         for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
     )
 
@@ -296,31 +301,33 @@ def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
     texts, steps = step_texts(program), list[ast.Step]()
     for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
         if isinstance(step.statement, ast.BadLine):
-            span = Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
+            span = diagnostics.Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
             steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
         else:
             # the printed parentheses are unambiguous in every dialect
-            steps.append(parse_step(text, line, Dialect.VPLUS))
+            steps.append(parse_step(text, line, diagnostics.Dialect.VPLUS))
     header = program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
-    return ast.resolve_program(replace(program, steps=tuple(steps), span=Span(1, 1, len(header) + 1))), source
+    return ast.resolve_program(
+        replace(program, steps=tuple(steps), span=diagnostics.Span(1, 1, len(header) + 1))
+    ), source
 
 
-def store(station: Station, program: ast.Program) -> Dialogue[tuple[Reply, ...]]:
+def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Reply, ...]]:
     """Put an edited program in memory. Return replies: its first fault, and its new state."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuild(program))
-    first = first_error((yield from station.keep(whole, source)))
-    report: tuple[Reply, ...] = ()
+    first = diagnostics.first_error((yield from station.keep(whole, source)))
+    report: tuple[replies.Reply, ...] = ()
     if first is not None:
-        report = (DiagnosticsReport((Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
+        report = (replies.DiagnosticsReport((replies.Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
     else:
         bad = next(
             (number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, ast.BadLine)), None
         )
         if bad is not None:
-            report = (Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
+            report = (replies.Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
     ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
-    return (*report, Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
+    return (*report, replies.Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
@@ -354,7 +361,7 @@ def named_program(text: str) -> ast.Program:
     """
     header = parse_prompt(f".PROGRAM {text}")
     assert isinstance(header, ast.ProgramHeader)
-    return ast.Program(header.name, header.parameters, (), None, span=Span(1, 1, 1))
+    return ast.Program(header.name, header.parameters, (), None, span=diagnostics.Span(1, 1, 1))
 
 
 def asked_program(expression: ast.Expression) -> ast.Program:
@@ -363,4 +370,4 @@ def asked_program(expression: ast.Expression) -> ast.Program:
     parameters = tuple(one for one in given if isinstance(one, ast.Variable))
     if not isinstance(expression, ast.ProgramCall) or len(parameters) < len(given):
         raise IllegalValue("the parameters of a program are variables", "EDIT pick(part, height)")
-    return ast.Program(expression.name, parameters, (), None, span=Span(1, 1, 1))
+    return ast.Program(expression.name, parameters, (), None, span=diagnostics.Span(1, 1, 1))

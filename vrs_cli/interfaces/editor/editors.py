@@ -28,13 +28,9 @@ from vrs_cli.interfaces.editor.buffer import (
 )
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT
 from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.text.ast import Program, ProgramHeader
-from vrs_cli.language.text.parser import parse_step
-from vrs_cli.language.text.printer import step_texts
+from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.acts import Findings, KeepDraft, Kept, ReadDraft
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, LineRefused
-from vrs_cli.values.numbers import count
+from vrs_cli.values import acts, diagnostics, numbers
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, Message, ProgramPart, Reply
 
 if TYPE_CHECKING:
@@ -76,7 +72,7 @@ def _delete(it: _Context) -> Replies:
     gone = it.buffer.delete(it.number("D n, n steps"))
     if not gone:
         raise IllegalValue("D", "there is no step here to delete")
-    return (Message(f"{count(gone, 'step')} deleted"),)
+    return (Message(f"{numbers.count(gone, 'step')} deleted"),)
 
 
 def _find(it: _Context) -> None:
@@ -112,12 +108,12 @@ def _overlay(it: _Context) -> None:
         raise IllegalValue("R", "there is no step here to change")
     program = buffer.read().program
     assert program is not None
-    above, first = step_texts(program)[buffer.at], len(line) - len(line.lstrip())
+    above, first = printer.step_texts(program)[buffer.at], len(line) - len(line.lstrip())
     below = f"{line[:first]} {line[first + 1 :]}"  # the letter removed, every other character kept in its column
     width = max(len(above), len(below.rstrip()))
     pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     text = "".join(old if new.isspace() else new for old, new in pairs)
-    parse_step(text, 1, buffer.dialect)  # check the line: raises LineRefused
+    parser.parse_step(text, 1, buffer.dialect)  # check the line: raises LineRefused
     at, buffer.inserting = buffer.at, False
     buffer.add(text)
     buffer.move(at)
@@ -174,7 +170,7 @@ def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
         letter, argument = asked
         return SUBCOMMANDS[letter].act(_Context(buffer, memory, argument, line)) or ()
     step, warnings = buffer.check(line, memory.kinds)
-    buffer.add(step_texts(Program("", (), (step,), None, buffer.dialect, span=step.span))[0])
+    buffer.add(printer.step_texts(ast.Program("", (), (step,), None, buffer.dialect, span=step.span))[0])
     return (DiagnosticsReport(tuple(Diagnosed(one, line) for one in warnings)),) if warnings else ()
 
 
@@ -234,7 +230,7 @@ class Editor:
         memory = environment.copy() if long else environment
         return (yield from beside_if(long, lambda: work(memory)))
 
-    def mistake(self, line: str) -> Diagnostic | None:
+    def mistake(self, line: str) -> diagnostics.Diagnostic | None:
         """Return the mistake in an instruction that was not sent yet; None for a sub-command."""
         if not line.strip() or subcommand(line) is not None:
             return None
@@ -272,15 +268,15 @@ class ScreenDraft:
         self.said: Replies = ()
         self._stored = self.text
 
-    def do(self, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
+    def do(self, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
         """Find the mistakes in the text, which becomes the draft, or store the text. Raises LineRefused, and
         ProgramExists if the text has the name of another program.
         """
         user_state, programs = self._station.user_state, self._station.programs
         user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
         program, findings = yield from _read_text(self._station, act.text, self.dialect)
-        if isinstance(act, ReadDraft):
-            return Findings(findings)
+        if isinstance(act, acts.ReadDraft):
+            return acts.Findings(findings)
         if program is not None and program.key != key_of(self.name) and program.key in programs:
             raise ProgramExists(program.name, "give this one another name")
         kept, self.said = yield from _keep_text(self._station, program, findings)
@@ -288,23 +284,23 @@ class ScreenDraft:
         return kept
 
 
-def do_without_screen(station: Station, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
+def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
     """Find the mistakes in the text of a program, or store the program, replacing the one of the same name. Raises
     LineRefused if its heading cannot be parsed, UsageError if the program runs.
     """
     header = read_header(act.text.partition("\n")[0])
-    before = station.programs.get(key_of(header.name)) if isinstance(header, ProgramHeader) else None
+    before = station.programs.get(key_of(header.name)) if isinstance(header, ast.ProgramHeader) else None
     dialect = station.dialect if before is None else before.program.dialect
     program, findings = yield from _read_text(station, act.text, dialect)
-    if isinstance(act, ReadDraft):
-        return Findings(findings)
+    if isinstance(act, acts.ReadDraft):
+        return acts.Findings(findings)
     if program is not None:
         check_not_running(station, program.name)
     kept, _ = yield from _keep_text(station, program, findings)
     return kept
 
 
-def _read_text(station: Station, text: str, dialect: Dialect) -> Dialogue[ProgramReading]:
+def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dialogue[ProgramReading]:
     """Parse a text among the programs in memory; for a long text another thread does so, with a copy of the memory."""
     environment, long = station.environment, len(text) > LONG_TEXT
     memory = environment.copy() if long else environment
@@ -312,11 +308,11 @@ def _read_text(station: Station, text: str, dialect: Dialect) -> Dialogue[Progra
 
 
 def _keep_text(
-    station: Station, program: Program | None, findings: tuple[Diagnostic, ...]
-) -> Dialogue[tuple[Kept, Replies]]:
+    station: Station, program: ast.Program | None, findings: tuple[diagnostics.Diagnostic, ...]
+) -> Dialogue[tuple[acts.Kept, Replies]]:
     """Store the program of a text. Raises LineRefused if its heading could not be read."""
     if program is None:
-        raise LineRefused(findings[0])
+        raise diagnostics.LineRefused(findings[0])
     said = yield from store(station, program)
     station.user_state.last_edited = program.name
-    return Kept(program.name, next((one.text for one in reversed(said) if isinstance(one, Message)), "")), said
+    return acts.Kept(program.name, next((one.text for one in reversed(said) if isinstance(one, Message)), "")), said

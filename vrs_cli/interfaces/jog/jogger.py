@@ -20,14 +20,10 @@ from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import handles, real
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.users import StreamKind
-from vrs_cli.kinematics.joints import Joints, largest_change
-from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
+from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
-from vrs_cli.values.commands import JointTarget, Move, PoseTarget
-from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
-from vrs_cli.values.questions import Jogging
-from vrs_cli.values.replies import Message, Tone
+from vrs_cli.values import commands, hand, questions, replies
 
 # the next step of a sequence may begin this long before the arm stops, so that it does not stop [s]
 NEXT_STEP_LEAD_S = 0.3
@@ -47,9 +43,11 @@ SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
 START_SPEED = 10.0  # speed at which jogging with keys begins [%]
 
 
-UNITS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-AXES: Mapping[str, Axis] = {
-    axis.name: axis for frame in (Frame.WORLD, Frame.TOOL) for axis in (Axis(frame, index) for index in range(6))
+UNITS: tuple[transform.Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+AXES: Mapping[str, hand.Axis] = {
+    axis.name: axis
+    for frame in (hand.Frame.WORLD, hand.Frame.TOOL)
+    for axis in (hand.Axis(frame, index) for index in range(6))
 }
 JOG_HINT = (
     "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
@@ -64,11 +62,11 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
         axis, amount = _read_operands(station, it)
         said = Jogger(station).step(axis, amount)
         if said:
-            yield Message(said, Tone.WARNING)
+            yield replies.Message(said, replies.Tone.WARNING)
         return
     jogger, user_state = Jogger(station), station.user_state
     user_state.streams.pop(StreamKind.KEYS, None)
-    question = Jogging(jogger.joints, jogger.units, START_SPEED)
+    question = questions.Jogging(jogger.joints, jogger.units, START_SPEED)
     shown = user_state.attended and (yield from user_state.show(jogger, question))
     if not shown:
         raise errors.UsageError(
@@ -76,7 +74,7 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
         )
 
 
-def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
+def _read_operands(station: Station, it: Instruction) -> tuple[hand.Axis, float]:
     if len(it.arguments) != 2 or None in it.arguments:
         raise errors.UsageError("JOG takes an axis and an amount, or nothing", JOG_HINT)
     named, by = it.arguments
@@ -95,7 +93,7 @@ def _read_operands(station: Station, it: Instruction) -> tuple[Axis, float]:
     return axis, amount
 
 
-def axis_of(engine: Engine, name: str) -> Axis:
+def axis_of(engine: Engine, name: str) -> hand.Axis:
     """Return the axis with a name. Raises IllegalJoint, UsageError."""
     if name.upper() in AXES:
         return AXES[name.upper()]
@@ -104,7 +102,7 @@ def axis_of(engine: Engine, name: str) -> Axis:
         raise errors.UsageError(f"there is no axis {name}", JOG_HINT)
     if not 1 <= int(name) <= count:
         raise errors.IllegalJoint(f"joint {name}", f"this robot has joints 1 to {count}")
-    return Axis(Frame.JOINT, int(name) - 1)
+    return hand.Axis(hand.Frame.JOINT, int(name) - 1)
 
 
 class Jogger:
@@ -115,27 +113,27 @@ class Jogger:
         self.engine = station.engine
         self.joints = self.engine.model.joint_count
         self.units = self.engine.model.units
-        self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the current step
+        self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the current step
         self.said = ""
         self._goes_on = False  # whether that step began during the step before it, of the same key
 
-    def do(self, act: Press | StopJog | Look) -> Seen:
+    def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
         """Carry out the action of a key. Return the state of the robot then, with the reason if the action failed."""
         try:
             match act:
-                case Press():
+                case hand.Press():
                     self.speed = act.speed
                     self.said = self.press(act.axis, act.amount)
-                case StopJog():
+                case hand.StopJog():
                     self.stop()
-                case Look():
+                case hand.Look():
                     self.station.settle()
         except (errors.MotionError, errors.FileError) as error:
             self.said = str(error)
         engine = self.engine
-        return Seen(engine.position(), engine.end, engine.clock.paused, self.said)
+        return hand.Seen(engine.position(), engine.end, engine.clock.paused, self.said)
 
-    def press(self, axis: Axis, amount: float) -> str:
+    def press(self, axis: hand.Axis, amount: float) -> str:
         """Do one step of many that keys give. The press is ignored while the arm still does the same step; any other
         key takes effect at once, and if its step cannot be done, the arm brakes. Return a message for the user. Raises
         MotionError.
@@ -152,7 +150,7 @@ class Jogger:
         self._goes_on = left > 0.0
         return self.step(axis, amount)
 
-    def _take_over(self, axis: Axis, amount: float, takes_back: bool) -> str:
+    def _take_over(self, axis: hand.Axis, amount: float, takes_back: bool) -> str:
         """Replace the present motion by a step. It starts where the arm comes to rest or, if it takes back the opposite
         step, goes back to where that step began, so that opposite keys cancel out.
         """
@@ -165,13 +163,13 @@ class Jogger:
             if engine.timeline is before:
                 self.stop()
 
-    def step(self, axis: Axis, amount: float) -> str:
+    def step(self, axis: hand.Axis, amount: float) -> str:
         """Move by `amount` [mm, deg] from where the arm will be, as far as the arm reaches. Return a message for the
         user. Raises MotionError: no power, or too near a singularity; CollisionAhead if the arm cannot begin.
         """
         return self._step_to_contact(self.engine.destination(self.engine.end).joints, axis, amount)
 
-    def _step_to_contact(self, begin: Joints, axis: Axis, amount: float) -> str:
+    def _step_to_contact(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> str:
         """Do a step, or the longest of its halves, quarters, ... that ends before any contact."""
         why = ""
         for _ in range(MAX_HALVED_STEPS):
@@ -181,17 +179,17 @@ class Jogger:
                 why, amount, refused = f"The arm stops before a contact: {error.detail}", 0.5 * amount, error
         raise refused
 
-    def _step(self, begin: Joints, axis: Axis, amount: float) -> str:
+    def _step(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> str:
         goal, part, why = self._farthest(begin, axis, amount)
-        if largest_change(begin, goal) <= SAME_JOINTS:
+        if joints.largest_change(begin, goal) <= SAME_JOINTS:
             return why or (f"This arm does not move along {axis.name}" if amount else "")
-        if axis.frame is Frame.JOINT:
+        if axis.frame is hand.Frame.JOINT:
             self._go(goal, axis, amount * part)
         else:
             self._go_straight(self.engine.world_pose(begin), axis, amount * part, why)
         return why
 
-    def _go_straight(self, pose: Transform, axis: Axis, way: float, why: str) -> None:
+    def _go_straight(self, pose: transform.Transform, axis: hand.Axis, way: float, why: str) -> None:
         """Move along a straight line from a pose, or a little less far if `why` gives a reach limit: near the end of
         its reach no joint can follow a straight line. Raises MotionError for a line that the arm cannot follow.
         """
@@ -206,14 +204,14 @@ class Jogger:
                 if not why or left_out == SHORTENINGS[-1]:
                     raise error.reworded(hint=JOG_JOINTS_HINT) from None
 
-    def _go(self, goal: Joints | Transform, axis: Axis, by: float) -> None:
+    def _go(self, goal: joints.Joints | transform.Transform, axis: hand.Axis, by: float) -> None:
         engine, speed, text = self.engine, self.speed / 100.0, f"JOG {axis.name}, {plain(round(by, 3))}"
         if engine.realtime:
             engine.redirect(goal, speed=speed, text=text)
             return
-        straight = isinstance(goal, Transform)
-        target = PoseTarget(goal) if isinstance(goal, Transform) else JointTarget(goal)
-        self.station.settle(engine.begin(Move(target, straight, speed=speed, text=text), program=False))
+        straight = isinstance(goal, transform.Transform)
+        target = commands.PoseTarget(goal) if isinstance(goal, transform.Transform) else commands.JointTarget(goal)
+        self.station.settle(engine.begin(commands.Move(target, straight, speed=speed, text=text), program=False))
 
     def stop(self) -> None:
         """Brake now."""
@@ -222,11 +220,11 @@ class Jogger:
         if not self.engine.realtime:
             self.station.settle(self.engine.end)
 
-    def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
+    def _farthest(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> tuple[joints.Joints, float, str]:
         """Return the joints at which a step ends, the fraction of the step that this is, and why the step is not
         whole.
         """
-        if axis.frame is Frame.JOINT:
+        if axis.frame is hand.Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
         for k in range(count):
@@ -243,8 +241,8 @@ class Jogger:
         return near, 1.0, ""
 
     def _last_in_reach(
-        self, pose: Transform, axis: Axis, increment: float, reached: float, near: Joints
-    ) -> tuple[Joints, float]:
+        self, pose: transform.Transform, axis: hand.Axis, increment: float, reached: float, near: joints.Joints
+    ) -> tuple[joints.Joints, float]:
         """Find by bisection how far the arm can go between an increment in reach and the next one, which is out of
         reach.
         """
@@ -257,7 +255,7 @@ class Jogger:
                 short = part
         return near, reached
 
-    def _turn_joint(self, begin: Joints, index: int, change: float) -> tuple[Joints, float, str]:
+    def _turn_joint(self, begin: joints.Joints, index: int, change: float) -> tuple[joints.Joints, float, str]:
         model = self.engine.model
         wanted = begin[index] + change
         value = min(max(wanted, model.lower[index]), model.upper[index])
@@ -267,12 +265,12 @@ class Jogger:
         part = (value - begin[index]) / change
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
-    def _joints_near(self, pose: Transform, begin: Joints) -> Joints:
+    def _joints_near(self, pose: transform.Transform, begin: joints.Joints) -> joints.Joints:
         """Return the joints for a pose, near given ones. Raises MotionError for a pose out of reach, TooNear if a joint
         would jump near a singularity.
         """
         goal = self.engine.joints_for(pose, begin)
-        change = largest_change(begin, goal)
+        change = joints.largest_change(begin, goal)
         if change > MAX_JOINT_JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
             raise errors.TooNear(
@@ -285,15 +283,18 @@ class Jogger:
         return goal
 
 
-def step_pose(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
+def step_pose(T_world_tool: transform.Transform, axis: hand.Axis, amount: float) -> transform.Transform:
     """Return a pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in
     place.
     """
     unit = UNITS[axis.index % 3]
     x, y, z = (1e-3 * amount * u for u in unit)
-    step, T = rotation_about(unit, radians(amount)) if axis.turns else translation(x, y, z), T_world_tool
-    if axis.frame is Frame.TOOL:
-        return compose(T, step)
+    step, T = (
+        transform.rotation_about(unit, radians(amount)) if axis.turns else transform.translation(x, y, z),
+        T_world_tool,
+    )
+    if axis.frame is hand.Frame.TOOL:
+        return transform.compose(T, step)
     if axis.turns:
-        return at_position(compose(step, at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
-    return at_position(T, T.px + x, T.py + y, T.pz + z)
+        return transform.at_position(transform.compose(step, transform.at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
+    return transform.at_position(T, T.px + x, T.py + y, T.pz + z)

@@ -15,12 +15,10 @@ from typing import TYPE_CHECKING, cast
 
 from msgspec.structs import replace
 
+from vrs_cli.engine import book, position, targets
 from vrs_cli.engine.approximation import ToolPath
-from vrs_cli.engine.book import displacement
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.explaining import inverse_report, motion_plan, splice
-from vrs_cli.engine.position import destination_at, position_at
-from vrs_cli.engine.targets import check_joint_count
 from vrs_cli.errors import TypeMismatch, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.station.operands import evaluator
@@ -30,21 +28,13 @@ from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import link_pose
-from vrs_cli.kinematics.transform import IDENTITY, POLE, Transform, compose, inverse, oat_turns, to_oat
-from vrs_cli.language.run.effects import Failed, ProgramCompleted
-from vrs_cli.language.run.runtime import statement_task
-from vrs_cli.language.text.ast import Binary, DoInstruction, ExplainCommand, Expression, Instruction, Show, Statement
-from vrs_cli.language.text.parser import parse_prompt
-from vrs_cli.language.text.printer import expression_text, statement_text
+from vrs_cli.language.run import effects, runtime
+from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words.monitor import EXPLAINED_ALL
 from vrs_cli.language.words.values import kind_of_value
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import results
+from vrs_cli.values import acts, commands, replies, results
 from vrs_cli.values import world as cells
-from vrs_cli.values.acts import Sketch, SketchBall
-from vrs_cli.values.commands import Frames, PoseTarget, Request
-from vrs_cli.values.replies import ArmPicture, BodyKind, Message, PicturedBody, ReachReport
-from vrs_cli.values.results import ChainReport, MotionReport, Reach
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
@@ -62,16 +52,16 @@ class Sight:
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
         self.arm, self._path, self._world = arm, ToolPath(arm, LINE_ERROR_M), world
 
-    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
+    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> replies.ArmPicture:
         """Return the picture of the robot at time t [s], with its past and planned path, and the bodies of its cell."""
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
-        at = position_at(arm, timeline, t)
+        at = position.position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
-        target = transform.position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
+        target = transform.position(position.destination_at(arm, timeline, t).T_world_tool) if at.moving else None
         past, planned = self._way(timeline, t, transform.position(at.T_world_tool))
         world = self._world
         seen = () if world is None else bodies(world.settings.scene, world.course(timeline), t)
-        return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
+        return replies.ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
     def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
         """Return the path before a time [s] and the path after it, as lines. The present segment is split: its first
@@ -90,7 +80,7 @@ class Sight:
         return tuple(past), tuple(planned)
 
 
-def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
+def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...]:
     """Return the outermost positions of the tool tip in the world [m]."""
     from vrs_cli.kinematics.reach_outline import outermost  # here because it loads numpy
 
@@ -99,7 +89,7 @@ def reach(arm: RobotArm, frames: Frames) -> tuple[transform.Vector, ...]:
 
 
 def skeleton(
-    arm: RobotArm, q: Joints, frames: Frames
+    arm: RobotArm, q: Joints, frames: commands.Frames
 ) -> tuple[tuple[transform.Vector, ...], tuple[transform.Vector, ...]]:
     """Return the corners of the links from the base to the tool tip, in the world [m], and the joints among them.
 
@@ -135,16 +125,25 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
 CIRCLE_POINTS = 8  # number of points that represent a circle
 
 
-def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
+def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[replies.PicturedBody, ...]:
     """Return the parts, fixtures and sensors of a cell at a time [s]."""
-    found = [PicturedBody(BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture)) for one in scene.fixtures]
+    found = [
+        replies.PicturedBody(replies.BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture))
+        for one in scene.fixtures
+    ]
     for part in scene.parts:
         state = course.state(part.name, t)
         if state.exists:
-            found.append(PicturedBody(BodyKind.HELD if state.held else BodyKind.PART, corners(part.shape, state.pose)))
+            found.append(
+                replies.PicturedBody(
+                    replies.BodyKind.HELD if state.held else replies.BodyKind.PART, corners(part.shape, state.pose)
+                )
+            )
     for sensor in scene.sensors:
         on = bool(course.signal(abs(sensor.signal), t)) is (sensor.signal > 0)
-        found.append(PicturedBody(BodyKind.SENSOR_ON if on else BodyKind.SENSOR, _region(sensor.region)))
+        found.append(
+            replies.PicturedBody(replies.BodyKind.SENSOR_ON if on else replies.BodyKind.SENSOR, _region(sensor.region))
+        )
     return tuple(found)
 
 
@@ -183,40 +182,42 @@ def _region(region: cells.Beam | cells.Zone | cells.Proximity) -> tuple[transfor
 
 MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
 
-Drawable = ReachReport | MotionReport | ChainReport
+Drawable = replies.ReachReport | results.MotionReport | results.ChainReport
 
 
-def sketch(report: Drawable) -> Sketch | None:
+def sketch(report: Drawable) -> acts.Sketch | None:
     """Return the picture of a report; None if the report has no picture."""
-    if isinstance(report, ReachReport):
+    if isinstance(report, replies.ReachReport):
         return _sketch_of_reach(report)
-    if isinstance(report, MotionReport):
+    if isinstance(report, results.MotionReport):
         plan = report.plan
         if plan is None or not plan.path:
             return None
-        balls = [SketchBall("end", plan.path[-1], "good")]
-        balls += [SketchBall("contact", plan.contact.place, "bad")] if plan.contact is not None else []
+        balls = [acts.SketchBall("end", plan.path[-1], "good")]
+        balls += [acts.SketchBall("contact", plan.contact.place, "bad")] if plan.contact is not None else []
         text = f"{report.text}: {plan.begin:.3f} to {plan.end:.3f} s, {1e3 * plan.length:.0f} mm"
-        return Sketch(text, plan.path[-1], tuple(pairwise(plan.path)), balls=tuple(balls))
+        return acts.Sketch(text, plan.path[-1], tuple(pairwise(plan.path)), balls=tuple(balls))
     frames = tuple(factor.product for factor in report.factors)
     return (
-        Sketch(f"{report.text}, from the world on", transform.position(frames[-1]), frames=frames) if frames else None
+        acts.Sketch(f"{report.text}, from the world on", transform.position(frames[-1]), frames=frames)
+        if frames
+        else None
     )
 
 
-def _sketch_of_reach(report: ReachReport) -> Sketch:
+def _sketch_of_reach(report: replies.ReachReport) -> acts.Sketch:
     """Draw the straight line as far as the arm can follow it, and the limit that stops the arm there."""
     reach = report.reach
     stop = stopping_place(reach)
-    balls = [SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
+    balls = [acts.SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
     for word, contact in (("move", report.move_contact), ("line", report.line_contact)):
         if contact is not None:
-            balls.append(SketchBall(f"{word}_contact", contact.place, "bad"))
+            balls.append(acts.SketchBall(f"{word}_contact", contact.place, "bad"))
     refused = ((stop, reach.end),) if stop != reach.end else ()
-    return Sketch(reach_text(report), stop, ((reach.begin, stop),), refused, tuple(balls))
+    return acts.Sketch(reach_text(report), stop, ((reach.begin, stop),), refused, tuple(balls))
 
 
-def stopping_place(reach: Reach) -> transform.Vector:
+def stopping_place(reach: results.Reach) -> transform.Vector:
     """Return the position at which the tool tip stops on the straight line [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
@@ -225,7 +226,7 @@ def stopping_place(reach: Reach) -> transform.Vector:
     return transform.along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
 
 
-def reach_text(report: ReachReport) -> str:
+def reach_text(report: replies.ReachReport) -> str:
     """Return the name of the location, and a sentence on whether the arm can follow the straight line to it."""
     line = report.reach.line
     if line.duration is None:
@@ -240,35 +241,35 @@ def reach_text(report: ReachReport) -> str:
 def place_of(text: str) -> str | None:
     """Return the target of a typed motion as an expression; None if the text is not a motion to a location."""
     try:
-        statement = parse_prompt(text)
+        statement = parser.parse_prompt(text)
     except VrsError:
         return None
-    it = statement.statement if isinstance(statement, DoInstruction) else statement
-    if not isinstance(it, Instruction) or it.word not in MOTIONS or not it.arguments:
+    it = statement.statement if isinstance(statement, ast.DoInstruction) else statement
+    if not isinstance(it, ast.Instruction) or it.word not in MOTIONS or not it.arguments:
         return None
     place, *others = it.arguments
     if place is None:
         return None
     if not (it.word.startswith("APPRO") and others):
-        return expression_text(place)
-    back = "0" if others[0] is None else expression_text(others[0])  # distance along the axis of the tool
-    return f"{expression_text(place)}:TRANS(0, 0, -({back}))"
+        return printer.expression_text(place)
+    back = "0" if others[0] is None else printer.expression_text(others[0])  # distance along the axis of the tool
+    return f"{printer.expression_text(place)}:TRANS(0, 0, -({back}))"
 
 
 # --- EXPLAIN ----------------------------------------------------------------------------------------------------------
 
 
-def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
+def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
     """Yield the explanation. Raises VrsError if a value is missing or of the wrong kind."""
     asked = it.statement
     if it.topic == "SPLICE":
         yield splice(station.engine.book)
     elif asked is None:
         yield results.ExplainOverview(tuple(results.Explainable(row.form, row.summary) for row in EXPLAINED_ALL))
-    elif not isinstance(asked, Show):
+    elif not isinstance(asked, ast.Show):
         yield (yield from _motion(station, asked))
     elif it.topic == "OAT":
-        yield _angles(expression_text(asked.expression), _pose(station, asked.expression, "OAT"))
+        yield _angles(printer.expression_text(asked.expression), _pose(station, asked.expression, "OAT"))
     elif it.topic == "IK":
         yield (yield from _inverse(station, asked.expression))
     else:
@@ -278,8 +279,8 @@ def explain(station: Station, it: ExplainCommand) -> Dialogue[None]:
 # --- a motion --------------------------------------------------------------------------------------------------------
 
 
-def _motion(station: Station, statement: Statement) -> Dialogue[results.MotionReport | Message]:
-    engine, text = station.engine, statement_text(statement)
+def _motion(station: Station, statement: ast.Statement) -> Dialogue[results.MotionReport | replies.Message]:
+    engine, text = station.engine, printer.statement_text(statement)
     aside, before = engine.aside(), engine.timeline
     requests = tuple(_requests(station, aside, statement))
     notes = list[str]()
@@ -294,7 +295,7 @@ def _motion(station: Station, statement: Statement) -> Dialogue[results.MotionRe
     try:
         plan = yield from beside(plan_motion)
         if plan is None:
-            return Message(f"{text} moves nothing")
+            return replies.Message(f"{text} moves nothing")
         delta = aside.book.deltas[-1]
         if engine.settings.switch("COLLISION"):
             station.contacts.check(before, delta, engine.settings)
@@ -303,22 +304,22 @@ def _motion(station: Station, statement: Statement) -> Dialogue[results.MotionRe
         return results.MotionReport(text, engine.now, None, str(error), station.units)
     if contact is not None:
         notes.append(f"{contact.describe()}{later}")
-    plan = replace(plan, displaced=displacement(aside.book, before), contact=contact, notes=tuple(notes))
+    plan = replace(plan, displaced=book.displacement(aside.book, before), contact=contact, notes=tuple(notes))
     return results.MotionReport(text, engine.now, plan, units=station.units)
 
 
-def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator[Request]:
+def _requests(station: Station, aside: Engine, statement: ast.Statement) -> Iterator[commands.Request]:
     """Yield the requests of a motion instruction. Raises VrsError for arguments without a value."""
     memory = station.environment
     # restored afterwards: the motion itself must get the same random numbers
     kept = memory.random.getstate(), memory.last_error
     try:
-        task = statement_task(memory, aside, statement)
+        task = runtime.statement_task(memory, aside, statement)
         event = task.resume()
-        while not isinstance(event, ProgramCompleted):
-            if isinstance(event, Failed):
+        while not isinstance(event, effects.ProgramCompleted):
+            if isinstance(event, effects.Failed):
                 raise event.error
-            if isinstance(event, Request):
+            if isinstance(event, commands.Request):
                 yield event
             event = task.resume()
     finally:
@@ -329,53 +330,62 @@ def _requests(station: Station, aside: Engine, statement: Statement) -> Iterator
 # --- locations -------------------------------------------------------------------------------------------------------
 
 
-def _pose(station: Station, expression: Expression, topic: str) -> Transform:
+def _pose(station: Station, expression: ast.Expression, topic: str) -> transform.Transform:
     """Return the value of an expression, a transformation. Raises TypeMismatch for any other value."""
     found = evaluator(station, expression)()
-    if isinstance(found, Transform):
+    if isinstance(found, transform.Transform):
         return found
-    text, kind = expression_text(expression), kind_of_value(found).value
+    text, kind = printer.expression_text(expression), kind_of_value(found).value
     raise TypeMismatch(f"{text} is a {kind}", f"EXPLAIN {topic} explains a transformation, as TRANS or a compound")
 
 
-def _angles(text: str, T: Transform) -> results.AnglesReport:
-    angles = to_oat(T)
-    return results.AnglesReport(text, T, angles, oat_turns(*angles), vertical=T.ax * T.ax + T.ay * T.ay < POLE * POLE)
+def _angles(text: str, T: transform.Transform) -> results.AnglesReport:
+    angles = transform.to_oat(T)
+    return results.AnglesReport(
+        text,
+        T,
+        angles,
+        transform.oat_turns(*angles),
+        vertical=T.ax * T.ax + T.ay * T.ay < transform.POLE * transform.POLE,
+    )
 
 
-def _inverse(station: Station, expression: Expression) -> Dialogue[results.InverseReport]:
-    T, stand, text = _pose(station, expression, "IK"), station.engine.standpoint, expression_text(expression)
-    return (yield from beside(lambda: inverse_report(stand, PoseTarget(T), text)))
+def _inverse(station: Station, expression: ast.Expression) -> Dialogue[results.InverseReport]:
+    T, stand, text = _pose(station, expression, "IK"), station.engine.standpoint, printer.expression_text(expression)
+    return (yield from beside(lambda: inverse_report(stand, commands.PoseTarget(T), text)))
 
 
-def _chain(station: Station, expression: Expression) -> results.ChainReport:
-    engine, text = station.engine, expression_text(expression)
+def _chain(station: Station, expression: ast.Expression) -> results.ChainReport:
+    engine, text = station.engine, printer.expression_text(expression)
     found, frames = evaluator(station, expression)(), engine.frames
     if not isinstance(found, tuple):
         raise TypeMismatch(f"{text} is a {kind_of_value(found).value}", "EXPLAIN explains a location, or a motion")
-    if not isinstance(found, Transform):
-        check_joint_count(engine.model, found)
+    if not isinstance(found, transform.Transform):
+        targets.check_joint_count(engine.model, found)
         return results.ChainReport(text, _links(engine, found), (), found, station.units)
-    named = ((expression_text(part), cast(Transform, evaluator(station, part)())) for part in _factors(expression))
+    named = (
+        (printer.expression_text(part), cast(transform.Transform, evaluator(station, part)()))
+        for part in _factors(expression)
+    )
     factors = _multiply("world", [(name, name, T) for name, T in named])
-    goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", inverse(frames.tool))
+    goal = ("BASE", "world", frames.base), (text, "tool", found), ("TOOL^-1", "flange", transform.inverse(frames.tool))
     return results.ChainReport(text, factors, _multiply("robot", goal), units=station.units)
 
 
-def _factors(expression: Expression) -> Iterator[Expression]:
+def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
     """Yield the factors of a compound transformation, from the left."""
-    if isinstance(expression, Binary) and expression.operator == ":":
+    if isinstance(expression, ast.Binary) and expression.operator == ":":
         yield from _factors(expression.left)
         yield from _factors(expression.right)
     else:
         yield expression
 
 
-def _multiply(outer: str, parts: Sequence[tuple[str, str, Transform]]) -> tuple[results.Factor, ...]:
+def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]]) -> tuple[results.Factor, ...]:
     """Return factors with their products, each from the frame before it: name, inner frame, and transformation."""
-    product, found = IDENTITY, list[results.Factor]()
+    product, found = transform.IDENTITY, list[results.Factor]()
     for name, inner, T in parts:
-        product = compose(product, T) if found else T
+        product = transform.compose(product, T) if found else T
         found.append(results.Factor(name, outer, inner, T, product))
         outer = inner
     return tuple(found)
@@ -385,7 +395,7 @@ def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
     """Return the transformations of the links of the arm at these joints, with BASE before and TOOL after them."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
-    base = [("base of the arm", "frame 0", model.base)] if model.base != IDENTITY else []
+    base = [("base of the arm", "frame 0", model.base)] if model.base != transform.IDENTITY else []
     return _multiply(
-        "world", [("BASE^-1", "robot", inverse(frames.base)), *base, *links, ("TOOL", "tool", frames.tool)]
+        "world", [("BASE^-1", "robot", transform.inverse(frames.base)), *base, *links, ("TOOL", "tool", frames.tool)]
     )

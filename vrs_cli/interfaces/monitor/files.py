@@ -29,9 +29,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Program, Section
-from vrs_cli.values.numbers import Value, count, seconds
-from vrs_cli.values.questions import Playing
-from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Tone, report
+from vrs_cli.values import numbers, questions, replies
 
 TORN = "its last line was not written to the end, and was left out"
 
@@ -71,7 +69,7 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
     for item, value in kept.items():
         station.environment.put_back(item, value)
     if ready.diagnostics:
-        yield report(ready.diagnostics, text, str(path))
+        yield replies.report(ready.diagnostics, text, str(path))
     loaded = [stored for key, stored in programs.items() if before.get(key) is not stored]
     old: list[StoredProgram] = []
     for stored in loaded:
@@ -85,23 +83,23 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
         station.layout = station.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
         if replaced is None:
             hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
-            yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
+            yield replies.Message(str(ProgramExists(stored.name, hint)), replies.Tone.ERROR)
     new = [stored for stored in loaded if stored not in old]
     station.unstored.programs_stored(stored.program for stored in new)
     if station.last_program is None and new:
         station.last_program = new[0].name
     if ready.diagnostics and not loaded and not values:
-        yield Message(f"nothing of {path} is loaded", Tone.ERROR)
+        yield replies.Message(f"nothing of {path} is loaded", replies.Tone.ERROR)
         return
     names = list[str]()
     for stored in new:
         marks = ["replaced"] * (stored.program.key in before) + ["not executable"] * (not stored.analysis.executable)
         names.append(f"{stored.name} ({', '.join(marks)})" if marks else stored.name)
     stay = f"; {', '.join(one.name for one in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
-    yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
+    yield replies.Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
-def _values_to_keep(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item, Value]]:
+def _values_to_keep(station: Station, values: Mapping[Item, numbers.Value]) -> Dialogue[dict[Item, numbers.Value]]:
     """Return the values of locations that are in no file and that the user wants to keep. If no user can be asked, the
     file overwrites these locations, like all other variables.
     """
@@ -130,12 +128,14 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     branches.add(name, left)
     branches.change_over(name)
     if recording.dropped_tail:
-        yield Message(TORN, Tone.WARNING)
-    yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
+        yield replies.Message(TORN, replies.Tone.WARNING)
+    yield from (replies.Message(warning, replies.Tone.WARNING) for warning in recording.warnings)
     if recording.measured:
-        yield Message(f"{path} has {count(len(recording.measured), 'measured report')}, which stay in the file")
-    commands = count(station.engine.book.history.commands, "command")
-    yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
+        yield replies.Message(
+            f"{path} has {numbers.count(len(recording.measured), 'measured report')}, which stay in the file"
+        )
+    commands = numbers.count(station.engine.book.history.commands, "command")
+    yield replies.Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
 def _read_recording(station: Station, path: Path) -> Dialogue[Recording]:
@@ -158,19 +158,19 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
     memory, layout = station.environment.copy(), station.layout
     everything = not programs and parts == files.EVERYTHING
 
-    def write() -> tuple[str, Sequence[Program | Section], Mapping[Item, Value]]:
+    def write() -> tuple[str, Sequence[Program | Section], Mapping[Item, numbers.Value]]:
         chosen = files.choose_parts(memory, parts, programs)
         return files.text_of(chosen, layout, everything=everything), chosen, files.values_of(memory, chosen)
 
     text, chosen, values = yield from beside(write)
     if not text.strip():
-        yield Message("There is nothing to store", Tone.WARNING)
+        yield replies.Message("There is nothing to store", replies.Tone.WARNING)
         return
     yield from operands.may_write(station, path)
     write_atomically(path, text, station.folder)
     station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
     station.unstored.values_stored(values)
-    yield Message(f"{path} stored")
+    yield replies.Message(f"{path} stored")
 
 
 def _with_extension(path: Path, extension: str) -> Path:
@@ -186,7 +186,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
     measured = engine.measured.view
     yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder, measured))
-    yield Message(f"{path} saved: {count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
+    yield replies.Message(f"{path} saved: {numbers.count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 
 
 @handles("REPLAY")
@@ -195,33 +195,35 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     path = operands.path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = yield from _read_recording(station, path)
-    yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
+    yield from (replies.Message(warning, replies.Tone.WARNING) for warning in recording.warnings)
     timeline, title = recording.timeline, recording.model.title
-    changes, segments = count(len(recording.deltas), "change"), count(len(timeline), "segment")
-    yield Message(f"{path}: {title}, {changes}, {segments}, {seconds(timeline.start)} to {seconds(timeline.end)}")
+    changes, segments = numbers.count(len(recording.deltas), "change"), numbers.count(len(timeline), "segment")
+    yield replies.Message(
+        f"{path}: {title}, {changes}, {segments}, {numbers.seconds(timeline.start)} to {numbers.seconds(timeline.end)}"
+    )
     named = os.path.relpath(path, station.folder.root)
-    shown = station.user_state.attended and (yield from station.user_state.show(recording, Playing(named)))
+    shown = station.user_state.attended and (yield from station.user_state.show(recording, questions.Playing(named)))
     if recording.dropped_tail and not shown:
-        yield Message(TORN, Tone.WARNING)
+        yield replies.Message(TORN, replies.Tone.WARNING)
     arm, holder = recording.arm, [recording]
     del recording, timeline  # the other thread holds the only references, and frees the memory
     rows = yield from beside(lambda: _replay_rows(arm, holder.pop()))
     if not shown:
-        yield ReplayTable(rows)
+        yield replies.ReplayTable(rows)
 
 
-def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
+def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[replies.ReplayRow, ...]:
     """Return where each motion of a recording ends. The caller must hold no other reference to the recording: its
     memory is freed in small parts, because freeing a million values at once would block every thread.
     """
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
-    segments, rows = list(timeline), list[ReplayRow]()
+    segments, rows = list(timeline), list[replies.ReplayRow]()
     for segment, follower in zip_longest(segments, segments[1:]):
         motion = segment.motion
         if follower is None or follower.motion.number != motion.number:
             T_world_tool = position_at(arm, timeline, segment.finish).T_world_tool
-            rows.append(ReplayRow(motion.number, motion.text, segment.finish, T_world_tool))
+            rows.append(replies.ReplayRow(motion.number, motion.text, segment.finish, T_world_tool))
     del timeline
     while deltas:
         deltas.pop()
@@ -233,7 +235,7 @@ def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
 @handles("FLIST")
 def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
     path, folder = operands.path_of(station, it), station.folder
-    yield FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
+    yield replies.FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
 
 
 @handles("FDIRECTORY", "LISTF")
@@ -241,7 +243,7 @@ def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """List the files of a folder, or the files that match a pattern."""
     given, folder = operands.operand(it, 0), station.folder
     path = folder.root if given is None else folder.path(operands.word(given), pattern=True)
-    yield FileTable(str(path), entries(path, folder))
+    yield replies.FileTable(str(path), entries(path, folder))
 
 
 @handles("CD")
@@ -271,7 +273,7 @@ def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
     """Show the present folder; in a closed folder whose path is not disclosed, show the path inside that folder."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
-    yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
+    yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
 @handles("LOG")
@@ -286,11 +288,11 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
     if path is not None:
         yield from operands.may_write(station, path)
         log(path)
-        yield Message(f"{path} takes down what is typed and answered; LOG alone ends it")
+        yield replies.Message(f"{path} takes down what is typed and answered; LOG alone ends it")
     elif (done := log(None)) is None:
         raise UsageError("no LOG is written", "LOG session.txt begins one; LOG session.html keeps colours")
     else:
-        yield Message(f"{done} is complete")
+        yield replies.Message(f"{done} is complete")
 
 
 @handles("FDELETE")
@@ -298,7 +300,7 @@ def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
     path = existing(operands.path_of(station, it))
     if (yield from operands.may_delete(station, f"The file {path} will be deleted.")):
         delete(path, station.folder)
-        yield Message(f"{path} deleted")
+        yield replies.Message(f"{path} deleted")
 
 
 @handles("FCOPY", act=copy, done="copied to")
@@ -311,4 +313,4 @@ def _copy_or_rename(
     new = target(old, operands.path_of(station, it))
     yield from operands.may_write(station, new)
     act(old, new, station.folder)
-    yield Message(f"{old} {done} {new}")
+    yield replies.Message(f"{old} {done} {new}")

@@ -17,31 +17,25 @@ from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
-from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.language.run.runtime import definable
-from vrs_cli.language.run.variables import closest
-from vrs_cli.language.text.ast import BareWord, Instruction, Number, StringConstant, Variable
-from vrs_cli.language.text.printer import expression_text
+from vrs_cli.kinematics import joints, transform
+from vrs_cli.language.run import runtime, variables
+from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words import values
-from vrs_cli.values import replies
-from vrs_cli.values.commands import JointTarget, Move, PoseTarget
+from vrs_cli.values import commands, questions, replies, results
 from vrs_cli.values.numbers import count
-from vrs_cli.values.questions import Amendment, Watching
-from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
 
 
 @handles("WHERE")
-def _where(station: Station, it: Instruction) -> Dialogue[None]:
+def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Show where the robot, the measured robot or a part is: now, at a time, or over a period of time."""
     named, stamped, over = operands.operand(it, 0), it.modifiers.has_time, operands.has_times(it)
     if operands.is_measured(named):
         yield from where_measured(station, it)
         return
-    if isinstance(named, BareWord | StringConstant):
+    if isinstance(named, ast.BareWord | ast.StringConstant):
         yield from where_part(station, it, named)
         return
     number = 1.0 if named is None else operands.real(station, named)
@@ -58,7 +52,7 @@ def _where(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.WhereaboutsTable(rows, units)
 
 
-def _check_either(it: Instruction, what: str = "") -> None:
+def _check_either(it: ast.Instruction, what: str = "") -> None:
     """Check that WHERE of `what` does not have both AT and FROM. Raises UsageError."""
     if it.modifiers.has_time:
         hint = f"WHERE {what}AT t, or WHERE {what}FROM t1 TO t2 STEP dt"
@@ -66,38 +60,38 @@ def _check_either(it: Instruction, what: str = "") -> None:
 
 
 @handles("SHOW")
-def _show(station: Station, it: Instruction) -> Dialogue[None]:
+def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Show the arm on the screen of the user while the arm moves; without a screen, show one picture."""
     engine, stamped, t = station.engine, it.modifiers.has_time, operands.moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
-    shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
+    shown = moves and station.user_state.attended and (yield from station.user_state.show(None, questions.Watching()))
     if not shown:
         sight = Sight(arm, station.driver.world)
         yield (yield from beside(lambda: sight.picture(timeline, t, stamped)))
 
 
 @handles("TEACH")
-def _teach(station: Station, it: Instruction) -> Dialogue[None]:
+def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Define the present location without a question, under the next free name of a series: part, part1, part2; row[3],
     row[4]. Raises InvalidName if the next name is too long.
     """
     name = operands.operand(it, 0)
-    if not isinstance(name, Variable):
-        raise IllegalValue(expression_text(name) if name else "TEACH", "the name of a location, as TEACH part")
-    while definable(station.environment, station.engine, name).reference.has_value():
+    if not isinstance(name, ast.Variable):
+        raise IllegalValue(printer.expression_text(name) if name else "TEACH", "the name of a location, as TEACH part")
+    while runtime.definable(station.environment, station.engine, name).reference.has_value():
         name = _next_name(station, name)
     yield from station.do(replace(it, word="HERE", arguments=(name,)))
-    reference = definable(station.environment, station.engine, name).reference
-    yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
+    reference = runtime.definable(station.environment, station.engine, name).reference
+    yield _one_location(station, reference.name, cast("transform.Transform | joints.Joints", reference.value()))
 
 
-def _next_name(station: Station, name: Variable) -> Variable:
+def _next_name(station: Station, name: ast.Variable) -> ast.Variable:
     """Return the next name in a series. Raises InvalidName if that name is too long."""
     if name.indexes:
         *others, last = name.indexes
         following = operands.real(station, last) + 1.0
-        return replace(name, indexes=(*others, Number(following, values.plain(following), span=last.span)))
+        return replace(name, indexes=(*others, ast.Number(following, values.plain(following), span=last.span)))
     letters = name.name.rstrip("0123456789")
     longer = f"{letters}{int(name.name[len(letters) :] or 0) + 1}"
     if len(longer) > values.NAME_LENGTH:
@@ -106,26 +100,26 @@ def _next_name(station: Station, name: Variable) -> Variable:
 
 
 @handles("HERE", "POINT")
-def _define(station: Station, it: Instruction) -> Dialogue[None]:
+def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Define and show a location. A person is asked for changes until an empty line is typed."""
     if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
     expression = operands.operand(it, 0)
     assert expression is not None
-    reference = definable(station.environment, station.engine, expression).reference
+    reference = runtime.definable(station.environment, station.engine, expression).reference
     if not station.user_state.attended:
         if not reference.has_value():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
-        yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
+        yield _one_location(station, reference.name, cast("transform.Transform | joints.Joints", reference.value()))
         return
     if reference.has_value():
-        value = cast("Transform | Joints", reference.value())
+        value = cast("transform.Transform | joints.Joints", reference.value())
     else:  # VAL shows six zeros
         joint_count = station.engine.model.joint_count
-        value = (0.0,) * joint_count if reference.cells.kind is values.Kind.PRECISION else IDENTITY
+        value = (0.0,) * joint_count if reference.cells.kind is values.Kind.PRECISION else transform.IDENTITY
     while True:
         yield _one_location(station, reference.name, value)
-        answer = yield Amendment("Change?")
+        answer = yield questions.Amendment("Change?")
         if not isinstance(answer, str):
             yield replies.Message(f"{reference.name} is left as it was")
             return
@@ -139,7 +133,9 @@ def _define(station: Station, it: Instruction) -> Dialogue[None]:
             yield replies.Message(str(error), replies.Tone.ERROR)
 
 
-def change_numbers(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
+def change_numbers(
+    value: transform.Transform | joints.Joints, answer: str, units: joints.JointUnits = joints.TURNING
+) -> transform.Transform | joints.Joints:
     """Change a location by the typed numbers; a number that is left out between commas is not changed. Raises
     IllegalValue.
     """
@@ -153,43 +149,45 @@ def change_numbers(value: Transform | Joints, answer: str, units: JointUnits = T
             if number is None:
                 raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
             numbers[i] = number
-    return values.transformation(numbers) if isinstance(value, Transform) else units.read(numbers)
+    return values.transformation(numbers) if isinstance(value, transform.Transform) else units.read(numbers)
 
 
-def _one_location(station: Station, name: str, value: Transform | Joints) -> replies.LocationTable:
+def _one_location(station: Station, name: str, value: transform.Transform | joints.Joints) -> replies.LocationTable:
     return replies.LocationTable((replies.NamedLocation.of(name, value),), station.units)
 
 
 @handles("TOOL", "BASE")
-def _set_frame(station: Station, it: Instruction) -> Dialogue[None]:
+def _set_frame(station: Station, it: ast.Instruction) -> Dialogue[None]:
     yield from station.do(it)
     frames = station.engine.frames
     yield _one_location(station, it.word, frames.tool if it.word == "TOOL" else frames.base)
 
 
 @handles("WHY")
-def _why(station: Station, it: Instruction) -> Dialogue[None]:
+def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Explain whether a location can be reached. Raises TypeMismatch if the value is not a location."""
     expression = operands.operand(it, 0)
     assert expression is not None
-    value, text = operands.evaluator(station, expression)(), expression_text(expression)
+    value, text = operands.evaluator(station, expression)(), printer.expression_text(expression)
     if not isinstance(value, tuple):
         raise TypeMismatch(f"{text} is a {values.kind_of_value(value).value}", "WHY explains a location")
-    target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
+    target = commands.PoseTarget(value) if isinstance(value, transform.Transform) else commands.JointTarget(value)
     yield (yield from explain_reach(station, target, text))
 
 
-def explain_reach(station: Station, target: PoseTarget | JointTarget, name: str) -> Dialogue[replies.ReachReport]:
+def explain_reach(
+    station: Station, target: commands.PoseTarget | commands.JointTarget, name: str
+) -> Dialogue[replies.ReachReport]:
     """Explain whether a target, shown with the name `name`, can be reached from the present position."""
     reach = yield from beside(lambda: station.engine.explain(target))
-    contacts = (station.contacts.ahead(Move(target, straight)) for straight in (False, True))
+    contacts = (station.contacts.ahead(commands.Move(target, straight)) for straight in (False, True))
     return replies.ReachReport(name, reach, station.units, *contacts)
 
 
 # --- the measured robot ----------------------------------------------------------------------------------------------
 
 
-def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
+def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Show where a body measured the robot: in the last report, at a time, or over a period of time. Raises
     UsageError.
     """
@@ -208,7 +206,7 @@ def where_measured(station: Station, it: Instruction) -> Dialogue[None]:
     _check_either(it, "MEASURED ")
     instants = tuple(operands.times(station, it))
 
-    def positions() -> tuple[Position, ...]:
+    def positions() -> tuple[results.Position, ...]:
         found = (measured_position(arm, timeline, measured, t) for t in instants)
         return tuple(at.measured for at in found if at is not None)
 
@@ -238,16 +236,18 @@ def _part_row(course: WorldCourse, name: str, t: float) -> replies.PartRow:
 
 
 @handles("PARTS")
-def _list_parts(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+def _list_parts(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     table = part_table(station, operands.moment(station, it) if it.modifiers.has_time else None)
     yield table if table.rows else replies.Message(f"There are no parts; {BRINGS_PARTS}")
     if table.rows:
         station.contacts.tell_missing()
 
 
-def where_part(station: Station, it: Instruction, asked: BareWord | StringConstant) -> Iterable[replies.Reply]:
+def where_part(
+    station: Station, it: ast.Instruction, asked: ast.BareWord | ast.StringConstant
+) -> Iterable[replies.Reply]:
     """Return where a part is: now, at a time, or over a period of time. Raises UndefinedName, UsageError."""
-    course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
+    course, said = station.driver.course, asked.text if isinstance(asked, ast.BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
     if said.lower() not in names and said.lower()[: values.NAME_LENGTH] in station.environment.kinds:
         raise UsageError(f"{said} is a variable, no part", f"LISTL {said} shows a place, WHERE tells where the arm is")
@@ -255,7 +255,9 @@ def where_part(station: Station, it: Instruction, asked: BareWord | StringConsta
         raise UsageError("there are no parts", f"{BRINGS_PARTS}; LISTL shows places")
     name = names.get(said.lower())
     if name is None:
-        raise UndefinedName(f"part {said}", closest(said.lower(), names) or f"the cell has {', '.join(names.values())}")
+        raise UndefinedName(
+            f"part {said}", variables.closest(said.lower(), names) or f"the cell has {', '.join(names.values())}"
+        )
     over = operands.has_times(it)
     if over:
         _check_either(it, f"{name} ")

@@ -23,19 +23,16 @@ from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import Index, Reference, subscript
-from vrs_cli.language.text.ast import Binary, Expression, Instruction, Program, Unary, Variable
-from vrs_cli.language.text.printer import expression_text, program_header
+from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words.functions import LOGICAL, RELATIONS
 from vrs_cli.language.words.values import Kind, key_of, kind_of_value, whole
-from vrs_cli.values import replies
-from vrs_cli.values.numbers import Value
-from vrs_cli.values.questions import Editing
+from vrs_cli.values import numbers, questions, replies
 
 MANY = 100  # a search through at least this many programs or variables counts as long
 
 
 @handles("LISTP")
-def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
+def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """List programs in canonical form; all programs if none is named."""
     environment = station.environment
     stored = [environment.meant(name) for name in operands.words(it)] or list(environment.programs.values())
@@ -44,11 +41,11 @@ def _list_programs(station: Station, it: Instruction) -> Dialogue[None]:
     for one in stored:
         long = len(one.program.steps) > LONG_PROGRAM
         steps = yield from beside_if(long, partial(list_steps, one.analysis))
-        yield replies.ProgramText(program_header(one.program), steps)
+        yield replies.ProgramText(printer.program_header(one.program), steps)
 
 
 @handles("DIRECTORY")
-def _list_names(station: Station, it: Instruction) -> Dialogue[None]:
+def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """List the names of programs: all, or those that match a pattern."""
     pattern, programs = operands.word_or(it, 0, "*").lower(), dict(station.programs)
 
@@ -66,7 +63,7 @@ def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.Pro
 
 
 @handles("COPY")
-def _copy(station: Station, it: Instruction) -> None:
+def _copy(station: Station, it: ast.Instruction) -> None:
     """Copy a program. Raises ProgramExists, UndefinedName."""
     new, old = operands.word(it.arguments[0]), station.environment.program(operands.word(it.value))
     if key_of(new) in station.programs:
@@ -75,7 +72,7 @@ def _copy(station: Station, it: Instruction) -> None:
 
 
 @handles("RENAME")
-def _rename(station: Station, it: Instruction) -> None:
+def _rename(station: Station, it: ast.Instruction) -> None:
     """Rename a program. Raises ProgramExists, UndefinedName, ProgramInterlocked."""
     new, old = operands.word(it.arguments[0]), operands.word(it.value)
     station.check_free(old)
@@ -87,7 +84,7 @@ def _rename(station: Station, it: Instruction) -> None:
 
 
 @handles("DELETE")
-def _delete(station: Station, it: Instruction) -> Dialogue[None]:
+def _delete(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Delete programs, the programs that only they call, and the variables that only these programs use."""
     environment = station.environment
     named = {environment.program(operands.word(argument)).program.key for argument in it.arguments}
@@ -111,7 +108,7 @@ def _delete(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 @handles("DELETEP")
-def _delete_named(station: Station, it: Instruction) -> Dialogue[None]:
+def _delete_named(station: Station, it: ast.Instruction) -> Dialogue[None]:
     programs = [station.environment.program(operands.word(argument)) for argument in it.arguments]
     yield from _delete_programs(station, programs, "will be deleted.")
 
@@ -134,7 +131,7 @@ def _delete_programs(station: Station, programs: Sequence[StoredProgram], questi
 
 
 @handles("ZERO")
-def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
+def _zero(station: Station, _it: ast.Instruction) -> Dialogue[None]:
     """Delete all programs and variables. Raises ProgramInterlocked."""
     for stored in station.programs.values():
         station.check_free(stored.name)
@@ -150,7 +147,7 @@ def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
 
 
 @handles("EDIT")
-def _edit(station: Station, it: Instruction) -> Dialogue[None]:
+def _edit(station: Station, it: ast.Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
     editor = Editor(station, (yield from open_program(station, program, step)))
     station.user_state.editor, station.user_state.last_edited = editor, program.name
@@ -158,19 +155,19 @@ def _edit(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 @handles("SEE")
-def _see(station: Station, it: Instruction) -> Dialogue[None]:
+def _see(station: Station, it: ast.Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
     user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
     if not user_state.attended:
         raise UsageError("SEE fills a terminal, and there is none", line_by_line)
     draft = ScreenDraft(station, (yield from open_program(station, program, step)))
     user_state.last_edited = program.name
-    if not (yield from user_state.show(draft, Editing(draft.name, draft.text, draft.row, draft.dialect))):
+    if not (yield from user_state.show(draft, questions.Editing(draft.name, draft.text, draft.row, draft.dialect))):
         raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)
     yield from draft.said
 
 
-def _program_to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
+def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program, int]:
     """Return the named program, or the last one, and the step number. Raises NoProgramSpecified, IllegalValue."""
     given = operands.operand(it, 0)
     last = station.user_state.last_edited or station.last_program
@@ -188,7 +185,7 @@ def _program_to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
 
 # --- variables -------------------------------------------------------------------------------------------------------
 
-Rows = tuple[tuple[str, Value], ...]  # names or texts, with values
+Rows = tuple[tuple[str, numbers.Value], ...]  # names or texts, with values
 
 REALS, STRINGS = (Kind.REAL,), (Kind.STRING,)
 
@@ -206,9 +203,12 @@ def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool =
 @handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")
 @handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
 @handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
-def _list_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...], hint: str) -> Dialogue[None]:
+def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[Kind, ...], hint: str) -> Dialogue[None]:
     """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for another kind."""
-    rows, expressions = list[tuple[str, Value]](), [argument for argument in it.arguments if argument is not None]
+    rows, expressions = (
+        list[tuple[str, numbers.Value]](),
+        [argument for argument in it.arguments if argument is not None],
+    )
     if not expressions:
         memory = station.environment.copy()
         rows += yield from beside(lambda: list(chain.from_iterable(map(memory.variables, kinds))))
@@ -221,20 +221,20 @@ def _list_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...], 
     yield (yield from beside_if(len(rows) >= MANY, lambda: _table(kinds, tuple(rows), station.units)))
 
 
-def show_value(station: Station, expression: Expression) -> Dialogue[None]:
+def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
     """Answer an expression that is typed alone at the prompt, as LISTR, LISTL or LISTS does."""
-    if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
-        left, right = expression_text(expression.left), expression_text(expression.right)
+    if isinstance(expression, ast.Binary) and expression.operator == "==" and isinstance(expression.left, ast.Variable):
+        left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
         yield replies.Message(f"== compares; {left} = {right} assigns")
     rows = yield from _values(station, expression)
-    truth = isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
+    truth = isinstance(expression, ast.Binary | ast.Unary) and expression.operator in RELATIONS | LOGICAL
     yield _table((kind_of_value(rows[0][1]),), rows, station.units, truth)
 
 
-def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
+def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
     """Return an expression and its value; for a name alone, the simple variable and all elements of the array."""
     rows: Rows = ()
-    if isinstance(expression, Variable) and not expression.indexes:
+    if isinstance(expression, ast.Variable) and not expression.indexes:
         if (reference := operands.own_variables(station).get(expression.key)) is not None:
             rows = tuple(_own_elements(station, expression, reference))
         else:
@@ -242,10 +242,10 @@ def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
             rows = yield from beside_if(
                 found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, Kind)))
             )
-    return rows or ((expression_text(expression), operands.evaluator(station, expression)()),)
+    return rows or ((printer.expression_text(expression), operands.evaluator(station, expression)()),)
 
 
-def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
+def _own_elements(station: Station, asked: ast.Variable, reference: Reference) -> Iterator[tuple[str, numbers.Value]]:
     """Yield the values of a local variable of the stopped program. Raises UndefinedValue."""
     program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
@@ -260,11 +260,11 @@ def _own_elements(station: Station, asked: Variable, reference: Reference) -> It
 @handles("DELETEL", "DPOINT", kinds=operands.PLACES)
 @handles("DELETER", kinds=REALS)
 @handles("DELETES", kinds=STRINGS)
-def _delete_variables(station: Station, it: Instruction, kinds: tuple[Kind, ...]) -> Dialogue[None]:
+def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[Kind, ...]) -> Dialogue[None]:
     """Delete variables of some kinds, or elements of arrays. Raises UndefinedValue, TypeMismatch."""
     variables = list[tuple[str, Index | None]]()
     for expression in it.arguments:
-        if not isinstance(expression, Variable):
+        if not isinstance(expression, ast.Variable):
             raise TypeMismatch("an expression", "the name of a variable is wanted")
         name = expression.sigil + expression.name
         kind = station.environment.kind_of(name)

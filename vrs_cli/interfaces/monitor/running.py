@@ -9,20 +9,16 @@ from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import evaluator, handles, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track, Watch
-from vrs_cli.language.run.effects import PROCESS_CONTROL
-from vrs_cli.language.run.runtime import Task, arguments_of
+from vrs_cli.language.run import effects, runtime, variables
 from vrs_cli.language.run.semantics.instructions import checked_task
-from vrs_cli.language.run.variables import Reference
-from vrs_cli.language.text.ast import Instruction, ProgramCall
-from vrs_cli.language.text.printer import expression_text
+from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words.values import numbers_of, plain, whole
+from vrs_cli.values import replies, results
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.replies import Message, ProgramStopped, Reply, Tone
-from vrs_cli.values.results import RunOutcome, RunResult
 
 
 @handles("EXECUTE")
-def _execute(station: Station, it: Instruction) -> Dialogue[None]:
+def _execute(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Run a program; with a task number, start it as a task beside the others."""
     number = whole(real_or(station, it, 3, 0.0))
     if number:
@@ -32,8 +28,8 @@ def _execute(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def asked_program(
-    station: Station, it: Instruction
-) -> Dialogue[tuple[str | None, tuple[Reference | None, ...], int, int]]:
+    station: Station, it: ast.Instruction
+) -> Dialogue[tuple[str | None, tuple[variables.Reference | None, ...], int, int]]:
     """Compile the program that EXECUTE or a similar command names. Return its name, arguments, cycles and first step.
     Raises UndefinedName.
     """
@@ -41,13 +37,13 @@ def asked_program(
     name = None if given is None else station.environment.meant(word(given)).name
     step = whole(real_or(station, it, 2, 1.0))
     yield from station.compile_program(name, everywhere=step > 1)
-    expressions = given.arguments if isinstance(given, ProgramCall) else ()
-    arguments = arguments_of(station.environment, station.engine, expressions)
+    expressions = given.arguments if isinstance(given, ast.ProgramCall) else ()
+    arguments = runtime.arguments_of(station.environment, station.engine, expressions)
     return name, arguments, whole(real_or(station, it, 1, 1.0)), step
 
 
-@handles("PCEXECUTE", number=PROCESS_CONTROL)
-def _start(station: Station, it: Instruction, number: int) -> Dialogue[None]:
+@handles("PCEXECUTE", number=effects.PROCESS_CONTROL)
+def _start(station: Station, it: ast.Instruction, number: int) -> Dialogue[None]:
     """Start a task beside the robot program."""
     name, arguments, cycles, step = yield from asked_program(station, it)
     if name is None:
@@ -55,16 +51,16 @@ def _start(station: Station, it: Instruction, number: int) -> Dialogue[None]:
     station.start(number, name, arguments, cycles, step)
 
 
-def _task_number(station: Station, it: Instruction) -> int:
+def _task_number(station: Station, it: ast.Instruction) -> int:
     """Return the number of the task that a command names; 0 (the robot program) if it names none."""
     return checked_task(real_or(station, it, 0, 0.0))
 
 
 @handles("PROCEED")
 @handles("RETRY", retry=True)
-@handles("PCPROCEED", number=PROCESS_CONTROL)
-@handles("PCRETRY", number=PROCESS_CONTROL, retry=True)
-def _go_on(station: Station, it: Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
+@handles("PCPROCEED", number=effects.PROCESS_CONTROL)
+@handles("PCRETRY", number=effects.PROCESS_CONTROL, retry=True)
+def _go_on(station: Station, it: ast.Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
     """Continue a stopped task; `retry`: with the step that failed."""
     number = _task_number(station, it) if number is None else number
     track = station.tasks.get(number)
@@ -79,10 +75,10 @@ def _go_on(station: Station, it: Instruction, number: int | None = None, retry: 
 
 
 @handles("CYCLE.END")
-@handles("PCEND", number=PROCESS_CONTROL)
-def _end_cycles(station: Station, it: Instruction, number: int | None = None) -> Iterable[Reply]:
+@handles("PCEND", number=effects.PROCESS_CONTROL)
+def _end_cycles(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
     track = station.tasks.end_cycles(_task_number(station, it) if number is None else number)
-    yield Message(f"{track.task.program} ends after its present cycle")
+    yield replies.Message(f"{track.task.program} ends after its present cycle")
 
 
 handles("KILL")(lambda station, it: station.tasks.kill(_task_number(station, it)))
@@ -98,38 +94,38 @@ def run(station: Station, track: Track) -> Dialogue[None]:
         yield ending(station, (yield from station.wait(track)))
 
 
-def ending(station: Station, result: RunResult) -> Reply:
+def ending(station: Station, result: results.RunResult) -> replies.Reply:
     if result.fault is not None:
         fault = result.fault
-        return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)
+        return replies.ProgramStopped(fault.message, fault.program, fault.step, fault.source, replies.Tone.ERROR)
     task = station.task
-    if result.outcome is RunOutcome.COMPLETED or task is None:
-        return Message(result.outcome.value)
-    before = result.outcome in (RunOutcome.STEPPED, RunOutcome.BREAKPOINT, RunOutcome.WATCHED)
+    if result.outcome is results.RunOutcome.COMPLETED or task is None:
+        return replies.Message(result.outcome.value)
+    before = result.outcome in (results.RunOutcome.STEPPED, results.RunOutcome.BREAKPOINT, results.RunOutcome.WATCHED)
     what = f"{result.outcome.value} {result.detail}".strip()
-    return ProgramStopped(what, result.program, task.step, task.source if before else "")
+    return replies.ProgramStopped(what, result.program, task.step, task.source if before else "")
 
 
 @handles("ABORT")
-@handles("PCABORT", number=PROCESS_CONTROL)
-def _abort(station: Station, it: Instruction, number: int | None = None) -> Iterable[Reply]:
+@handles("PCABORT", number=effects.PROCESS_CONTROL)
+def _abort(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
     """Stop a task; if none is named, the robot program and the motion."""
     number = _task_number(station, it) if number is None else number
     if not number:
         return _stop(station, station.abort)
     track = station.tasks.abort(number)
     station.settle()
-    return [Message("Nothing is running") if track is None else _abort_reply(track.task)]
+    return [replies.Message("Nothing is running") if track is None else _abort_reply(track.task)]
 
 
 def emergency_stop(station: Station) -> Dialogue[None]:
     """Stop the motion and all tasks now, and report what was stopped."""
     others = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
     said = [*_stop(station, station.stop), *map(_abort_reply, others)]
-    yield from (one for one in said if not (others and isinstance(one, Message)))
+    yield from (one for one in said if not (others and isinstance(one, replies.Message)))
 
 
-def _stop(station: Station, stop: Callable[[], None]) -> list[Reply]:
+def _stop(station: Station, stop: Callable[[], None]) -> list[replies.Reply]:
     """Call `stop`, and report what was stopped. A user who waits for the end of the program gets the report of that
     end, and needs no reply.
     """
@@ -141,24 +137,24 @@ def _stop(station: Station, stop: Callable[[], None]) -> list[Reply]:
         return []
     if task is not None and (running or not task.is_over):
         return [_abort_reply(task)]
-    return [Message("The motion is stopped" if scheduled else "Nothing is running")]
+    return [replies.Message("The motion is stopped" if scheduled else "Nothing is running")]
 
 
-def _abort_reply(task: Task) -> ProgramStopped:
-    return ProgramStopped(RunOutcome.ABORTED.value, task.program, task.step)
+def _abort_reply(task: runtime.Task) -> replies.ProgramStopped:
+    return replies.ProgramStopped(results.RunOutcome.ABORTED.value, task.program, task.step)
 
 
 # --- step by step -----------------------------------------------------------------------------------------------------
 
 
 @handles("PRIME")
-def _prime(station: Station, it: Instruction) -> Dialogue[None]:
+def _prime(station: Station, it: ast.Instruction) -> Dialogue[None]:
     task = station.begin(*(yield from asked_program(station, it)), primed=True).task
-    yield ProgramStopped("(PRIMED)", task.program, task.step)
+    yield replies.ProgramStopped("(PRIMED)", task.program, task.step)
 
 
 @handles("SSTEP", "XSTEP", "NEXT")
-def _step(station: Station, it: Instruction) -> Dialogue[None]:
+def _step(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Carry out one step of the named program, or of the stopped one; XSTEP steps into called programs."""
     if operand(it, 0) is not None:
         station.begin(*(yield from asked_program(station, it)), primed=True)
@@ -166,7 +162,7 @@ def _step(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 @handles("BPT")
-def _set_breakpoint(station: Station, it: Instruction) -> Dialogue[None]:
+def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Set or clear a breakpoint, and list all breakpoints."""
     breakpoints, given, step = station.tasks.breakpoints, operand(it, 0), whole(real_or(station, it, 1, 0.0))
     if given is not None:
@@ -183,21 +179,21 @@ def _set_breakpoint(station: Station, it: Instruction) -> Dialogue[None]:
         else:
             breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
-        yield Message(f"Breakpoint before step {number} of {key}")
+        yield replies.Message(f"Breakpoint before step {number} of {key}")
     if not breakpoints:
-        yield Message("No breakpoints")
+        yield replies.Message("No breakpoints")
 
 
 @handles("WATCH")
-def _watch(station: Station, it: Instruction) -> Dialogue[None]:
+def _watch(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Watch an expression: programs stop when its value changes. Without an expression, stop watching."""
     watches, expression = station.tasks.watches, operand(it, 0)
     if expression is None:
         watches.clear()
-        yield Message("Nothing is watched")
+        yield replies.Message("Nothing is watched")
         return
     units = station.units
-    text = station.environment.signals.with_names(expression_text(expression))
+    text = station.environment.signals.with_names(printer.expression_text(expression))
 
     def value_text(value: Value) -> str:
         if isinstance(value, str):
@@ -208,4 +204,4 @@ def _watch(station: Station, it: Instruction) -> Dialogue[None]:
     watch = Watch(text, evaluator(station, expression), value_text)
     watch.change()
     watches.append(watch)
-    yield Message(f"Programs stop when {watch.text} changes")
+    yield replies.Message(f"Programs stop when {watch.text} changes")

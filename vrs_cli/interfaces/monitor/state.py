@@ -29,23 +29,19 @@ from vrs_cli.interfaces.station.operands import handles, moment, operand, real, 
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
 from vrs_cli.interfaces.users import check_may, role_of
-from vrs_cli.language.run.effects import PROCESS_CONTROL
-from vrs_cli.language.run.memory import stamp_of
+from vrs_cli.language.run import effects, memory
 from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
-from vrs_cli.language.text.ast import BareWord, Instruction
-from vrs_cli.language.text.printer import statement_text
+from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words.monitor import BODY_WORDS, CLOCK_WORDS, STOP
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import replies
-from vrs_cli.values.commands import SetMonitorSpeed
-from vrs_cli.values.measured import OnAlarm
+from vrs_cli.values import commands, measured, replies
 from vrs_cli.version import __version__
 
 
 @handles("STATUS")
-@handles("PCSTATUS", number=PROCESS_CONTROL)
-def _tell_status(station: Station, it: Instruction, number: int | None = None) -> Iterable[replies.Reply]:
+@handles("PCSTATUS", number=effects.PROCESS_CONTROL)
+def _tell_status(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
     """Report the state of the robot and of a task; at a given time, only that of the robot."""
     if not it.modifiers.has_time:
         yield _present_status(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
@@ -107,7 +103,7 @@ BANKS = (("Inputs", INPUTS), ("Outputs", OUTPUTS), ("Internal signals", INTERNAL
 
 
 @handles("IO")
-def _tell_signals(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+def _tell_signals(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     """Report signals; at a given time without the internal signals, which are variables."""
     given, timed = operand(it, 0), it.modifiers.has_time
     number = None if given is None else whole(real(station, given))
@@ -124,18 +120,18 @@ def _tell_signals(station: Station, it: Instruction) -> Iterable[replies.Reply]:
 
 
 @handles("ID")
-def _identify(station: Station, _it: Instruction) -> Iterable[replies.Reply]:
+def _identify(station: Station, _it: ast.Instruction) -> Iterable[replies.Reply]:
     model, python = station.engine.model, ".".join(map(str, sys.version_info[:3]))
     yield replies.Identification(__version__, python, model.title, model.name, model.joint_count)
 
 
 handles("CALIBRATE")(lambda _station, _it: (replies.Message("A virtual robot is calibrated"),))
 handles("HELP")(lambda _station, it: help_on(word_or(it, 0)))
-handles("SPEED")(lambda station, it: station.engine.perform(SetMonitorSpeed(real(station, it.arguments[0]))))
+handles("SPEED")(lambda station, it: station.engine.perform(commands.SetMonitorSpeed(real(station, it.arguments[0]))))
 
 
 @handles("FREE")
-def _tell_memory(station: Station, _it: Instruction) -> Iterable[replies.Reply]:
+def _tell_memory(station: Station, _it: ast.Instruction) -> Iterable[replies.Reply]:
     environment = station.environment
     yield replies.FreeReport(
         programs=len(environment.programs),
@@ -155,7 +151,7 @@ def free_memory() -> float | None:
 
 
 @handles("HISTORY")
-def _tell_history(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+def _tell_history(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     """Return the lines that the user has typed, without the present one."""
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
@@ -163,12 +159,12 @@ def _tell_history(station: Station, it: Instruction) -> Iterable[replies.Reply]:
 
 
 @handles("SIGNAL")
-def _set_signals(station: Station, it: Instruction) -> None:
+def _set_signals(station: Station, it: ast.Instruction) -> None:
     """Set signals as the instruction SIGNAL does, and also inputs, like a user at the controller cabinet."""
-    signals, text = station.environment.signals, statement_text(it)
+    signals, text = station.environment.signals, printer.statement_text(it)
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     at, within = (None if time is None else real(station, time) for time in (it.modifiers.at, it.modifiers.within))
-    stamp = stamp_of(at, within)
+    stamp = memory.stamp_of(at, within)
     signals.check_not_sensed(numbers)
     if stamp is None:
         signals.write(*numbers, text=text, inputs=True)
@@ -182,7 +178,7 @@ RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 
 @handles("CLOCK", "TIME")
-def _clock(station: Station, it: Instruction) -> Iterable[replies.Reply]:
+def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     """Report the clock; an argument pauses or resumes it, or changes its rate, first. Raises UsageError,
     IllegalValue.
     """
@@ -192,7 +188,7 @@ def _clock(station: Station, it: Instruction) -> Iterable[replies.Reply]:
             raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
         action = word(it.arguments[0]).upper()
         if action == "RATE":
-            given = it.value.text if isinstance(it.value, BareWord) else "nothing"
+            given = it.value.text if isinstance(it.value, ast.BareWord) else "nothing"
             rate = read_number(given)
             if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
                 raise IllegalValue(f"a rate of {given}", RATES)
@@ -206,7 +202,7 @@ def _clock(station: Station, it: Instruction) -> Iterable[replies.Reply]:
 
 
 @handles("BODY")
-def _body(station: Station, it: Instruction) -> Dialogue[None]:
+def _body(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Report the body, release it, or choose the reaction to an alarm. Raises UsageError, RoleWanted, LeaseHeld,
     RequestRefused.
     """
@@ -219,7 +215,7 @@ def _body(station: Station, it: Instruction) -> Dialogue[None]:
         raise UsageError(f"BODY {action}", ", ".join(("BODY", *(f"BODY {known}" for known in BODY_WORDS))))
     if action != "RELEASE":
         station.check_may(f"BODY {action}", role_of("PARAMETER"))
-        divergence.choose(OnAlarm[action])
+        divergence.choose(measured.OnAlarm[action])
         yield replies.Message(f"On an alarm of the body: {BODY_WORDS[action]}")
         return
     check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
@@ -230,7 +226,7 @@ def _body(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 @handles("RESYNC")
-def _resync(station: Station, it: Instruction) -> Dialogue[None]:
+def _resync(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Bring the body and the timeline back together. Raises UsageError, RequestRefused, MotionError."""
     how = word_or(it, 0).upper()
     if how not in ("", STOP):
@@ -244,7 +240,7 @@ handles("RESET", "SELECT")(Station.do)  # the same as in a program
 
 
 @handles("ENABLE", "DISABLE", idle_rows=IDLE_SWITCHES)
-def _set(station: Station, it: Instruction, idle_rows: Mapping[str, Idle]) -> Dialogue[None]:
+def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, Idle]) -> Dialogue[None]:
     """Set switches or a parameter as in a program, and report those that have no effect."""
     yield from station.do(it)
     for argument in it.arguments:
@@ -260,7 +256,7 @@ def _summary(row: Switch | ParameterRow | Idle) -> str:
 @handles("SWITCH", title="Switch", rows=SWITCHES, idle_rows=IDLE_SWITCHES)
 @handles("PARAMETER", title="Parameter", rows=PARAMETERS, idle_rows=IDLE_PARAMETERS)
 def _set_or_list(
-    station: Station, it: Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, Idle]
+    station: Station, it: ast.Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, Idle]
 ) -> Dialogue[None]:
     """Set a switch or a parameter, or list the named ones, or all. Raises UsageError."""
     if it.value is not None:

@@ -28,7 +28,6 @@ from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import replies
-from vrs_cli.values.replies import Curve, Plot
 
 
 @handles("UNDO", work=Engine.undoing, done="undone")
@@ -212,7 +211,7 @@ def select_curves(arm: RobotArm, names: Sequence[str]) -> Selection:
     return Selection(tuple(dict.fromkeys(found)), tuple(joints))
 
 
-def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
+def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.Plot:
     """Compute the selected curves over a timeline with motions."""
     import numpy as np
 
@@ -222,17 +221,17 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
     if first.joints:
         units, columns = arm.model.units, getattr(positions, first.joints).T.tolist()
         curves = tuple(
-            Curve(f"JT{joint}", str(joint), tuple(units.one_shown(joint, x) for x in columns[joint - 1]))
+            replies.Curve(f"JT{joint}", str(joint), tuple(units.one_shown(joint, x) for x in columns[joint - 1]))
             for joint in asked.joints
         )
         unit = ", ".join(dict.fromkeys(first.unit.replace("deg", units.unit(joint)) for joint in asked.joints))
-        return Plot(first.title, unit, tuple(times.tolist()), curves)
+        return replies.Plot(first.title, unit, tuple(times.tolist()), curves)
     xyz = positions.T_world_tool[:, :, 3] * 1000.0
     speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)  # between neighbouring samples
     rows = {"X": xyz[:, 0], "Y": xyz[:, 1], "Z": xyz[:, 2], "SPEED": speed, "HAND": positions.hand}
     names = (curve for name in asked.names for curve in QUANTITIES[name].curves)
-    curves = tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
-    return Plot(first.title, first.unit, tuple(times.tolist()), curves)
+    curves = tuple(replies.Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
+    return replies.Plot(first.title, first.unit, tuple(times.tolist()), curves)
 
 
 def _full_name(name: str) -> str:

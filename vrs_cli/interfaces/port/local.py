@@ -23,9 +23,8 @@ from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
+from vrs_cli.values import questions, replies
 from vrs_cli.values.measured import DivergenceAlarm, Report, alarm_text
-from vrs_cli.values.questions import PromptStatus
-from vrs_cli.values.replies import Message, Tone
 from vrs_cli.wire.messages import ClientMessage, Line, Refusal, ServerMessage
 
 if TYPE_CHECKING:
@@ -186,14 +185,14 @@ class LocalPort:
         self._do_what_is_due()
 
     def _warn(self, news: BodyNews) -> None:
-        if isinstance(news, DivergenceAlarm | Message):
+        if isinstance(news, DivergenceAlarm | replies.Message):
             text = alarm_text(news) if isinstance(news, DivergenceAlarm) else news.text
-            self.console.show(Message(text, Tone.WARNING))
+            self.console.show(replies.Message(text, replies.Tone.WARNING))
 
     def preview_now(self) -> Previewed:
         return Previewed.of(self.user.timeline, self.user.now)
 
-    def status(self) -> PromptStatus:
+    def status(self) -> questions.PromptStatus:
         return self.user.conversation.status()
 
     def program(self, key: str) -> Program | None:

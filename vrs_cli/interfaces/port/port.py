@@ -15,9 +15,8 @@ from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
+from vrs_cli.values import hand, questions, replies
 from vrs_cli.values.questions import Answer as Answered
-from vrs_cli.values.questions import PromptStatus, Question
-from vrs_cli.values.replies import Reply
 from vrs_cli.wire import messages
 
 if TYPE_CHECKING:
@@ -32,7 +31,6 @@ from msgspec import Struct
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.hand import Look, Press, Seen, StopJog
 from vrs_cli.values.numbers import seconds
 from vrs_cli.wire.messages import At
 
@@ -50,13 +48,13 @@ class Console:
         self.outlets: list[Outlet] = []
         self.progress: Callable[[Running | Reading], None] = lambda _doing: None
 
-    def show(self, reply: Reply) -> None:
+    def show(self, reply: replies.Reply) -> None:
         self._tell(messages.Told(reply))
 
     def type(self, text: str, newline: bool) -> None:
         self._tell(messages.Typed(text, newline))
 
-    def ask(self, _question: Question) -> Answered:
+    def ask(self, _question: questions.Question) -> Answered:
         """Return no answer: questions reach the user through the request that the user sent."""
         return None
 
@@ -154,7 +152,7 @@ class Port(Protocol):
         followed.
         """
 
-    def status(self) -> PromptStatus:
+    def status(self) -> questions.PromptStatus:
         """Return the state that a prompt shows now, as far as it is known on this side."""
 
     def program(self, key: str) -> Program | None:
@@ -184,7 +182,7 @@ def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
     return end
 
 
-def answer_to(asked: messages.Asked, ask: Callable[[Question], Answered]) -> messages.Answer:
+def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], Answered]) -> messages.Answer:
     """Ask the user a question; return the answer, or the message that the user does not answer."""
     try:
         return messages.Answer(asked.number, ask(asked.question))
@@ -260,27 +258,27 @@ class FarHand:
     earlier step follows. `begin`: the method of a port; `seen`: the state of the arm before the first step.
     """
 
-    def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:
+    def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: hand.Seen) -> None:
         self.joints, self.units = joints, units
         self._begin, self._seen = begin, seen
-        self._on_way: list[Press | StopJog | Look] = []
+        self._on_way: list[hand.Press | hand.StopJog | hand.Look] = []
 
-    def do(self, act: Press | StopJog | Look) -> Seen:
+    def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
         """Send the action of a key; return the state of the robot that was seen last."""
         if act not in self._on_way:
             self._send(act)
         return self._seen
 
-    def _send(self, act: Press | StopJog | Look) -> None:
+    def _send(self, act: hand.Press | hand.StopJog | hand.Look) -> None:
         def hear(end: messages.ServerMessage) -> None:
             with suppress(ValueError):  # a brake, or a request that is no longer known
                 self._on_way.remove(act)
-            if isinstance(end, messages.Done) and isinstance(end.found, Seen):
+            if isinstance(end, messages.Done) and isinstance(end.found, hand.Seen):
                 self._seen = end.found
             elif isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
                 self._say(end.refusal.error())
 
-        if not isinstance(act, StopJog):
+        if not isinstance(act, hand.StopJog):
             self._on_way.append(act)
         try:
             self._begin(lambda id: At(id, act), hear)
@@ -290,4 +288,4 @@ class FarHand:
 
     def _say(self, error: VrsError) -> None:
         seen = self._seen
-        self._seen = Seen(seen.position, seen.end, seen.paused, str(error))
+        self._seen = hand.Seen(seen.position, seen.end, seen.paused, str(error))

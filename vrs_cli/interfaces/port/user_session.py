@@ -23,12 +23,9 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import LineStopped
 from vrs_cli.interfaces.users import STOPPING, UserState
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.language.text.ast import Instruction
-from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.text import ast, parser
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.acts import Say
-from vrs_cli.values.questions import LineWanted, PromptStatus, Question, end_of_input
-from vrs_cli.values.replies import Message, Reply, is_error
+from vrs_cli.values import acts, questions, replies
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire import messages
 
@@ -44,13 +41,13 @@ class Pending(Struct, eq=False):
     outlet: Outlet
     message: messages.ClientMessage | None = None
     answer: Callable[[Any], messages.ServerMessage | None] | None = None
-    wrong: Reply | None = None
+    wrong: replies.Reply | None = None
 
 
 class _Found(NamedTuple):
     """The result of a command, and the state that the prompt shows after it."""
 
-    status: PromptStatus
+    status: questions.PromptStatus
     found: Any
 
 
@@ -67,7 +64,7 @@ class UserSession:
         self.session, self.user_state = session, user_state
         self.conversation = Conversation(session, user_state)
         self.pending: dict[Ticket[Any], Pending] = {}
-        self.questions: dict[int, tuple[Question, Ticket[Any]]] = {}
+        self.questions: dict[int, tuple[questions.Question, Ticket[Any]]] = {}
 
     # --- reading: nothing here waits; any thread may read ---
 
@@ -107,7 +104,7 @@ class UserSession:
                 self.ask(message, conversation.act(act), outlet)
             case messages.At(act=act):
                 doing = self._with_issue_time(message.issued, act_on(self.session, act))
-                self.ask(message, doing, outlet, urgent=isinstance(act, Say) and self.stops(act.line))
+                self.ask(message, doing, outlet, urgent=isinstance(act, acts.Say) and self.stops(act.line))
             case messages.Abort():
                 self.session.check_may_stop(self.user_state)
                 self.ask(message, emergency_stop(self.session), outlet, urgent=True)
@@ -156,7 +153,7 @@ class UserSession:
         found = yield from dialogue
         return _Found(self.status(), found)
 
-    def status(self) -> PromptStatus:
+    def status(self) -> questions.PromptStatus:
         """Return the state that the user's prompt shows. Call in the robot's thread, while the user is served."""
         return self.conversation.status()
 
@@ -177,8 +174,8 @@ class UserSession:
         if line.lstrip()[:2].upper() != STOPPING[0][:2] or self.user_state.editor is not None:
             return False
         try:
-            statement = parse_prompt(line, ())
-            if not isinstance(statement, Instruction) or statement.word not in STOPPING:
+            statement = parser.parse_prompt(line, ())
+            if not isinstance(statement, ast.Instruction) or statement.word not in STOPPING:
                 return False
             self.session.check_may_stop(self.user_state)
         except VrsError:
@@ -211,20 +208,20 @@ class UserSession:
         elif message.how is messages.How.INTERRUPTED:
             ticket.throw(KeyboardInterrupt(), message.question)
         else:
-            ticket.throw(end_of_input(question), message.question)
+            ticket.throw(questions.end_of_input(question), message.question)
 
     # --- what the robot says of a request ---
 
-    def hear(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+    def hear(self, pending: Pending, ticket: Ticket[Any], said: replies.Reply | questions.Question | None) -> None:
         """Send a reply or question of a request to the user; None: the request has ended."""
         if said is None:
             self.end(pending, ticket)
-        elif isinstance(said, Question):
+        elif isinstance(said, questions.Question):
             self._withdraw(ticket, pending.outlet)
             self.questions[said.id] = said, ticket
             pending.outlet(messages.Asked(said.id, said, pending.id))
         else:
-            if pending.wrong is None and is_error(said):
+            if pending.wrong is None and replies.is_error(said):
                 pending.wrong = said
             pending.outlet(messages.Told(said, pending.id or None))
 
@@ -261,9 +258,9 @@ class UserSession:
                 outlet(messages.Withdrawn(number))
 
     @property
-    def asked_by_programs(self) -> tuple[tuple[Question, Ticket[Any]], ...]:
+    def asked_by_programs(self) -> tuple[tuple[questions.Question, Ticket[Any]], ...]:
         """The questions of programs that have no answer yet."""
-        return tuple(one for one in self.questions.values() if isinstance(one[0], LineWanted))
+        return tuple(one for one in self.questions.values() if isinstance(one[0], questions.LineWanted))
 
     def drop(self, error: BaseException) -> None:
         """Drop the requests that have not ended; the error is reported for each."""
@@ -281,7 +278,7 @@ class UserSession:
             return messages.Refusal.of(RequestRefused("it was stopped before it was done"))
         if isinstance(error, KeyboardInterrupt):
             return messages.Refusal.of(RequestRefused("it was interrupted"))
-        said = internal_error(error, afar=True) if isinstance(error, Exception) else Message(str(error))
+        said = internal_error(error, afar=True) if isinstance(error, Exception) else replies.Message(str(error))
         return messages.Refusal.of(RequestRefused(said.text))
 
     def leave(self) -> None:

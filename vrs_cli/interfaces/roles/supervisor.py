@@ -24,10 +24,7 @@ from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import acts
-from vrs_cli.values.commands import Frames, Target
-from vrs_cli.values.replies import Reply
-from vrs_cli.values.results import Position, RunResult
+from vrs_cli.values import acts, commands, replies, results
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire import messages
 
@@ -68,11 +65,11 @@ class Observer:
         return self.watched.now
 
     @property
-    def frames(self) -> Frames:
+    def frames(self) -> commands.Frames:
         """The BASE and TOOL in force now."""
         return self.timeline.locate(self.now)[0].motion.frames
 
-    def at(self, t: float | None = None) -> Position:
+    def at(self, t: float | None = None) -> results.Position:
         """Return where the robot is at t [s], past or future, or now."""
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
@@ -136,7 +133,7 @@ class Supervisor(Observer):
 
         return wait
 
-    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
+    def say(self, line: str, answer: Answers) -> tuple[replies.Reply, ...]:
         """Carry out a line of the prompt; return the replies, including text that programs type. `answer`: answers
         questions. Raises LineRefused.
         """
@@ -144,7 +141,7 @@ class Supervisor(Observer):
             self._converse(lambda id: messages.At(id, acts.Say(line)))
             return notes.take_all()
 
-    def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
+    def type(self, text: str, answer: Answers) -> tuple[replies.Reply, ...]:
         """Carry out lines as typed at a prompt, also programs; mistakes are among the replies."""
         with self._conversing(answer) as notes:
             done = self._converse(lambda id: messages.Line(id, text))
@@ -227,7 +224,7 @@ class Supervisor(Observer):
 
     def move(
         self,
-        target: Target,
+        target: commands.Target,
         *,
         straight: bool = False,
         issued: float | None = None,
@@ -272,7 +269,7 @@ class Supervisor(Observer):
 
     # --- positions ---
 
-    def at(self, t: float | None = None) -> Position:
+    def at(self, t: float | None = None) -> results.Position:
         t = self.now if t is None else t
         return self._past((t,))[0] if t < self.followed.begins else super().at(t)
 
@@ -283,9 +280,9 @@ class Supervisor(Observer):
             fill(found, gone, self._past(times[gone].tolist()))
         return found
 
-    def _past(self, times: Sequence[float]) -> tuple[Position, ...]:
+    def _past(self, times: Sequence[float]) -> tuple[results.Position, ...]:
         """Return where the robot was at times [s] that are no longer known on this side."""
-        found: list[Position] = []
+        found: list[results.Position] = []
         for first in range(0, len(times), messages.MAX_TIMES):
             some = tuple(times[first : first + messages.MAX_TIMES])
             located = self._ask(lambda id, some=some: messages.Positions(id, some))  # type: ignore[misc]
@@ -324,7 +321,7 @@ class Supervisor(Observer):
         found = find_program_file(Path(path))
         return self.define(read_program_file(found), f"{found}:")
 
-    def execute(self, program: str, cycles: int, answer: Answers) -> RunResult:
+    def execute(self, program: str, cycles: int, answer: Answers) -> results.RunResult:
         """Execute a program in memory; `answer`: answers its PROMPTs. An error in the program is in the result. Raises
         UndefinedName, ProgramNotExecutable, ArgumentMismatch.
         """

@@ -31,19 +31,14 @@ from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.interfaces.users import CHANGE, check_goes_beside, move_of, role_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, position
-from vrs_cli.language.run.memory import StoredProgram
-from vrs_cli.language.run.runtime import arguments_of, evaluate
-from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
-from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.run import memory, runtime
+from vrs_cli.language.text import ast, parser
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import acts, commands
-from vrs_cli.values.diagnostics import Severity
-from vrs_cli.values.replies import NamedLocation, ReachReport
-from vrs_cli.values.results import FollowReport, RunResult
+from vrs_cli.values import acts, commands, diagnostics, replies, results
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.codec import mark_of
 from vrs_cli.wire.messages import BranchShown, ShowBranch, snapshot_record
@@ -81,7 +76,7 @@ def _go(session: Session, act: acts.Go) -> None:
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.user_state.issued))
 
 
-def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[FollowReport]:
+def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[results.FollowReport]:
     speed = _fraction(act.speed)
     times = [session.user_state.times.robot_time(t) for t in act.times]
     chunk = Chunk(session.engine.model, times, act.joints)
@@ -113,7 +108,7 @@ def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
     yield from in_parts(work)
 
 
-def _explain(session: Session, act: acts.Explain) -> Dialogue[ReachReport]:
+def _explain(session: Session, act: acts.Explain) -> Dialogue[replies.ReachReport]:
     target = act.goal.target
     if not isinstance(target, commands.PoseTarget | commands.JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
@@ -124,7 +119,7 @@ def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch
     name = place_of(act.text)
     if name is None:
         return None
-    value = evaluate(session.environment, session.engine, _expression(session, name))
+    value = runtime.evaluate(session.environment, session.engine, _expression(session, name))
     target = (
         commands.PoseTarget(value)
         if isinstance(value, Transform)
@@ -156,21 +151,21 @@ def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCu
 
 def _assign(session: Session, act: acts.Assign) -> None:
     target = _expression(session, act.variable)
-    if not isinstance(target, Variable) or target.grouped:
+    if not isinstance(target, ast.Variable) or target.grouped:
         raise UsageError(f"{act.variable} is no variable", "a name, or row[3]")
-    (reference,) = arguments_of(session.environment, session.engine, (target,))
+    (reference,) = runtime.arguments_of(session.environment, session.engine, (target,))
     assert reference is not None
     reference.assign(act.value.value)
 
 
-def _expression(session: Session, text: str) -> Expression:
+def _expression(session: Session, text: str) -> ast.Expression:
     """Parse an expression. Raises LineRefused, and UsageError for a command."""
     if text.split()[:1] and text.split()[0].upper() in (COMMANDS.keys() | INSTRUCTIONS.keys()) - FUNCTIONS.keys():
         hint = "one variable or one expression"
         raise UsageError(f"{text} is no expression", hint, in_python=f"do({text!r}) does it")
-    line = parse_prompt(f"TYPE {text}", session.names())
-    typed = line.statement if isinstance(line, DoInstruction) else None
-    arguments = typed.arguments if isinstance(typed, Instruction) else ()
+    line = parser.parse_prompt(f"TYPE {text}", session.names())
+    typed = line.statement if isinstance(line, ast.DoInstruction) else None
+    arguments = typed.arguments if isinstance(typed, ast.Instruction) else ()
     if len(arguments) != 1 or arguments[0] is None:
         raise UsageError(f"{text} is no expression", "one variable or one expression")
     return arguments[0]
@@ -180,14 +175,14 @@ def _define(session: Session, act: acts.Define) -> Dialogue[acts.Defined]:
     loaded = yield from session.read_file(act.text)
     before = dict(session.programs)
     session.take(loaded)
-    wrong = [one for one in loaded.diagnostics if one.severity is Severity.ERROR]
+    wrong = [one for one in loaded.diagnostics if one.severity is diagnostics.Severity.ERROR]
     if wrong:
         more = f", and {len(wrong) - 1} more mistakes" if len(wrong) > 1 else ""
         raise ProgramNotExecutable(f"{act.where}{wrong[0].span.line}: {wrong[0].message}{more}")
     return acts.Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
 
 
-def _execute(session: Session, act: acts.Execute) -> Dialogue[RunResult]:
+def _execute(session: Session, act: acts.Execute) -> Dialogue[results.RunResult]:
     yield from session.compile_program(act.program)
     return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
 
@@ -264,21 +259,21 @@ def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
 
 
 def _places(session: Session) -> acts.LocationList:
-    rows: list[NamedLocation] = []
+    rows: list[replies.NamedLocation] = []
     count = 0
     for kind in (Kind.LOCATION, Kind.PRECISION):
         count += session.environment.count(kind)
         rows += (
-            NamedLocation.of(name, cast("Transform | Joints", value))
+            replies.NamedLocation.of(name, cast("Transform | Joints", value))
             for name, value in session.environment.first_variables(kind, MAX_PLACES)
         )
     return acts.LocationList(count - len(rows), rows=tuple(rows))
 
 
-_marks: WeakKeyDictionary[StoredProgram, str] = WeakKeyDictionary()
+_marks: WeakKeyDictionary[memory.StoredProgram, str] = WeakKeyDictionary()
 
 
-def _mark(stored: StoredProgram | None) -> str:
+def _mark(stored: memory.StoredProgram | None) -> str:
     """Return the mark of a stored program. It identifies this version: a stored program does not change, and the next
     version has another mark.
     """
@@ -331,7 +326,7 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
         "a look at a value",
         Role.OBSERVER,
         lambda session, act: acts.Valued.of(
-            evaluate(session.environment, session.engine, _expression(session, act.expression))
+            runtime.evaluate(session.environment, session.engine, _expression(session, act.expression))
         ),
     ),
     acts.Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),

@@ -32,14 +32,10 @@ from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.interfaces.users import check_beside, need_of
 from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
 from vrs_cli.language.analysis.structure import line_beyond
-from vrs_cli.language.text import ast
-from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt
+from vrs_cli.language.text import ast, parser
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import replies
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
-from vrs_cli.values.replies import Reply
-from vrs_cli.values.results import Untrue
+from vrs_cli.values import diagnostics, replies, results
 
 _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
@@ -49,7 +45,7 @@ class _Reading(NamedTuple):
 
     line: str
     statement: ast.Statement | ast.ProgramHeader | None
-    findings: tuple[Diagnostic, ...]
+    findings: tuple[diagnostics.Diagnostic, ...]
 
 
 class Session(Station):
@@ -59,7 +55,7 @@ class Session(Station):
     # the books of main and of the present branch with their timelines when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    told_untrue: tuple[Untrue, ...] = ()  # the outdated readings that users have been told of
+    told_untrue: tuple[results.Untrue, ...] = ()  # the outdated readings that users have been told of
 
     @property
     def prompt(self) -> str:
@@ -108,9 +104,9 @@ class Session(Station):
         self.check_may(said, role)
         vplus = self.engine.settings.switch("VPLUS")
         found = (*read.findings, *line_beyond(statement, self.dialect, vplus=vplus))
-        wrong = first_error(found)
+        wrong = diagnostics.first_error(found)
         if wrong is not None:
-            raise LineRefused(wrong)
+            raise diagnostics.LineRefused(wrong)
         if found:
             yield replies.DiagnosticsReport(tuple(replies.Diagnosed(warning, read.line) for warning in found))
         if self.running or self.elsewhere:
@@ -126,7 +122,7 @@ class Session(Station):
             books[MAIN] = self.branches.book(MAIN)
         return {name: (book, book.timeline) for name, book in books.items()}
 
-    def _tell_displaced(self) -> Iterator[Reply]:
+    def _tell_displaced(self) -> Iterator[replies.Reply]:
         """Report the motions that have moved since the line began, or since the last such report of a command file."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
@@ -151,20 +147,20 @@ class Session(Station):
         defined = {key: one for key, one in own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
-    def mistake(self, line: str) -> Diagnostic | None:
+    def mistake(self, line: str) -> diagnostics.Diagnostic | None:
         """Return the first mistake in a line that was not sent yet. A line without a mistake is remembered, and not
         parsed again.
         """
         try:
             read = self._reading(line)
-        except LineRefused as refused:
+        except diagnostics.LineRefused as refused:
             return refused.diagnostic
         self._read = read
-        return first_error(read.findings)
+        return diagnostics.first_error(read.findings)
 
     def _reading(self, line: str) -> _Reading:
         """Parse and check a line. Raises LineRefused for a line that cannot be parsed."""
-        statement = parse_prompt(line, self.names(), self.dialect)
+        statement = parser.parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())
         found = check_line(statement, self.environment.kinds)
@@ -203,16 +199,16 @@ class CommandLine(NamedTuple):
 
 def command_lines(text: str) -> tuple[CommandLine, ...]:
     """Return the commands of a file, without `MC`. Raises CannotInterpret for a file that contains anything else."""
-    lines = [line for line in lines_of(text) if line.text.strip()]
+    lines = [line for line in parser.lines_of(text) if line.text.strip()]
     found: list[CommandLine] = []
     opened = closed = False
     for line in lines:
         remark = line.text.lstrip().startswith(";")
-        if line.directive in SECTIONS or (line.directive == PROGRAM and opened):
+        if line.directive in parser.SECTIONS or (line.directive == parser.PROGRAM and opened):
             raise CannotInterpret(f"line {line.number}: {line.directive}", "a command file holds one .PROGRAM to .END")
-        if line.directive == PROGRAM and not found:
+        if line.directive == parser.PROGRAM and not found:
             opened = True
-        elif line.directive == END and opened:
+        elif line.directive == parser.END and opened:
             closed = True
         elif closed and not remark:
             raise CannotInterpret(f"line {line.number} stands after .END", "a command file ends there")
@@ -238,7 +234,7 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
                 for_line = session.answers(line.text)
                 said = next(for_line, None)
                 while said is not None:
-                    failed = failed or (isinstance(said, Reply) and replies.is_error(said))
+                    failed = failed or (isinstance(said, replies.Reply) and replies.is_error(said))
                     leaving = leaving or isinstance(said, replies.Farewell)
                     said = yield from _pass_on(for_line, said)
             except VrsError as error:

@@ -20,9 +20,7 @@ from vrs_cli.errors import IllegalValue, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.trajectory.measured import MeasuredRecord
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import measured
-from vrs_cli.values.commands import SetParameter
-from vrs_cli.values.replies import Message, Tone
+from vrs_cli.values import commands, measured, replies
 
 if TYPE_CHECKING:
     from vrs_cli.twin.divergence import DivergenceWatch
@@ -55,7 +53,7 @@ class BodyChange(Struct, frozen=True):
     at: float
 
 
-BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | Message
+BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | replies.Message
 """News of a body. A message comes from the robot itself, and tells what it could not do for its body."""
 
 
@@ -343,7 +341,7 @@ class DivergenceGuard:
         return measured.OnAlarm(str(self._engine.settings.parameters[PARAMETER]).lower())
 
     def choose(self, what: measured.OnAlarm) -> None:
-        self._engine.perform(SetParameter(PARAMETER, what.name))
+        self._engine.perform(commands.SetParameter(PARAMETER, what.name))
 
     @property
     def alarm(self) -> measured.DivergenceAlarm | None:
@@ -443,4 +441,4 @@ class DivergenceGuard:
         try:
             yield from dialogue
         except VrsError as error:
-            self._body.tell(Message(f"After an alarm of the body: {error}", Tone.WARNING))
+            self._body.tell(replies.Message(f"After an alarm of the body: {error}", replies.Tone.WARNING))

@@ -18,15 +18,13 @@ from vrs_cli.language.analysis.structure import beyond
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Item, Variables
-from vrs_cli.language.text.ast import AXES, Entry, File, Program, Section
+from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.text.collector import free_in_parts
-from vrs_cli.language.text.parser import drop_suppressed
-from vrs_cli.language.text.printer import print_program
 from vrs_cli.language.words.values import Kind, kind_of_value, rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value
 
-NO_PROGRAMS: Mapping[str, Program] = MappingProxyType({})
+NO_PROGRAMS: Mapping[str, ast.Program] = MappingProxyType({})
 LONG_TEXT = 1000  # length of a text whose parsing takes some milliseconds [characters]
 LONG_PROGRAM = 100  # number of steps of a program whose compilation takes some milliseconds
 # greatest rounding of a number of an axis that is not reported; rounding to single precision is smaller
@@ -38,7 +36,7 @@ class LoadedFile(NamedTuple):
     the analysis of the file.
     """
 
-    file: File
+    file: ast.File
     layout: Layout
     variables: Variables
     programs: tuple[StoredProgram, ...]
@@ -46,15 +44,15 @@ class LoadedFile(NamedTuple):
 
     @classmethod
     def of(
-        cls, file: File, text: str, memory: Memory, *, vplus: bool, beside: Mapping[str, Program] = NO_PROGRAMS
+        cls, file: ast.File, text: str, memory: Memory, *, vplus: bool, beside: Mapping[str, ast.Program] = NO_PROGRAMS
     ) -> Self:
         """Analyse a file. `memory`: a copy of the memory, which gets its variables. `beside`: the programs of files
         that are loaded with it, by key.
         """
-        programs = {part.key: part for part in file.parts if isinstance(part, Program)}
+        programs = {part.key: part for part in file.parts if isinstance(part, ast.Program)}
         variables, diagnostics = Variables(memory.units), list[Diagnostic]()
         for section in file.parts:
-            if isinstance(section, Section):
+            if isinstance(section, ast.Section):
                 its, found = variables_of(section, memory.units)
                 diagnostics += found
                 memory.take(its)  # so that not every use of such a name is reported, too
@@ -68,15 +66,15 @@ class LoadedFile(NamedTuple):
             free_in_parts(one.program, one.program.steps, lines)
             diagnostics += one.analysis.diagnostics
             diagnostics += () if vplus else beyond(one.program, vplus=False)
-        return cls(file, Layout.of(file), variables, stored, drop_suppressed(lines, diagnostics))
+        return cls(file, Layout.of(file), variables, stored, parser.drop_suppressed(lines, diagnostics))
 
 
-def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
+def variables_of(section: ast.Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
     """Return the variables of a section with their values, and the diagnostics: wrong values, and the largest rounding
     of a transformation.
     """
     variables, found = Variables(units), list[Diagnostic]()
-    rounded = list[tuple[float, Entry]]()
+    rounded = list[tuple[float, ast.Entry]]()
     for entry in section.entries:
         name = entry.variable.sigil + entry.variable.name
         try:
@@ -84,7 +82,7 @@ def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[
         except VrsError as wrong:
             found.append(error(type(wrong), entry.span, f"{name}: {wrong.detail}", wrong.hint))
             continue
-        if len(entry.numbers) == AXES and not entry.variable.sigil and (by := rounding(entry.numbers)) > LEAST_TOLD:
+        if len(entry.numbers) == ast.AXES and not entry.variable.sigil and (by := rounding(entry.numbers)) > LEAST_TOLD:
             rounded.append((by, entry))
     if rounded:
         by, worst = max(rounded, key=itemgetter(0))
@@ -98,11 +96,11 @@ def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[
     return variables, tuple(found)
 
 
-State = tuple[int, Mapping[str, Program]]
+State = tuple[int, Mapping[str, ast.Program]]
 MAX_COMPARED_STEPS = 1000  # maximum length of a program whose old version is kept for a comparison [steps]
 
 
-def _keep_reference(program: Program) -> Callable[[], Program | None]:
+def _keep_reference(program: ast.Program) -> Callable[[], ast.Program | None]:
     """Return a function that returns a program as it is in a file; None for a long program that has been replaced."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
@@ -117,7 +115,7 @@ class Unstored:
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Callable[[], Program | None]] = {}  # programs as they are in files
+        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # programs as they are in files
         self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from their version in files
         self._values: dict[Item, Value] = {}  # values as they are in files
         self._items: set[Item] = set()
@@ -172,7 +170,7 @@ class Unstored:
         if stored in self._different:
             return True
         of_file, now = self._programs.get(key, lambda: None)(), stored.program
-        if of_file is not now and (of_file is None or print_program(of_file) != print_program(now)):
+        if of_file is not now and (of_file is None or printer.print_program(of_file) != printer.print_program(now)):
             self._different.add(stored)
             return True
         self._programs[key] = _keep_reference(now)
@@ -180,7 +178,7 @@ class Unstored:
 
     # --- notes about files and changes ---
 
-    def programs_stored(self, programs: Iterable[Program]) -> None:
+    def programs_stored(self, programs: Iterable[ast.Program]) -> None:
         """Note that these programs are in a file."""
         there = self._environment.programs
         for program in programs:

@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.errors import FileError, FileExists, IllegalValue, NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.language.run.runtime import WatchedExpression, evaluate
-from vrs_cli.language.run.variables import Reference
+from vrs_cli.language.run import runtime, variables
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
 from vrs_cli.language.words.monitor import COMMANDS, MEASURED
 from vrs_cli.language.words.values import Kind, key_of, kind_of_value, plain
-from vrs_cli.values.numbers import Value
-from vrs_cli.values.questions import Confirmation, Parting
-from vrs_cli.values.replies import Farewell, Message, Reply, Tone
+from vrs_cli.values import numbers, questions, replies
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
@@ -31,7 +28,7 @@ PLACES = (Kind.LOCATION, Kind.PRECISION)
 
 # --- handlers --------------------------------------------------------------------------------------------------------
 
-Handler = Callable[..., Dialogue[None] | Iterable[Reply] | None]
+Handler = Callable[..., Dialogue[None] | Iterable[replies.Reply] | None]
 """Carries out a monitor command: takes the station and the checked instruction, and perhaps settings of the command;
 returns the replies and questions, or None for no reply.
 """
@@ -56,19 +53,19 @@ def handles(*names: str, **settings: object) -> Callable[[H], H]:
 
 def real(station: Station, expression: Expression) -> float:
     """Return the present value of a real expression. Raises TypeMismatch for another kind of value, ProgramError."""
-    found = evaluate(station.environment, station.engine, expression)
+    found = runtime.evaluate(station.environment, station.engine, expression)
     if not isinstance(found, float):
         raise TypeMismatch(f"a {kind_of_value(found).value}", "a real is wanted here")
     return found
 
 
-def evaluator(station: Station, expression: Expression) -> Callable[[], Value]:
+def evaluator(station: Station, expression: Expression) -> Callable[[], numbers.Value]:
     """Return a function that evaluates an expression in the context of the stopped program."""
-    watched = WatchedExpression(station.environment, station.engine, expression)
+    watched = runtime.WatchedExpression(station.environment, station.engine, expression)
     return lambda: watched.value(own_variables(station))
 
 
-def own_variables(station: Station) -> Mapping[str, Reference]:
+def own_variables(station: Station) -> Mapping[str, variables.Reference]:
     """Return the arguments and the AUTO and LOCAL variables of the stopped program, by key."""
     return {} if station.task is None else station.task.own
 
@@ -150,10 +147,10 @@ def may_delete(station: Station, question: str) -> Dialogue[bool]:
     """
     answer = yield from ask_yes_no(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
-        yield Message("Nothing is deleted")
+        yield replies.Message("Nothing is deleted")
     elif answer is None:
         what = "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)"
-        yield Message(what, Tone.ERROR)
+        yield replies.Message(what, replies.Tone.ERROR)
     return bool(answer)
 
 
@@ -163,7 +160,7 @@ def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
     """
     if not station.engine.settings.switch("INTERACTIVE"):
         return True
-    answer = yield Confirmation(question)
+    answer = yield questions.Confirmation(question)
     return None if answer is None else bool(answer)
 
 
@@ -185,9 +182,9 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
         told += [f"Not stored: {named}. STORE file stores all"] if named else []
         leaves = "Leave without storing (Y/N)?" if named else "Leave (Y/N)?"
-        if told and not (yield Parting(leaves, "\n".join(told))):
+        if told and not (yield questions.Parting(leaves, "\n".join(told))):
             return
-    yield Farewell()
+    yield replies.Farewell()
 
 
 def name_some(what: str, names: list[str]) -> str:

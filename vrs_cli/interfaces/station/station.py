@@ -40,21 +40,14 @@ from vrs_cli.interfaces.users import (
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.run.effects import CYCLE_SETTINGS, Pause, TaskState
+from vrs_cli.language.run import effects, runtime, signals
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
-from vrs_cli.language.run.runtime import Arguments, Task, statement_task
-from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
-from vrs_cli.language.text import ast
+from vrs_cli.language.text import ast, parser
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.text.parser import IN_ANOTHER_FILE, duplicate_name, parse_file
 from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.diagnostics import Diagnostic, Dialect, first_error
-from vrs_cli.values.hand import DragState
-from vrs_cli.values.measured import ResyncReport
-from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
-from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
+from vrs_cli.values import diagnostics, hand, measured, replies, results
 from vrs_cli.values.world import CellScene
 
 if TYPE_CHECKING:
@@ -70,8 +63,8 @@ class Conditions(Struct, frozen=True):
 
     limits: Limits | None = None
     folder: Folder | None = None
-    cell: Cell | None = None
-    inputs: Inputs = NO_INPUTS
+    cell: signals.Cell | None = None
+    inputs: signals.Inputs = signals.NO_INPUTS
 
 
 class LineStopped(KeyboardInterrupt):
@@ -131,25 +124,26 @@ class Station:
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
-        self.dialect = Dialect.VPLUS  # the dialect of typed lines, and of files that name no dialect
+        self.dialect = diagnostics.Dialect.VPLUS  # the dialect of typed lines, and of files that name no dialect
         self.last_program: str | None = None
         self.own_user_state = UserState(attended=terminal.attended)
         self.user_state = self.branches.who = self.tasks.who = self.own_user_state
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
         self.stream: TargetStream | None = None  # the stream of targets that the robot follows
-        self.pulled = DragState()  # who drags the tool, and how the tool follows
+        self.pulled = hand.DragState()  # who drags the tool, and how the tool follows
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
         self._given: Folder | None = None  # the folder for the files of programs that begin now, if not `folder`
         self.home = folder  # the target of CD without a folder; no CD leads out of a closed folder
         # writes the session to a file from now on (None: to no file), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
-        self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, if this robot can do that
+        # draws a plot into a file, if this robot can do that
+        self.draw: Callable[[Path, replies.Plot], None] | None = None
         self.journal: Path | None = None  # the file to which all motions are written as they are commanded
 
     @property
-    def task(self) -> Task | None:
+    def task(self) -> runtime.Task | None:
         track = self.tasks.get(ROBOT_PROGRAM)
         return None if track is None else track.task
 
@@ -164,7 +158,7 @@ class Station:
     # --- programs ---
 
     @pause_collector()
-    def load_text(self, text: str, name: str = "") -> tuple[Diagnostic, ...]:
+    def load_text(self, text: str, name: str = "") -> tuple[diagnostics.Diagnostic, ...]:
         """Put the programs and variables of a file in memory. Return all mistakes in the file. `name`: the name of the
         file, used as the name of steps without a heading. A program with mistakes is stored, but cannot be executed.
         Programs of the same name are replaced. Raises ProgramInterlocked if one of these is on the stack of a task.
@@ -178,16 +172,16 @@ class Station:
         """Put files with a common name space in memory, each given by its text and its name (as in `load_text`). Return
         the contents of each, in the order of the files. Raises ProgramInterlocked.
         """
-        read = [parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
+        read = [parser.parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         programs: dict[str, ast.Program] = {}
-        found = list[list[Diagnostic]]()
+        found = list[list[diagnostics.Diagnostic]]()
         for file, unreadable in read:
             for section in file.parts:
                 if isinstance(section, ast.Section):
                     memory.take(variables_of(section, memory.units)[0])
             own = {part.key: part for part in file.parts if isinstance(part, ast.Program)}
-            twice = [duplicate_name(own[key], 0, IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
+            twice = [parser.duplicate_name(own[key], 0, parser.IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
             found.append([*unreadable, *twice])
             programs |= own
         loaded = list[LoadedFile]()
@@ -202,7 +196,9 @@ class Station:
         the name of steps without a heading. Raises ProgramInterlocked.
         """
         long, dialect = len(text) > LONG_TEXT, self.dialect
-        file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, name=name, remembered=False))
+        file, unreadable = yield from beside_if(
+            long, lambda: parser.parse_file(text, dialect, name=name, remembered=False)
+        )
         self._check_free(file)
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         found = yield from beside_if(long, lambda: LoadedFile.of(file, text, memory, vplus=vplus))
@@ -229,7 +225,7 @@ class Station:
             if isinstance(part, ast.Program):
                 self.check_free(part.name)
 
-    def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
+    def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[diagnostics.Diagnostic, ...]]:
         """Put one program in memory, replacing the one of the same name; `text` is its source. Return its mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
@@ -262,13 +258,13 @@ class Station:
     def execute(
         self,
         program: str | None = None,
-        arguments: Arguments = (),
+        arguments: runtime.Arguments = (),
         cycles: int = 1,
         step: int = 1,
         *,
         limits: Limits | None = None,
         all_tasks: bool = False,
-    ) -> RunResult:
+    ) -> results.RunResult:
         """Run a program to its end, at the terminal; `all_tasks`: run all other tasks to their ends, too. Raises as
         `begin` does; an error in the program is in the result.
         """
@@ -316,7 +312,7 @@ class Station:
     def begin(
         self,
         program: str | None = None,
-        arguments: Arguments = (),
+        arguments: runtime.Arguments = (),
         cycles: int = 1,
         step: int = 1,
         *,
@@ -335,24 +331,26 @@ class Station:
             self._clock_runs()
         track = self.tasks.start(ROBOT_PROGRAM, task, self._given)
         if primed:
-            task.state = TaskState.PAUSED
-            self.tasks.stop(track, RunOutcome.PAUSED)
+            task.state = effects.TaskState.PAUSED
+            self.tasks.stop(track, results.RunOutcome.PAUSED)
         return track
 
-    def start(self, number: int, program: str, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> None:
+    def start(
+        self, number: int, program: str, arguments: runtime.Arguments = (), cycles: int = 1, step: int = 1
+    ) -> None:
         """Start a task that runs whenever time advances. Raises TaskActive, and the same errors as `begin`."""
         self.tasks.start(number, self._task(program, arguments, cycles, step), self._given)
         self.settle()
 
-    def _task(self, name: str, arguments: Arguments, cycles: int, step: int) -> Task:
+    def _task(self, name: str, arguments: runtime.Arguments, cycles: int, step: int) -> runtime.Task:
         stored = self.environment.program(name)
         if any(isinstance(step.statement, ast.BadLine) for step in stored.program.steps):
             raise errors.ProgramNotExecutable(stored.name, f"{{LISTP {stored.name}}} shows its bad lines with a ?")
-        if (mistake := first_error(stored.analysis.diagnostics)) is not None:
+        if (mistake := diagnostics.first_error(stored.analysis.diagnostics)) is not None:
             raise errors.ProgramNotExecutable(stored.name, mistake.detail)
         if not self.engine.settings.switch("VPLUS"):
             self.environment.executable(stored).refuse_beyond_val2()
-        return Task(self.environment, self.engine, stored.name, arguments, cycles, step)
+        return runtime.Task(self.environment, self.engine, stored.name, arguments, cycles, step)
 
     def _clock_runs(self) -> None:
         if self.engine.clock.paused:
@@ -375,7 +373,9 @@ class Station:
         """Carry out a dialogue at the terminal."""
         return self.actor.finish(self.actor.submit(dialogue), self.terminal)
 
-    def wait(self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False) -> Dialogue[RunResult]:
+    def wait(
+        self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False
+    ) -> Dialogue[results.RunResult]:
         """Wait until a program that has begun stops; `all_tasks`: until all tasks have stopped."""
         self._changes_by_program(True)
         try:
@@ -385,7 +385,7 @@ class Station:
         self._reset_settings(track)
         return result
 
-    def _then(self, track: Track) -> Callable[[RunResult], None] | None:
+    def _then(self, track: Track) -> Callable[[results.RunResult], None] | None:
         """Return the function to call at the end of a program whose user has left; None if the program must stop."""
         who = track.driven_by
         return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
@@ -396,10 +396,10 @@ class Station:
             yield Slice.RUNNING
         self.settle()
 
-    def let_run(self, track: Track, ended: Callable[[RunResult], None]) -> None:
+    def let_run(self, track: Track, ended: Callable[[results.RunResult], None]) -> None:
         """Let a program that has begun run whenever time advances; `ended` is called at its end."""
 
-        def over(result: RunResult) -> None:
+        def over(result: results.RunResult) -> None:
             self._changes_by_program(False)
             self._reset_settings(track)
             ended(result)
@@ -418,7 +418,7 @@ class Station:
         with.
         """
         if track.task.is_over:
-            for setting in CYCLE_SETTINGS:
+            for setting in effects.CYCLE_SETTINGS:
                 self.engine.perform(setting)
 
     def settle(self, until: float | None = None) -> None:
@@ -428,7 +428,7 @@ class Station:
         self.driver.settle(until)
 
     def _warn(self, text: str) -> None:
-        self.terminal.show(Message(text, Tone.WARNING))
+        self.terminal.show(replies.Message(text, replies.Tone.WARNING))
 
     def _around(self) -> tuple[CellScene, World | None]:
         """Return the scene that contains the robot, and its world."""
@@ -442,11 +442,11 @@ class Station:
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
         self._warn(what)
 
-    def _tell(self, one: StoppedTask) -> None:
+    def _tell(self, one: results.StoppedTask) -> None:
         """Report the end of another task."""
         fault = one.fault
         what = f"{fault.message} [{one.where}]"
-        self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
+        self.terminal.show(replies.ProgramStopped(what, fault.program, fault.step, fault.source, replies.Tone.ERROR))
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
         """Stop, before its next step, the program or line for which a user waits. `user_state`: only if that user does.
@@ -470,8 +470,8 @@ class Station:
         """Stop the program when its present motion is over; PROCEED continues it."""
         track = self.tasks.get(ROBOT_PROGRAM)
         if track is not None and track.running and not isinstance(track.pending, Aborted):
-            track.task.state = TaskState.PAUSED
-            track.until(self.engine.now, Pause())
+            track.task.state = effects.TaskState.PAUSED
+            track.until(self.engine.now, effects.Pause())
         self.settle()
 
     def stop(self) -> None:
@@ -487,7 +487,7 @@ class Station:
         if not self.engine.realtime:
             self.settle(self.engine.end)
 
-    def resync(self, *, stops: bool) -> Dialogue[ResyncReport]:
+    def resync(self, *, stops: bool) -> Dialogue[measured.ResyncReport]:
         """Bring the body and the timeline back together (RESYNC). Raises UsageError while a program runs or on a
         branch, RequestRefused, MotionError.
         """
@@ -600,7 +600,7 @@ class Station:
         it was stopped.
         """
         self.user_state.last_statement = statement
-        task = statement_task(self.environment, self.engine, statement)
+        task = runtime.statement_task(self.environment, self.engine, statement)
         track = self.tasks.start(PROMPT_LINE, task, self._given)
         track.times, track.issued, self.user_state.issued = self.user_state.times, self.user_state.issued, None
         of_program = self.unstored.of_program
@@ -613,7 +613,7 @@ class Station:
             if of_program and self.running:
                 self._changes_by_program(True)
         self.settle()
-        if result.outcome is RunOutcome.ABORTED:
+        if result.outcome is results.RunOutcome.ABORTED:
             raise LineStopped
         if track.error is not None:
             raise track.error

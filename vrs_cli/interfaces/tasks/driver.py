@@ -34,9 +34,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import BUDGET
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, ComputedSignals, Inputs, LivingCell
 from vrs_cli.language.words.values import INTERNAL, key_of
-from vrs_cli.values.commands import Stamp
-from vrs_cli.values.replies import Message, Tone
-from vrs_cli.values.results import RunOutcome, RunResult
+from vrs_cli.values import commands, replies, results
 from vrs_cli.values.world import NO_SCENE
 
 if TYPE_CHECKING:
@@ -88,7 +86,7 @@ class _Run(Struct, eq=False):
     started: float
     last: float
     before: int
-    then: Callable[[RunResult], None] | None = None
+    then: Callable[[results.RunResult], None] | None = None
     all_tasks: bool = False
     look: int = 0
 
@@ -126,9 +124,9 @@ class Driver:
             self._transcript.show,
             outside or Outside(),
             # the program continues without the device
-            lambda missing: terminal.show(Message(str(missing), Tone.WARNING)),
+            lambda missing: terminal.show(replies.Message(str(missing), replies.Tone.WARNING)),
         )
-        self.devices.outside.tell = lambda text: terminal.show(Message(text))
+        self.devices.outside.tell = lambda text: terminal.show(replies.Message(text))
         self.tasks = tasks.Tasks(engine, environment, self.devices)
         self._performer = Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
@@ -136,7 +134,7 @@ class Driver:
         self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
         self.asking: set[int] = set()
         self.answers: Callable[[tasks.Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
-        self.then: Callable[[tasks.Track], Callable[[RunResult], None] | None] = lambda _track: None
+        self.then: Callable[[tasks.Track], Callable[[results.RunResult], None] | None] = lambda _track: None
         self.lags: Callable[[], bool] = lambda: False
         environment.signals.engine = engine
         environment.signals.listeners.append(self._follow)
@@ -183,7 +181,9 @@ class Driver:
 
     # --- a user waits ---
 
-    def run(self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Dialogue[RunResult]:
+    def run(
+        self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False
+    ) -> Dialogue[results.RunResult]:
         """Run until a task stops, or (`all_tasks`) until all tasks have stopped. At each RUNNING the actor carries out
         one event (`step`); the other tasks run beside it, and their questions are asked.
         """
@@ -211,7 +211,7 @@ class Driver:
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
 
     def begin(
-        self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[RunResult], None] | None = None
+        self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[results.RunResult], None] | None = None
     ) -> _Run:
         """Begin to wait for a task, within limits; `then` is called at the end of the task if no request waits for
         it.
@@ -276,21 +276,21 @@ class Driver:
         for track in self.tasks.running:
             if track is foreground or track.task.was_broken_off:
                 track.task.abort()
-                self.tasks.stop(track, RunOutcome.ABORTED)
+                self.tasks.stop(track, results.RunOutcome.ABORTED)
 
-    def broken_off(self, error: LimitReached) -> RunResult:
+    def broken_off(self, error: LimitReached) -> results.RunResult:
         """Return the result of a run that `error` ended in the middle of a step."""
         track = self.tasks.get(tasks.ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
-        track.fault, track.outcome = track.task.fail(error).fault, RunOutcome.FAILED
+        track.fault, track.outcome = track.task.fail(error).fault, results.RunOutcome.FAILED
         self._transcript.end_line()
         return self._result(_Run(track, ATTENDED, 0.0, inf, 0))
 
-    def _result(self, run: _Run) -> RunResult:
+    def _result(self, run: _Run) -> results.RunResult:
         track = run.track
         assert track.outcome is not None
-        return RunResult(
+        return results.RunResult(
             track.task.program,
             track.task.cycles_done,
             run.started,
@@ -365,7 +365,7 @@ class Driver:
             self._fail(track, error)
         else:  # the program is over, and nothing more will happen in this task
             place = f"task {track.number} is ended at {track.task.program} step {track.task.step}"
-            self.terminal.show(Message(f"{place}: {error}", Tone.WARNING))
+            self.terminal.show(replies.Message(f"{place}: {error}", replies.Tone.WARNING))
             self.tasks.abort(track.number)
 
     def _exceed_time(self, run: _Run) -> None:
@@ -522,7 +522,7 @@ class Driver:
                 self.environment.reference(name, None).assign(value)
             if change.signal:
                 signal = change.signal if change.on else -change.signal
-                self.environment.signals.write(signal, inputs=True, stamp=Stamp(self.engine.now))
+                self.environment.signals.write(signal, inputs=True, stamp=commands.Stamp(self.engine.now))
 
     @property
     def course(self) -> WorldCourse | None:
@@ -561,7 +561,7 @@ class Driver:
             stay = signals.computed_states() if cell is not None else ()
             self.cell, self._living, signals.names, signals.cell_inputs = before
             self.world = world or self.world  # the parts of a call's own cell can be inspected afterwards
-            signals.write(*stay, inputs=True, stamp=Stamp(self.engine.now))  # the last changes by the cell
+            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # the last changes by the cell
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)

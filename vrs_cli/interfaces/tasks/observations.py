@@ -16,8 +16,7 @@ from vrs_cli.errors import EndlessWait, VrsError
 from vrs_cli.interfaces.tasks.tasks import Tasks, Track
 from vrs_cli.language.run.effects import AttachRobot, Wait, WaitEvent
 from vrs_cli.language.run.signals import Signals
-from vrs_cli.language.text.ast import Call, Expression, Instruction, channel, nodes, plain_number
-from vrs_cli.language.text.printer import expression_text
+from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words.functions import BY_TIME
 from vrs_cli.language.words.values import INPUTS, INTERNAL
 from vrs_cli.trajectory.instant import TICK
@@ -155,15 +154,15 @@ def _stays(track: Track) -> bool:
     pending = track.pending
     if isinstance(pending, Wait):
         condition = _condition(track)
-        changes = any(isinstance(node, Call) and node.name in BY_TIME for node in nodes(condition))
+        changes = any(isinstance(node, ast.Call) and node.name in BY_TIME for node in ast.nodes(condition))
         return condition is not None and not changes and not _wait_is_over(pending)
     return isinstance(pending, AttachRobot) or (isinstance(pending, WaitEvent) and pending.seconds is None)
 
 
-def _condition(track: Track) -> Expression | None:
+def _condition(track: Track) -> ast.Expression | None:
     """Return the condition of the WAIT at which a task has stopped."""
     it = track.task.statement
-    return it.arguments[0] if isinstance(it, Instruction) and it.word == "WAIT" and it.arguments else None
+    return it.arguments[0] if isinstance(it, ast.Instruction) and it.word == "WAIT" and it.arguments else None
 
 
 def _wait_is_over(wait: Wait) -> bool:
@@ -188,15 +187,15 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
     hint = f"{change} first" if track.at_prompt else f"{change}, then RETRY"
     if help_:
         hint = help_ if signal is not None and abs(signal) in INPUTS else ""
-    awaited = "" if condition is None else said(expression_text(condition))
+    awaited = "" if condition is None else said(printer.expression_text(condition))
     return EndlessWait(f"waits for {awaited}, which nothing here {what}", hint)
 
 
-def _signal(condition: Expression | None) -> int | None:
+def _signal(condition: ast.Expression | None) -> int | None:
     """Return the single signal that a condition waits for: WAIT SIG(1003), or WAIT 3 as in VAL."""
-    if condition is not None and (asked := channel(condition)) is not None:
+    if condition is not None and (asked := ast.channel(condition)) is not None:
         return asked
-    if not isinstance(condition, Call) or condition.name != "SIG" or len(condition.arguments) != 1:
+    if not isinstance(condition, ast.Call) or condition.name != "SIG" or len(condition.arguments) != 1:
         return None
-    number = plain_number(condition.arguments[0])
+    number = ast.plain_number(condition.arguments[0])
     return None if number is None else round(number)

@@ -25,8 +25,7 @@ from vrs_cli.language.run.memory import TICK
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.trajectory.instant import LATEST, on_grid
-from vrs_cli.values import commands
-from vrs_cli.values.results import RunOutcome
+from vrs_cli.values import commands, results
 
 VAIN_READ = 100  # number of steps that a READ without input counts as, because it takes as much CPU time
 LOOK = 1.0  # time between two checks of a unit while nothing arrives [s], so that a time limit is noticed
@@ -262,7 +261,9 @@ class Performer:
             track.fault, track.error = event.fault, event.error
         if isinstance(event, Stopped):
             track.detail, track.task.state = event.detail, effects.TaskState.PAUSED
-        self._tasks.stop(track, RunOutcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
+        self._tasks.stop(
+            track, results.RunOutcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)]
+        )
 
 
 def by_robot_clock(request: commands.Request, times: HolderTimes) -> commands.Request:
@@ -281,12 +282,12 @@ def _line(answer: str | VrsError | None) -> str | None:
     return answer
 
 
-_ENDINGS: dict[type, RunOutcome] = {
-    effects.ProgramCompleted: RunOutcome.COMPLETED,
-    effects.Halt: RunOutcome.HALTED,
-    effects.Pause: RunOutcome.PAUSED,
-    effects.Failed: RunOutcome.FAILED,
-    Aborted: RunOutcome.ABORTED,
+_ENDINGS: dict[type, results.RunOutcome] = {
+    effects.ProgramCompleted: results.RunOutcome.COMPLETED,
+    effects.Halt: results.RunOutcome.HALTED,
+    effects.Pause: results.RunOutcome.PAUSED,
+    effects.Failed: results.RunOutcome.FAILED,
+    Aborted: results.RunOutcome.ABORTED,
 }
 
 ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {

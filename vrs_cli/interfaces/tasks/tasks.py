@@ -21,10 +21,7 @@ from vrs_cli.language.run import effects
 from vrs_cli.language.run.memory import ROBOT_NUMBER, System
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.commands import Request, Stamp
-from vrs_cli.values.numbers import Value
-from vrs_cli.values.questions import LineWanted
-from vrs_cli.values.results import ProgramFault, RunOutcome, StoppedTask
+from vrs_cli.values import commands, numbers, questions, results
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -62,12 +59,12 @@ class PendingInput(Struct, frozen=True):
     event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
 
     @property
-    def question(self) -> LineWanted:
+    def question(self) -> questions.LineWanted:
         """The question for the user who drives the task."""
         if not isinstance(self.event, effects.Prompt):
-            return LineWanted("")
+            return questions.LineWanted("")
         wrong = self.event.wrong
-        return LineWanted(self.event.text, "" if wrong is None else str(wrong))
+        return questions.LineWanted(self.event.text, "" if wrong is None else str(wrong))
 
 
 class Stopped(Struct, frozen=True):
@@ -120,8 +117,8 @@ class Track(Struct, eq=False):
     pending: Pending | None = None
     asked: float = 0.0
     answer: str | None = None
-    outcome: RunOutcome | None = None
-    fault: ProgramFault | None = None
+    outcome: results.RunOutcome | None = None
+    fault: results.ProgramFault | None = None
     error: VrsError | None = None
     detail: str = ""
     mine: bool = False
@@ -162,7 +159,7 @@ class Track(Struct, eq=False):
         if due is None:
             return False
         return isinstance(self.pending, effects.Wait | effects.WaitEvent | effects.UnitEffect) or (
-            due.immediate and isinstance(self.pending, Request)
+            due.immediate and isinstance(self.pending, commands.Request)
         )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
@@ -177,9 +174,9 @@ class Watch(Struct):
     """An expression, its text and its value at the last evaluation; None: it had no value."""
 
     text: str
-    evaluate: Callable[[], Value]
-    shown: Callable[[Value], str]
-    last: Value | None = None
+    evaluate: Callable[[], numbers.Value]
+    shown: Callable[[numbers.Value], str]
+    last: numbers.Value | None = None
 
     def change(self) -> str:
         """Return a text with the present and the previous value; empty if they are equal."""
@@ -206,12 +203,12 @@ class Tasks(System):
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
         self.current = PROMPT_LINE
         self.who: object = None
-        self.failed: list[StoppedTask] = []
+        self.failed: list[results.StoppedTask] = []
         self.breakpoints = set[tuple[str, int]]()
         self.watches = list[Watch]()
         self._latch: tuple[Transform, Joints] | None = None  # the position of the robot at the last LATCH.SIGNAL
         self._latched = False
-        self.told: Callable[[StoppedTask], None] = lambda _beside: None
+        self.told: Callable[[results.StoppedTask], None] = lambda _beside: None
         self.observed: Callable[[Track, int, bool], None] = lambda _track, _signal, _on: None
         self._engine, self._environment, self._devices = engine, environment, devices
         self._tracks: dict[int, Track] = {}
@@ -317,7 +314,7 @@ class Tasks(System):
         track.task.end_cycles()
         return track
 
-    def stop(self, track: Track, outcome: RunOutcome) -> None:
+    def stop(self, track: Track, outcome: results.RunOutcome) -> None:
         """End a task, or pause it: the task releases the robot, its signal and its files."""
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
@@ -327,7 +324,7 @@ class Tasks(System):
         else:  # the task may continue: its files stay open, and contain all of its output
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
-            self.failed.append(StoppedTask(track.number, track.fault, self._engine.now))
+            self.failed.append(results.StoppedTask(track.number, track.fault, self._engine.now))
             self.told(self.failed[-1])
 
     def kill(self, number: int) -> None:
@@ -419,7 +416,7 @@ class Tasks(System):
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
             # a stamp at the present time: this act belongs to the program, and is not a command that UNDO takes back
-            stamp = Stamp(self._engine.now)
+            stamp = commands.Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
     # --- what programs may ask of the system ---
