@@ -6,9 +6,9 @@ there. Each counted operation takes 1 from `n`, the steps that are left of the t
 is done. While the program is suspended the context's `turn` holds n and the present operation. The lines of an
 operation's code have its number, so that an error tells where it occurred.
 
-    def program(X, R, L, S, P, KR, KL, F, pc, ...):   context; cells of reals, locations, strings, precision points;
-        l0, s0 = F                               frame: limits of FOR and subjects of CASE; ... arrays and arguments
-        B = X.turn
+    def program(X, R, L, S, P, KR, KL, C, F, pc, ...):   context; cells of reals, locations, strings, precision points;
+        l0, s0 = F                                  C: bound calls; F: frame, limits of FOR and subjects of CASE;
+        B = X.turn                                  ... arrays and arguments
         n = B[0]
         try:
             while True:
@@ -37,7 +37,6 @@ from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.names import Analysis
-from vrs_cli.language.analysis.structure import waits_for_signals
 from vrs_cli.language.compile import lowering
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, KEYS, Array, ExpressionCompiler, Library, constant_index, reads
@@ -58,7 +57,7 @@ OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, 
 # --- programs ----------------------------------------------------------------------------------------------------
 
 
-class _ProgramCompiler(ExpressionCompiler):
+class ProgramCompiler(ExpressionCompiler):
     """Makes the body of a program's Python function from the program's operations.
 
     `_numbers`: the number of each block, by the operation that begins it; `_here`: the blocks of the present function;
@@ -71,6 +70,7 @@ class _ProgramCompiler(ExpressionCompiler):
         super().__init__(library, analysis.kinds, {variable.key: number for number, variable in enumerate(declared)})
         self.array_parameters.update(variable.key for variable in declared if variable.indexes is not None)
         self._lowered, self._program = lowered, analysis.program
+        self.slots = [f"{letter}{number}" for number in range(lowered.slots) for letter in "ls"]
         self._numbers: Mapping[int, int] = {}
         self._here = range(0)
         self._inner: int | None = None
@@ -84,7 +84,7 @@ class _ProgramCompiler(ExpressionCompiler):
         self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
         cuts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
         ends = zip(leaders, [*leaders[1:], len(ops)], strict=True)
-        self._silent_blocks = frozenset(k for k, cut in enumerate(ends) if all(map(_silent, ops[slice(*cut)])))
+        self._silent_blocks = frozenset(k for k, cut in enumerate(ends) if all(map(is_silent, ops[slice(*cut)])))
         parts = [self._function(range(*cut), leaders) for cut in pairwise([*cuts, len(leaders)])]
         return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
 
@@ -95,7 +95,7 @@ class _ProgramCompiler(ExpressionCompiler):
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         body = [tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load())), _load_left()]
         body += self._with_frame(loop) if self._lowered.slots else loop
-        names = ["X", *CELLS.values(), *KEYS.values(), "F", "pc", *self.parameter_fields(), *self.arrays.values()]
+        names = ["X", *CELLS.values(), *KEYS.values(), "C", "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
         rest = py.arg("_rest")  # the arrays of later parts
         return tree.make_function(
@@ -111,10 +111,9 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _with_frame(self, loop: list[py.stmt]) -> list[py.stmt]:
         """Load the slots from the frame, and store them again when the program ends in any way."""
-        slots = [f"{letter}{number}" for number in range(self._lowered.slots) for letter in "ls"]
-        taken = py.Tuple([py.Name(slot, py.Store()) for slot in slots], py.Store())
+        taken = tree.unpacked(self.slots)
         frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
-        kept = py.Assign([frame], tree.tuple_of(map(tree.name, slots)))
+        kept = py.Assign([frame], tree.tuple_of(map(tree.name, self.slots)))
         return [py.Assign([taken], tree.name("F")), py.Try(loop, [], [], [kept])]
 
     # blocks
@@ -148,20 +147,23 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
         self.reads = self.observes = False
-        if not _silent(op):
+        if not is_silent(op):
             self._counted = place
-        statements = _OPERATIONS[type(op)](self, op)
+        statements = self._statements(op)
         if self.observes:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "observes_at", tree.constant(place))))
         if self.reads:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
-        if not _silent(op):
+        if not is_silent(op):
             suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _load_left()], [])
             count = tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1)))
             statements = [count, suspended, *statements]
         for statement in statements:
             tree.place(statement, place + FIRST_LINE)
         return statements
+
+    def _statements(self, op: lowering.Op) -> list[py.stmt]:
+        return _OPERATIONS[type(op)](self, op)
 
     def _jump_if(self, op: lowering.JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
@@ -211,6 +213,10 @@ class _ProgramCompiler(ExpressionCompiler):
         tests = [self.comparison(subject, "==", self.value(value), kind) for value in op.values]
         matched = tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)
         return [py.If(tree.not_(matched), self._to(op.target), [])]
+
+    def _finish(self) -> list[py.stmt]:
+        told = [] if self._counted is None else [_store(1, self._counted)]
+        return [_store(0), *told, tree.yield_(tree.name("RETURN")), py.Return(None)]
 
     # statements
 
@@ -280,8 +286,9 @@ class _ProgramCompiler(ExpressionCompiler):
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
         if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
             return self.reference(expression)
-        if row.shape is Shape.PROGRAM and expression is not None:
-            return self._program_call(expression)
+        if isinstance(expression, ast.ProgramCall):
+            given = tree.tuple_of(map(self.given_to_call, expression.arguments))
+            return tree.call("CallProgram", tree.constant(expression.name), given)
         return self.operand(expression, row)
 
     def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
@@ -294,7 +301,7 @@ class _ProgramCompiler(ExpressionCompiler):
         if not statement.arguments or statement.arguments[0] is None:
             return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
         asked = statement.arguments[0]
-        of_val = ast.channel(asked) is not None and waits_for_signals(self._program)
+        of_val = ast.channel(asked) is not None and self.library.waits_for_signals(self._program)
         truth = self.truth(ast.signals_on((asked,), asked.span) if of_val else asked)
         # the program's variables are defaults of the function: closure cells would slow down the whole program
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
@@ -306,10 +313,26 @@ class _ProgramCompiler(ExpressionCompiler):
             py.If(tree.not_(py.Call(tree.name("w"), [], [])), [wait], []),
         ]
 
-    def _call_program(self, statement: ast.Instruction) -> list[py.stmt]:
-        program = statement.arguments[0]
-        assert program is not None
-        return [tree.yield_(self._program_call(program))]
+    def _call_program(self, op: lowering.Invoke) -> list[py.stmt]:
+        """Call the function that is bound to the call. If it returns no number of steps left, let the task go on."""
+        assert self._counted is not None
+        by_task = tree.method(
+            tree.name("X"),
+            "task_call",
+            tree.constant(op.called.name),
+            tree.constant(op.site),
+            tree.name("n"),
+            tree.name("m"),
+        )
+        done = tree.compare(tree.name("m"), py.Gt(), tree.constant(0))
+        away = [_store(1, self._counted), tree.yield_(by_task), _load_left()]
+        return [*self.call_bound(op), py.If(done, [tree.assign("n", tree.name("m"))], away)]
+
+    def call_bound(self, op: lowering.Invoke) -> list[py.stmt]:
+        """Call the function that is bound to the call, with the steps left of the turn."""
+        given = map(self.given_to_call, op.called.arguments)
+        call = tree.call("f", tree.name("X"), tree.name("n"), tree.name("e"), *given)
+        return [py.Assign([tree.unpacked("fe")], tree.item("C", tree.constant(op.site))), tree.assign("m", call)]
 
     def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
         """Call the program that a string names."""
@@ -318,11 +341,6 @@ class _ProgramCompiler(ExpressionCompiler):
         text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
         name = tree.method(self.in_range(text, Kind.STRING), "strip")
         return [tree.yield_(tree.call("CallProgram", name, tree.tuple_of(map(self.given_to_call, given))))]
-
-    def _program_call(self, program: ast.Expression) -> py.expr:
-        given = program.arguments if isinstance(program, ast.ProgramCall) else ()
-        name = program.text if isinstance(program, ast.BareWord) else str(getattr(program, "name", ""))
-        return tree.call("CallProgram", tree.constant(name), tree.tuple_of(map(self.given_to_call, given)))
 
 
 def _store(place: int, op: int | None = None) -> py.stmt:
@@ -343,36 +361,30 @@ def _constant_step(statement: ast.For) -> float | None:
 
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
     lowering.Perform: lambda compiler, op: compiler._statement(op.statement),
+    lowering.Invoke: lambda compiler, op: compiler._call_program(op),
     lowering.Jump: lambda compiler, op: compiler._to(op.target),
-    lowering.JumpIf: _ProgramCompiler._jump_if,
-    lowering.ForBegin: _ProgramCompiler._for_begin,
-    lowering.ForNext: _ProgramCompiler._for_next,
+    lowering.JumpIf: ProgramCompiler._jump_if,
+    lowering.ForBegin: ProgramCompiler._for_begin,
+    lowering.ForNext: ProgramCompiler._for_next,
     lowering.CaseBegin: lambda compiler, op: [
         tree.assign(f"l{op.slot}", compiler.value(op.subject)),
         *compiler._to(op.target),
     ],
-    lowering.CaseTest: _ProgramCompiler._case_test,
+    lowering.CaseTest: ProgramCompiler._case_test,
     lowering.Mark: lambda _compiler, _op: [py.Pass()],
-    lowering.Finish: lambda compiler, _op: [
-        _store(0),
-        *([] if compiler._counted is None else [_store(1, compiler._counted)]),
-        tree.yield_(tree.name("RETURN")),
-        py.Return(None),
-    ],
+    lowering.Finish: lambda compiler, _op: compiler._finish(),
 }
 
-_SPECIAL: dict[str, Callable[[_ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
+_SPECIAL: dict[str, Callable[[ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
     "BREAK": lambda _compiler, _statement: [],  # the instruction table adds its BREAK
-    "WAIT": _ProgramCompiler._wait,
-    "CALL": _ProgramCompiler._call_program,
-    "GOSUB": _ProgramCompiler._call_program,
-    "CALLS": _ProgramCompiler._call_by_text,
+    "WAIT": ProgramCompiler._wait,
+    "CALLS": ProgramCompiler._call_by_text,
 }
 
 
 def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
-    """Join functions; `firsts`: the first block of each. `at`: the place of `pc` among the arguments."""
-    at = 2 + len(CELLS) + len(KEYS)
+    """Join functions; `firsts`: the first block of each. `at`: the index of `pc` among the arguments."""
+    at = 3 + len(CELLS) + len(KEYS)
 
     def program(*arguments: object) -> Steps:
         pc = arguments[at]
@@ -411,7 +423,7 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
     def everywhere(self) -> Variant:
         """Compile the variant that can be entered at every operation."""
         with pause_collector():
-            return _ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
+            return ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
 
     def variant(self, op: int) -> Variant:
         """Return a variant that can be entered at an operation."""
@@ -421,11 +433,11 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         """Return the first step with an action from `step` on (counted from 0), so that the program can stop
         before it.
         """
-        steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))
+        steps = (op.step for op in self.lowered.ops if op.step >= step and not is_silent(op))
         return min(steps, default=None)
 
 
-def _silent(op: lowering.Op) -> bool:
+def is_silent(op: lowering.Op) -> bool:
     """Return whether an operation does not count as a step for the driver."""
     return isinstance(op, lowering.Mark | lowering.Finish) or (isinstance(op, lowering.Jump) and not op.counted)
 
@@ -436,7 +448,7 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
         raise ProgramNotExecutable(analysis.program.name, "mend its errors first")
     try:
         lowered = lowering.lower(analysis)
-        compiler = _ProgramCompiler(library, analysis, lowered)
+        compiler = ProgramCompiler(library, analysis, lowered)
         with pause_collector():
             variant = compiler.variant(everywhere=False)
     except RecursionError:

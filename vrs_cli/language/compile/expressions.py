@@ -40,6 +40,7 @@ _RELATIONS: dict[str, type[py.cmpop]] = {
     ">=": py.GtE,
 }
 _LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}  # both sides, always
+ARGUMENT = "the argument"  # the key of a value that a CALL passes
 NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
 KEYS = {
     "R": "KR",
@@ -51,13 +52,15 @@ CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "
 class Library(Struct, frozen=True):
     """The names that compiled programs use; `language.run` supplies them. `names`: the globals of every program.
     Functions of the language by name: `of_values` take values, `in_context` take the context of the program first.
-    `handlers`: functions that carry out instructions, by word.
+    `handlers`: functions that carry out instructions, by word. `waits_for_signals`: whether WAIT 3 of a program waits
+    for a signal, as in a program without parts of V+.
     """
 
     names: Mapping[str, object]
     of_values: Mapping[str, Callable[..., Any]]
     in_context: Mapping[str, Callable[..., Any]]
     handlers: Mapping[str, Callable[..., Any]]
+    waits_for_signals: Callable[[ast.Program], bool]
 
 
 Array = tuple[Kind, str]  # an array of the environment: its kind and its key
@@ -297,24 +300,21 @@ class ExpressionCompiler:
             raise ProgramNotExecutable("the last name of a compound must be a variable")
         return tree.call("Definable", self.reference(variable), before)
 
-    def argument_of_call(self, expression: ast.Expression | None) -> py.expr:
-        """Pass a variable by reference; pass another expression, or a variable in parentheses, by value."""
+    def given_to_call(self, expression: ast.Expression | None) -> py.expr:
+        """Pass a variable by reference, as a tuple, which needs no call; pass another expression, or a variable in
+        parentheses, by value.
+        """
         if expression is None:
             return tree.constant(None)
-        if not isinstance(expression, ast.Variable):
-            return tree.call("by_value", tree.name("X"), self.in_range(expression))
-        if expression.grouped:
-            return tree.call("by_value", tree.name("X"), self.read(expression))
-        return self.reference(expression)
-
-    def given_to_call(self, expression: ast.Expression | None) -> py.expr:
-        """Pass an argument as `argument_of_call` does, but a plain variable as a tuple, which needs no call."""
         if isinstance(expression, ast.Variable) and not expression.grouped:
             part = expression.many and expression.indexes  # a row of an array
             return self.reference(expression) if part else tree.tuple_of(self._fields(expression))
-        if expression is not None and self.kind_of(expression) is Kind.REAL:
-            return tree.call("real_by_value", tree.name("X"), self.in_range(expression))
-        return self.argument_of_call(expression)
+        if self.kind_of(expression) is Kind.REAL:
+            key = tree.constant(ARGUMENT)
+            cells = tree.call("RealArgument", py.Dict([key], [self.in_range(expression)]))
+            return tree.tuple_of((cells, tree.name("NO_LOCATION"), key))
+        value = self.read(expression) if isinstance(expression, ast.Variable) else self.in_range(expression)
+        return tree.call("by_value", tree.name("X"), value)
 
 
 _BY_REFERENCE = {*VARIABLES, Shape.ELEMENTS}

@@ -29,6 +29,13 @@ class Perform(Op, frozen=True):
     statement: ast.Assignment | ast.Instruction
 
 
+class Invoke(Op, frozen=True):
+    """CALL or GOSUB of a named program: the call number `site` of this program."""
+
+    called: ast.ProgramCall
+    site: int
+
+
 class Mark(Op, frozen=True):
     """A step without action: DO, END of IF and CASE, a blank line."""
 
@@ -88,12 +95,13 @@ class CaseTest(CaseBegin, frozen=True):
 class Lowered(Struct, frozen=True):
     """A lowered program. `entries[step]` is the operation at which a step is entered, with one more for the end.
     `slots`: the number of value pairs that are kept while the program is active (limits and steps of FOR, subjects of
-    CASE).
+    CASE). `calls`: the calls of named programs, by their numbers.
     """
 
     ops: tuple[Op, ...]
     entries: tuple[int, ...]
     slots: int
+    calls: tuple[Invoke, ...] = ()
 
 
 def lower(analysis: Analysis) -> Lowered:
@@ -117,6 +125,7 @@ class _Lowering:
         self._closers = {block.closer: block for block in analysis.blocks}
         self._slots = {block.opener: number for number, block in enumerate(analysis.blocks)}
         self._ops: list[Op] = []
+        self._calls: list[Invoke] = []
         self._places: dict[int, int] = {}
 
     def result(self) -> Lowered:
@@ -128,7 +137,7 @@ class _Lowering:
         self._ops.append(Finish(max(end - 1, 0)))
         places = self._places
         ops = tuple(replace(op, target=places[op.target]) if isinstance(op, Jumping) else op for op in self._ops)
-        return Lowered(ops, tuple(self._places[step] for step in range(end + 1)), len(self._slots))
+        return Lowered(ops, tuple(places[step] for step in range(end + 1)), len(self._slots), tuple(self._calls))
 
     def _operation(self, number: int, statement: ast.Statement | None) -> Op:
         match statement:
@@ -168,6 +177,11 @@ class _Lowering:
     def _instruction(self, number: int, statement: ast.Instruction) -> Op:
         if statement.word in LOOP_JUMPS:
             return self._leave_loop(number, statement)
+        if statement.word in ("CALL", "GOSUB"):
+            called = statement.arguments[0]
+            assert isinstance(called, ast.ProgramCall)
+            self._calls.append(Invoke(number, called, len(self._calls)))
+            return self._calls[-1]
         if statement.word in _CONDITIONS and (label := label_of(statement)) is not None:
             condition, first = _CONDITIONS[statement.word](statement)
             return JumpIf(number, self._labels[label], condition, True, first)

@@ -63,6 +63,11 @@ def assign(identifier: str, value: py.expr) -> py.Assign:
     return py.Assign([py.Name(identifier, py.Store())], value)
 
 
+def unpacked(identifiers: Iterable[str]) -> py.Tuple:
+    """Make the target of an assignment that unpacks a tuple."""
+    return py.Tuple([py.Name(identifier, py.Store()) for identifier in identifiers], py.Store())
+
+
 def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None = None) -> py.arguments:
     """Make parameters. `defaults`: the default of each is the variable of the same name. `rest` takes all further
     arguments.

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from enum import Enum
+from typing import Any
 
 from msgspec import Struct
 
@@ -95,10 +96,20 @@ class CycleBegins(Effect, frozen=True):
 
 
 class CallProgram(Effect, frozen=True):
-    """CALL; the task carries it out."""
+    """CALL; the task carries it out. `site`: the number of the call in its program."""
 
     name: str
     arguments: tuple[Given | None, ...]
+    site: int | None = None
+
+
+class BrokenOff(Effect, frozen=True):
+    """A direct call has come to the end of the turn; the task continues it. `frames`: of the called programs, the
+    innermost first: executable, arguments and own variables, operation, limits of FOR and subjects of CASE, and
+    whether the operation has made a call.
+    """
+
+    frames: tuple[Any, ...]
 
 
 class Return(Effect, frozen=True):

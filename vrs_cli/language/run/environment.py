@@ -17,15 +17,28 @@ from msgspec import Struct
 from vrs_cli.errors import ArgumentMismatch, ArithmeticOverflow, IllegalValue, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.kinematics.transform import compose
-from vrs_cli.language.analysis.structure import beyond
+from vrs_cli.language.analysis import names
+from vrs_cli.language.analysis.structure import beyond, waits_for_signals
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
-from vrs_cli.language.compile.expressions import CELLS, KEYS, ExpressionCompiler, Library
+from vrs_cli.language.compile.direct import Direct, compile_direct
+from vrs_cli.language.compile.expressions import ARGUMENT, CELLS, KEYS, ExpressionCompiler, Library
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
-from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
+from vrs_cli.language.run.memory import (
+    NOT_BOUND,
+    Bound,
+    Context,
+    Definable,
+    Memory,
+    StoredProgram,
+    Wording,
+    by_task,
+    not_bound,
+    stamp_of,
+)
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
 from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
 from vrs_cli.language.run.semantics.instructions import MOTIONS, TASKS
-from vrs_cli.language.run.variables import NO_CELLS, Cells, Given, Reference, new_variable
+from vrs_cli.language.run.variables import NO_CELLS, Cells, Given, RealArgument, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.words import values
 from vrs_cli.values.commands import Break
@@ -47,7 +60,7 @@ def setting(name: str, variable: Reference) -> Value:
 
 def by_value(context: Context, value: Value) -> Reference:
     """Pass the value of an expression to a CALL, in a variable that is visible nowhere else."""
-    kind, key = values.kind_of_value(value), _ARGUMENT
+    kind, key = values.kind_of_value(value), ARGUMENT
     reference = new_variable(
         context.environment.spelling, key, values.Kind.REAL if kind is values.Kind.LOCATION else kind
     )
@@ -55,18 +68,9 @@ def by_value(context: Context, value: Value) -> Reference:
     return reference
 
 
-_ARGUMENT = "the argument"
-_ANY_REAL = Cells({}, values.Kind.REAL)  # so that a real used as a transformation raises TypeMismatch
-_ANY_REAL[_ARGUMENT] = 0.0
-_NO_LOCATION = Cells({}, values.Kind.LOCATION)
-_NO_LOCATION.others = ref(_ANY_REAL)
-
-
-def real_by_value(context: Context, value: float) -> Given:
-    """Pass a real as `by_value` does, but faster: it stays a real, so it needs no cells for a transformation."""
-    cells = Cells(context.environment.spelling, values.Kind.REAL)
-    cells[_ARGUMENT] = value
-    return cells, _NO_LOCATION, _ARGUMENT
+_ANY_REAL = RealArgument({ARGUMENT: 0.0})  # so that a real used as a transformation raises TypeMismatch
+NO_LOCATION = Cells({}, values.Kind.LOCATION)
+NO_LOCATION.others = ref(_ANY_REAL)
 
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
@@ -102,6 +106,7 @@ class Unset:
 
 
 UNSET = Unset()
+MAX_BOUND = 200  # maximum number of programs with bound calls, and so of direct calls within one another
 
 # Functions that carry out instructions: from evaluated operands to the requests and effects that the program yields.
 # Variables, signals and timers are changed by the functions themselves, without the driver.
@@ -110,7 +115,7 @@ HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 _CALLED: tuple[Callable[..., Any], ...] = (
     *(compose, modulo, power),
     *(for_step, guard, at_once, stamp_of, values.storable, values.whole, values.within_range),
-    *(setting, by_value, real_by_value, CallProgram, Definable, Reference, Wait, Wording),
+    *(setting, by_value, by_task, CallProgram, Definable, RealArgument, Reference, Wait, Wording),
 )
 _NAMES: Mapping[str, object] = {  # the globals of compiled programs
     **{one.__name__: one for one in _CALLED},
@@ -118,12 +123,14 @@ _NAMES: Mapping[str, object] = {  # the globals of compiled programs
     "bit_and": lambda a, b: values.wrap(values.integer(a) & values.integer(b)),
     "bit_or": lambda a, b: values.wrap(values.integer(a) | values.integer(b)),
     "bit_xor": lambda a, b: values.wrap(values.integer(a) ^ values.integer(b)),
+    "NO_LOCATION": NO_LOCATION,
     "NO_CELLS": NO_CELLS,
+    "UNSET": UNSET,
     "BREAK": Break(),
     "RETURN": Return(),
 }
 
-LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
+LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS, waits_for_signals)
 
 
 def evaluator(
@@ -151,7 +158,7 @@ class Executable:
     when it first runs.
     """
 
-    def __init__(self, memory: Memory, stored: StoredProgram) -> None:
+    def __init__(self, memory: Environment, stored: StoredProgram) -> None:
         self._memory = memory
         self.program = stored.program
         self.analysis = stored.analysis
@@ -194,13 +201,71 @@ class Executable:
         """
         known = self._starts.get(op)
         if known is None:
-            variant, cells = self.compilation.variant(op), self._memory.cells
-            arrays = [cells(*array) for array in variant.arrays]
-            simple = {name: cells(kind) for kind, name in CELLS.items()}
-            both: list[object] = [*simple.values(), *(simple[name].keys() for name in KEYS)]
-            known = self._starts[op] = variant.function, both, variant.numbers[op], arrays
-        function, both, block, arrays = known
-        return function(context, *both, slots, block, *chain.from_iterable(arguments), *arrays)
+            variant = self.compilation.variant(op)
+            arrays = [self._memory.cells(*array) for array in variant.arrays]
+            known = self._starts[op] = variant.function, self._cells, variant.numbers[op], arrays
+        function, cells, block, arrays = known
+        return function(context, *cells, slots, block, *chain.from_iterable(arguments), *arrays)
+
+    @cached_property
+    def _cells(self) -> list[object]:
+        """Return the cells of simple variables with their keys, and the bound calls."""
+        simple = {name: self._memory.cells(kind) for kind, name in CELLS.items()}
+        return [*simple.values(), *(simple[name].keys() for name in KEYS), self.calls]
+
+    @cached_property
+    def calls(self) -> list[Bound]:
+        """Return the functions and programs that are bound to the calls of the program."""
+        return [NOT_BOUND] * len(self.compilation.lowered.calls)
+
+    def called(self, site: int, name: str) -> Executable:
+        """Return the program of a call, and bind it to the call: at the second time with a direct function if possible.
+        Raises UndefinedName.
+        """
+        callee: Executable | None
+        function, callee = self.calls[site]
+        if callee is None:
+            callee = self._memory.executable(self._memory.program(name))
+            self._memory.programs.bound.append(self.calls)
+            self.calls[site] = function, callee
+        elif function is not_bound:
+            direct = callee.direct if self._direct_calls(site, callee) else None
+            if direct is None and self.__dict__.get("direct") is not None:
+                self._memory.programs.unbind()  # for a direct function must not call one that waits
+            if direct is None:
+                self.direct = None
+            self.calls[site] = by_task if direct is None else direct.function, callee
+        return callee
+
+    def _direct_calls(self, site: int, callee: Executable) -> bool:
+        """Return whether a call can be made directly: the arguments have the right kinds, and no program can call
+        itself.
+        """
+        given, rows = self.compilation.lowered.calls[site].called.arguments, callee._parameters
+        if callee.direct is None or len(given) != len(rows) or len(self._memory.programs.bound) > MAX_BOUND:
+            return False
+        for argument, (kind, is_array, _) in zip(given, rows, strict=True):
+            array = isinstance(argument, Variable) and not argument.grouped and argument.many
+            if argument is None or is_array is not array:
+                return False
+            have = names.kind_of(argument, lambda it: values.SIGIL_KINDS.get(it.sigil)) or values.Kind.REAL
+            if kind is not (values.Kind.REAL if have is values.Kind.LOCATION else have):
+                return False
+        reached = [callee]
+        for program in reached:
+            if program is self:
+                return False
+            reached += (one for _, one in program.calls if one is not None and one not in reached)
+        return True
+
+    @cached_property
+    def direct(self) -> Direct | None:
+        """Compile the program to a function that others call directly; return None if it must be run by a task."""
+        made = compile_direct(LIBRARY, self.analysis, self.compilation.lowered)
+        if made is not None:
+            arrays = (self._memory.cells(*array) for array in made.arrays)
+            made.function.__defaults__ = (*self._cells, *arrays)
+        return made
 
     def own(self) -> tuple[Reference, ...]:
         """Return the variables of an activation besides its arguments: new ones for AUTO, the kept ones for LOCAL."""
@@ -313,6 +378,12 @@ class Interruption(Struct, frozen=True):
     failed: bool = False
 
 
+def _started_later(
+    program: Executable, context: Context, arguments: Sequence[Given], slots: list[object], op: int
+) -> Steps:
+    return (yield from program.start(context, arguments, slots, op))
+
+
 class Activation:
     """An activation of a program: its operation (`op`), and the values that are kept while its generator is replaced.
 
@@ -332,6 +403,29 @@ class Activation:
         self.between, self.reached = True, False
         self.interruption: Interruption | None = None
         self.steps: Steps = program.start(context, self._arguments, self._slots, self.op)
+
+    @classmethod
+    def of_frame(
+        cls,
+        context: Context,
+        program: Executable,
+        arguments: Sequence[Given],
+        op: int,
+        slots: Sequence[object],
+        called: bool = False,
+    ) -> Activation:
+        """Make the activation of a direct call at an operation; `called`: that has made a call."""
+        made = cls.__new__(cls)
+        made.program, made._context, made._arguments, made._slots = program, context, arguments, list(slots)
+        made.op, made.between, made.reached, made.interruption = op, True, False, None
+        made.continue_later(op + called)
+        if called:
+            made.between = False
+        return made
+
+    def continue_later(self, op: int) -> None:
+        """Continue at an operation when the activation is resumed; only then is that compiled, if it must be."""
+        self.steps = _started_later(self.program, self._context, self._arguments, self._slots, op)
 
     @property
     def step(self) -> int:

@@ -15,7 +15,7 @@ from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits, put_inside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.analysis.names import Analysis
-from vrs_cli.language.run.effects import Event, Reactions
+from vrs_cli.language.run.effects import BrokenOff, CallProgram, Event, Reactions
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.variables import Reference, Variables, closest
 from vrs_cli.language.text.ast import Program
@@ -255,6 +255,63 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
         return "" if it.statement is None else statement_text(it.statement)
 
 
+Bound = tuple[Callable[..., int], Any]  # a function that makes a call, and the executable; None if it is not known yet
+
+
+def by_task(context: Context, _left: int, _executable: Any, *given: Any) -> int:
+    """Let the task make a call: record the arguments, and return 0."""
+    context.kept[:] = given
+    return 0
+
+
+def not_bound(context: Context, left: int, executable: Any, *given: Any) -> int:
+    """Let the task make a call, and bind it to a program."""
+    return by_task(context, left, executable, *given)
+
+
+NOT_BOUND: Bound = (not_bound, None)
+
+
+class Programs(dict[str, StoredProgram]):
+    """The programs of a memory by key. `bound`: lists of calls that are bound to programs; every change of the programs
+    unbinds all of them.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.bound: list[list[Bound]] = []
+
+    def unbind(self) -> None:
+        """Let every call find its program anew."""
+        for calls in self.bound:
+            calls[:] = [NOT_BOUND] * len(calls)
+        self.bound.clear()
+
+    def __setitem__(self, key: str, stored: StoredProgram) -> None:
+        self.unbind()
+        super().__setitem__(key, stored)
+
+    def __delitem__(self, key: str) -> None:
+        self.unbind()
+        super().__delitem__(key)
+
+    def __ior__(self, other: Any) -> Programs:  # type: ignore[override, misc]
+        self.update(other)
+        return self
+
+    def update(self, *others: Any) -> None:  # type: ignore[override]
+        self.unbind()
+        super().update(*others)
+
+    def pop(self, key: str, *default: Any) -> Any:
+        self.unbind()
+        return super().pop(key, *default)
+
+    def clear(self) -> None:
+        self.unbind()
+        super().clear()
+
+
 class Memory(Variables):
     """The memory that programs share and keep between runs. The same `seed` gives the same random numbers.
 
@@ -263,7 +320,7 @@ class Memory(Variables):
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
         super().__init__(units)
-        self.programs: dict[str, StoredProgram] = {}
+        self.programs = Programs()
         self.signals = Signals()
         self.timers = Timers()
         self.random = Random(seed)
@@ -313,13 +370,32 @@ class Memory(Variables):
 
 class Context(Struct, frozen=True):
     """The context of functions and instructions. `reactions`: of the task. `turn`: the steps left of the task's
-    turn, and the present operation, while its programs are suspended.
+    turn, and the present operation, while its programs are suspended. `kept`: the arguments of a call that the task
+    must make, or the frames of a call that it must continue.
     """
 
     environment: Memory
     engine: Engine
     reactions: Reactions = field(default_factory=Reactions)
     turn: list[int] = field(default_factory=lambda: [0, 0])
+    kept: list[Any] = field(default_factory=list)
+
+    def break_off(self, result: int, left: int, frame: tuple[Any, ...]) -> int:
+        """Record the frame of a direct call that the task must continue. Return minus the steps left of the turn.
+
+        `result`: of a call that the program has made, below 0 if that has recorded its frame; otherwise there are
+        `left` steps left.
+        """
+        if not result:
+            self.kept.clear()
+        self.kept.append(frame)
+        return result or -left
+
+    def task_call(self, name: str, site: int, left: int, result: int) -> CallProgram | BrokenOff:
+        """Return what the task must do about a call that has returned `result`, below 1."""
+        kept, self.turn[0] = tuple(self.kept), -result or left
+        self.kept.clear()
+        return BrokenOff(kept) if result else CallProgram(name, kept, site)
 
     def reading_begins(self) -> None:
         """Note that a step with GETC begins: if it has to wait, it is repeated and reads the same characters."""

@@ -22,7 +22,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import repeat
 from operator import methodcaller
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from vrs_cli.errors import (
     IllegalValue,
@@ -35,12 +35,14 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.compile.compiler import FIRST_LINE
+from vrs_cli.language.compile.direct import DIRECT
 from vrs_cli.language.compile.lowering import Perform
 from vrs_cli.language.compile.python_tree import FILE
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     OF_ERRORS,
     AwaitLine,
+    BrokenOff,
     Budget,
     CallProgram,
     CycleBegins,
@@ -318,6 +320,10 @@ class Task:
                 if event.__class__ is CallProgram:
                     self._call(event)
                     continue
+                if event.__class__ is BrokenOff:
+                    frames = reversed(event.frames)
+                    self._activations += (Activation.of_frame(self._context, *frame) for frame in frames)
+                    continue
             except LineMissing as missing:
                 self._environment.system.put_back()
                 yield from self._say(AwaitLine(int(missing.value or 0)))
@@ -379,7 +385,8 @@ class Task:
         self.reactions.priority = priority
 
     def _advance(self) -> Event:
-        """Run the program on top until it yields anything but the number of its next operation.
+        """Run the program on top, and the programs that it calls, until one yields anything but the number of its next
+        operation.
 
         If a reaction is due, run to the next step only, and call the reaction. Raises UndefinedName if its program is
         unknown.
@@ -399,11 +406,17 @@ class Task:
         try:
             if budget > 0 or answer is not None:
                 self._answer = None
-                event = activation.steps.send(answer)
-                if event.__class__ is not int:
+                while (event := activation.steps.send(answer)).__class__ is not int:
                     left, activation.op = turn
                     activation.between = activation.reached = False
-                    return cast(Event, event)
+                    if event.__class__ is CallProgram and due is None:
+                        self._call(event)
+                    elif event.__class__ is Return and due is None and self._continues_caller(event):
+                        self._activations.pop()
+                    else:
+                        return cast(Event, event)
+                    activation, answer = self._activations[-1], None
+                    turn[1] = activation.op
                 activation.op, left = event, 0
                 activation.between = activation.reached = True
             return _BUDGET if self._budget == budget else _LOOK_AROUND
@@ -416,24 +429,47 @@ class Task:
             self.steps_done += budget - left
             self._budget -= budget - left
 
+    def _continues_caller(self, event: Return) -> bool:
+        """Return whether a RETURN lets the program below go on after its CALL."""
+        return not event.steps and len(self._activations) > 1 and self._activations[-1].interruption is None
+
     def _locate(self, error: BaseException) -> int:
         """Set the operation in which an error occurred. Return the number of steps left in the turn."""
-        activation, (left, _) = self._activations[-1], self._context.turn
-        trace = error.__traceback__
+        (activation, left), trace, located = (self._activations[-1], self._context.turn[0]), error.__traceback__, False
         while trace is not None:
-            if trace.tb_frame.f_code.co_filename == FILE and trace.tb_lineno >= FIRST_LINE:
-                activation.op = trace.tb_lineno - FIRST_LINE
-                op = activation.program.compilation.lowered.ops[activation.op]
-                if not (isinstance(op, Perform) and isinstance(op.statement, ast.Instruction)):  # they store it
-                    left = trace.tb_frame.f_locals.get("n", left)
-                break
+            code, op = trace.tb_frame.f_code, trace.tb_lineno - FIRST_LINE
+            if code.co_filename != FILE or op < 0:
+                pass
+            elif code.co_name == DIRECT:
+                activation.between = activation.reached = False
+                activation.continue_later(activation.op + 1)
+                activation = self._activation_of(trace.tb_frame.f_locals, op)
+                direct = activation.program.direct
+                assert direct is not None
+                self._activations.append(activation)
+                left = trace.tb_frame.f_locals["n"] + direct.following[op]
+            elif not located:
+                located, activation.op = True, op
+                performed = activation.program.compilation.lowered.ops[op]
+                if not (isinstance(performed, Perform) and isinstance(performed.statement, ast.Instruction)):
+                    left = trace.tb_frame.f_locals.get("n", left)  # instructions store it
             trace = trace.tb_next
         return left
+
+    def _activation_of(self, known: Mapping[str, Any], op: int) -> Activation:
+        """Make the activation of a direct call from the variables of its Python function."""
+        program = known["E"]
+        arguments = [known[f"a{number}"] for number in range(len(program.program.parameters))]
+        slots = [known[f"{letter}{number}"] for number in range(program.compilation.lowered.slots) for letter in "ls"]
+        return Activation.of_frame(self._context, program, (*arguments, *known.get("o", ())), op, slots)
 
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > MAX_CALL_DEPTH:
             raise StackOverflow(f"{MAX_CALL_DEPTH} calls deep", f"does {call.name} call itself for ever?")
-        program = self._environment.executable(self._environment.program(call.name))
+        if call.site is None:
+            program = self._environment.executable(self._environment.program(call.name))
+        else:
+            program = self._activations[-1].program.called(call.site, call.name)
         if program.beyond_val2:  # computed once; asking for the switch at each call costs more
             self._check_allowed(program)
         self._activations.append(Activation(self._context, program, program.bind(call.arguments)))
@@ -530,7 +566,8 @@ def arguments_of(
 ) -> tuple[Reference | None, ...]:
     """Return the arguments of EXECUTE at the prompt, variables by reference as in CALL. Raises VrsError."""
     context, kinds = Context(environment, engine), environment.kinds
-    return tuple(evaluator(methodcaller("argument_of_call", argument), kinds)(context) for argument in arguments)
+    given = (evaluator(methodcaller("given_to_call", argument), kinds)(context) for argument in arguments)
+    return tuple(one if one is None else Reference(*one) for one in given)
 
 
 def definable(environment: Environment, engine: Engine, expression: ast.Expression) -> Definable:

@@ -136,6 +136,16 @@ class Cells(dict[str | Index, Value]):
         return (str(key), None) if self.array is None else (self.array, cast(Index, key))
 
 
+class RealArgument(Cells):
+    """The cells of one real that a CALL passes by value. Python makes them without calling a function of ours."""
+
+    __slots__ = ()
+    spelling: Mapping[str, str] = {}
+    kind = Kind.REAL
+    array = omitted = others = changed = None
+    __init__ = dict.__init__
+
+
 class NotedCells(Cells):
     """Cells that record which variables change. Writing to them is slower, so programs run on plain ones."""
 

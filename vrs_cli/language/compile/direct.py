@@ -1,0 +1,171 @@
+"""Compile a subroutine that cannot wait to a Python function, which programs call directly: without their task, an
+activation and a generator.
+
+Such a subroutine has only assignments, blocks, jumps, RETURN and calls, and no function that depends on the task.
+
+    def direct(X, n, E, a0, a1, ..., R, L, S, P, KR, KL, C, ...):   context, steps left, executable, arguments;
+        p0, q0, k0 = a0                                             with defaults: cells, bound calls, arrays
+        pc = 0
+        while True:
+            ...
+
+The function counts the steps of a straight run at its beginning, and returns the steps that are left. If the turn may
+end in a run, it records in the context where the program stands, and returns minus the steps left: the task then
+continues with an activation. It returns 0, and records its arguments, if the task must make the whole call.
+"""
+
+from __future__ import annotations
+
+import ast as py
+from collections import Counter
+from collections.abc import Callable
+from itertools import pairwise
+
+from msgspec import Struct
+
+from vrs_cli.language.analysis.names import Analysis
+from vrs_cli.language.compile import lowering
+from vrs_cli.language.compile import python_tree as tree
+from vrs_cli.language.compile.compiler import FIRST_LINE, ProgramCompiler, is_silent
+from vrs_cli.language.compile.expressions import CELLS, KEYS, Array, Library
+from vrs_cli.language.text import ast
+from vrs_cli.language.words.values import Kind
+
+DIRECT = "direct"  # the name of the Python functions
+MAX_OPERATIONS = 64  # in a subroutine: it is compiled in one step of the robot
+# functions that ask which program or operation runs, or may wait
+_TASK_FUNCTIONS = frozenset(
+    ("BITS", "GETC", "GET.EVENT", "ID", "IOSTAT", "LATCH", "#PLATCH", "LATCHED", "PRIORITY", "SIG", "STATUS", "TASK")
+)
+
+
+class Direct(Struct, frozen=True):
+    """A direct function, the arrays that are its last defaults, and for each operation the number of steps of its run
+    that follow it.
+    """
+
+    function: Callable[..., int]
+    arrays: tuple[Array, ...]
+    following: tuple[int, ...]
+
+
+def compile_direct(library: Library, analysis: Analysis, lowered: lowering.Lowered) -> Direct | None:
+    """Compile a program to a direct function; return None if it must be run by a task."""
+    nodes = (node for statement in analysis.program.statements for node in ast.nodes(statement))
+    task_functions = (isinstance(node, ast.Call) and node.name in _TASK_FUNCTIONS for node in nodes)
+    if len(lowered.ops) > MAX_OPERATIONS or not all(map(_never_waits, lowered.ops)) or any(task_functions):
+        return None
+    return _DirectCompiler(library, analysis, lowered).direct()
+
+
+def _never_waits(op: lowering.Op) -> bool:
+    if isinstance(op, lowering.JumpIf):
+        return op.first is None
+    return not isinstance(op, lowering.Perform) or isinstance(op.statement, ast.Assignment) or _returns(op)
+
+
+def _returns(op: lowering.Op) -> bool:
+    """Return whether an operation is a RETURN without an argument."""
+    statement = op.statement if isinstance(op, lowering.Perform) else None
+    return isinstance(statement, ast.Instruction) and statement.word == "RETURN" and not any(statement.arguments)
+
+
+def _fields(number: int) -> py.Tuple:
+    """Make the variables for the fields of a reference, as a target."""
+    return tree.unpacked(f"{letter}{number}" for letter in "pqk")
+
+
+class _DirectCompiler(ProgramCompiler):
+    """Makes the direct function. `_runs`: the number of steps in each straight run, by its first operation; `_needed`:
+    the number of steps up to the next test of `n`, by the operation before which the test stands.
+    """
+
+    def direct(self) -> Direct:
+        ops = self._lowered.ops
+        leaders = sorted({0, *(op.target for op in ops if isinstance(op, lowering.Jumping))})
+        self._numbers = {op: number for number, op in enumerate(leaders)}
+        self._here = range(len(leaders))
+        following = self._count(leaders)
+        count = len(self._program.parameters)
+        self._given = [f"a{number}" for number in range(count)]
+        blocks = [self._block(number, leaders) for number in self._here]
+        loop = py.While(tree.constant(True), self._tree(blocks, 0), [])
+        names = ["X", "n", "E", *self._given, *CELLS.values(), *KEYS.values(), "C", *self.arrays.values()]
+        definition = py.FunctionDef(DIRECT, tree.parameters(names), [*self._prologue(count), loop], [], None)
+        return Direct(tree.make_function(definition, self.namespace), tuple(self.arrays), following)
+
+    def _count(self, leaders: list[int]) -> tuple[int, ...]:
+        """Count the steps of straight runs. Return, for each operation, the number of steps of its run after it."""
+        ops = self._lowered.ops
+        self._runs, self._needed = Counter[int](), Counter[int]()
+        following = [0] * len(ops)
+        for first, end in pairwise([*leaders, len(ops)]):
+            run = test = first
+            for place in range(first, end):
+                if not is_silent(ops[place]):
+                    self._runs[run] += 1
+                    self._needed[test] += 1
+                    following[run:place] = [number + 1 for number in following[run:place]]
+                calls = isinstance(ops[place], lowering.Invoke)
+                if calls or isinstance(ops[place], lowering.Jumping) or _returns(ops[place]):
+                    run = place + 1
+                test = run if calls else test
+        return tuple(following)
+
+    def _prologue(self, count: int) -> list[py.stmt]:
+        """Unpack the arguments, and let the task make the call if they do not fit, or if VPLUS is off."""
+        by_task = py.Return(tree.call("by_task", *map(tree.name, ("X", "n", "E", *self._given))))
+        body: list[py.stmt] = []
+        if not self.library.waits_for_signals(self._program):  # it has parts that only V+ has
+            settings = py.Attribute(py.Attribute(tree.name("X"), "engine", py.Load()), "settings", py.Load())
+            body.append(py.If(tree.not_(tree.method(settings, "switch", tree.constant("VPLUS"))), [by_task], []))
+        for number, parameter in enumerate(self._program.parameters):
+            body.append(py.Assign([_fields(number)], tree.name(f"a{number}")))
+            decided = None if parameter.sigil else self.kinds.get(parameter.key)
+            if decided is not None:
+                other = tree.name(f"{'q' if decided is Kind.REAL else 'p'}{number}")
+                body.append(py.If(tree.compare(tree.name(f"k{number}"), py.In(), other), [by_task], []))
+        if own := [*map(_fields, range(count, len(self.parameters)))]:
+            body.append(tree.assign("o", tree.method(tree.name("E"), "own")))
+            body.append(py.Assign([py.Tuple([*own], py.Store())], tree.name("o")))
+        slots = [py.Name(slot, py.Store()) for slot in self.slots]
+        return [
+            *body,
+            *([py.Assign([*slots], tree.name("UNSET"))] if slots else []),
+            tree.assign("pc", tree.constant(0)),
+        ]
+
+    def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
+        self._counted = place
+        statements = self._statements(op)
+        if self._runs[place]:
+            count = py.BinOp(tree.name("n"), py.Sub(), tree.constant(self._runs[place]))
+            statements.insert(0, tree.assign("n", count))
+        if self._needed[place]:
+            enough = tree.compare(tree.name("n"), py.LtE(), tree.constant(self._needed[place]))
+            statements.insert(0, py.If(enough, [self._break_off(tree.constant(0), tree.name("n"))], []))
+        for statement in statements:
+            tree.place(statement, place + FIRST_LINE)
+        return statements
+
+    def _break_off(self, result: py.expr, left: py.expr) -> py.stmt:
+        """Return to the task, which goes on before the present operation, or after it if `result` is below 0."""
+        arguments: list[py.expr] = [*map(tree.name, self._given)]
+        if len(self.parameters) > len(arguments):
+            arguments.append(py.Starred(tree.name("o"), py.Load()))
+        slots = tree.tuple_of(map(tree.name, self.slots))
+        called = tree.compare(result, py.Lt(), tree.constant(0))
+        frame = tree.tuple_of((tree.name("E"), tree.tuple_of(arguments), tree.constant(self._counted), slots, called))
+        return py.Return(tree.method(tree.name("X"), "break_off", result, left, frame))
+
+    def _call_program(self, op: lowering.Invoke) -> list[py.stmt]:
+        before = py.BinOp(tree.name("n"), py.Add(), tree.constant(1))
+        unfinished = tree.compare(tree.name("m"), py.LtE(), tree.constant(0))
+        left = py.If(unfinished, [self._break_off(tree.name("m"), before)], [])
+        return [*self.call_bound(op), left, tree.assign("n", tree.name("m"))]
+
+    def _finish(self) -> list[py.stmt]:
+        return [py.Return(tree.name("n"))]
+
+    def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
+        return self._assignment(statement) if isinstance(statement, ast.Assignment) else self._finish()
