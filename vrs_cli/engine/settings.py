@@ -324,7 +324,8 @@ class Settings(Struct, frozen=True):
 
     def switch(self, name: str) -> bool:
         """Return the state of a switch. Raises UsageError for an unknown name, as `parameter` does."""
-        return self.switches.get(name_in(SWITCHES, IDLE_SWITCHES, name, "switch"), False)
+        on = self.switches.get(name)
+        return self.switches.get(name_in(SWITCHES, IDLE_SWITCHES, name, "switch"), False) if on is None else on
 
     def parameter(self, name: str) -> float | str:
         """Return the value of a parameter. Raises UsageError for an unknown name."""

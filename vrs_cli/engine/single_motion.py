@@ -199,6 +199,10 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
 
 def _deadline(resting: Problem) -> float:
     """Return when a motion that rounds a corner has to end [s], if it is to be better than the motion from rest."""
+    planned = resting.motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT)
+    known = _remembered_plan(_PlanKey(resting)) if planned else ()
+    if isinstance(known, tuple) and known:  # its segments need not be made
+        return resting.begin + known[-1].finish + MAX_ROUNDING_DELAY_S
     try:
         return plan_motion(resting)[-1].finish + MAX_ROUNDING_DELAY_S
     except MotionError:

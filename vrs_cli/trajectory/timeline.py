@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import accumulate, chain, groupby, islice, zip_longest
 from math import inf
-from typing import NamedTuple, Protocol, overload
+from typing import Any, NamedTuple, Protocol, overload
 
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
@@ -25,6 +25,7 @@ from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
 PART = 128  # deltas
+_NOT_READ: tuple[int | None, Any] = None, None  # an index and its segment
 UNPACKED_PARTS = 2  # number of parts that are not packed: the last part, which grows, and the part before it
 
 
@@ -62,7 +63,7 @@ class Timeline:
     state of the world at the start, if the timeline is the end of a longer one and the robot has a cell.
     """
 
-    __slots__ = ("_events", "_rope", "version", "world")
+    __slots__ = ("_events", "_last_read", "_rope", "version", "world")
 
     def __init__(
         self,
@@ -77,6 +78,7 @@ class Timeline:
         self._rope: OffsetNode[Row] = made
         dated = tuple(events)
         self._events: OffsetNode[EventRow] | None = rope.rope_of(EventRow(dated)) if dated else None
+        self._last_read = _NOT_READ
         self.version, self.world = version, world
 
     # --- reading ---
@@ -85,12 +87,17 @@ class Timeline:
         return self._rope.node.count
 
     def __getitem__(self, index: int) -> Segment:
-        count = len(self)
+        found: Segment
+        last, found = self._last_read  # an edit reads the segment at its cut several times
+        if index == last:
+            return found
+        count = self._rope.node.count
         if index < 0:
             index += count
         if not 0 <= index < count:
             raise IndexError(index)
-        found: Segment = rope.item(self._rope, index)
+        found = rope.item(self._rope, index)
+        self._last_read = index, found
         return found
 
     def __iter__(self) -> Iterator[Segment]:
@@ -188,8 +195,9 @@ class Timeline:
 
     def event_after(self, t: float) -> Event | None:
         """Return the first event that is later than t [s]."""
-        index = self.events_by(t)
-        return self.event(index) if index < self.event_count else None
+        if self._events is None or t >= self._events.offset + self._events.node.end:
+            return None
+        return self.event(self.events_by(t))
 
     def value_at(self, channel: int, t: float) -> float:
         """Return what a channel is at time t [s]: 0 until the first event that changes it. The last event of an instant
@@ -250,6 +258,7 @@ class Timeline:
     ) -> Timeline:
         timeline = cls.__new__(cls)
         timeline._rope, timeline._events, timeline.version, timeline.world = held, events, version, world
+        timeline._last_read = _NOT_READ
         return timeline
 
     def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:
@@ -275,7 +284,7 @@ class Timeline:
         if self._is_of_events(delta):
             return self._of_ropes(self._rope, self._with_events(delta.events), self.version + 1, self.world)
         keep, new = delta.keep, delta.segments
-        last: Segment | None = rope.item(self._rope, keep - 1) if keep else None
+        last = self[keep - 1] if keep else None
         if last is not None and last.finish > delta.cut:
             keep, new = keep - 1, (last.truncate(delta.cut), *new)
         made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
