@@ -33,7 +33,8 @@ class HistoryStep(Struct, frozen=True, gc=False):
     and the displacement of ALTER.
 
     `back` is the inverse of the delta; or, if the inverse would be long, the timeline before the delta; or None if the
-    delta only adds events. `earlier`: the number of events that were later inserted before the events of this step.
+    delta only adds segments at the end or events. `earlier`: the number of events that were later inserted before the
+    events of this step.
     """
 
     delta: TimelineDelta
@@ -48,7 +49,12 @@ class HistoryStep(Struct, frozen=True, gc=False):
         before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
     ) -> HistoryStep:
         back: TimelineDelta | Timeline | None = None
-        if delta.motion.kind not in EVENT_KINDS or delta.events is None or not delta.events.adds:
+        if delta.motion.kind in EVENT_KINDS:
+            adds = delta.events is not None and delta.events.adds
+        else:
+            alone = delta.events is None or delta.events.adds
+            adds = alone and (delta.keep, delta.drop, delta.shift, delta.cut) == (len(before), 0, 0.0, before.end)
+        if not adds:
             back = before if delta.drop > WIDE_DROP else before.inverse(delta)
         return HistoryStep(delta, back, clock, insert, altered)
 
@@ -59,13 +65,12 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
     def taking_back(self, version: int) -> TimelineDelta:
         """Return the delta that undoes the command, for the timeline `version`."""
-        back = self.back
+        back, delta, edit = self.back, self.delta, self.delta.events
         if back is None:
-            assert self.delta.events is not None
-            events = EventEdit(self.delta.events.keep, len(self.delta.events.events))
-            back = self.delta._replace(cause=Cause.UNDO, events=events)
+            events = edit and EventEdit(edit.keep, len(edit.events))
+            back = delta._replace(cause=Cause.UNDO, drop=len(delta.segments), segments=(), events=events)
         elif isinstance(back, Timeline):
-            back = back.inverse(self.delta)
+            back = back.inverse(delta)
         return back._replace(version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
