@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.engine import wandering
 from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.errors import UsageError
-from vrs_cli.trajectory.timeline import Cause, TimelineDelta
+from vrs_cli.trajectory.timeline import PART, Cause, PackedSegments, TimelineDelta
 from vrs_cli.values.commands import Motion, MotionKind, Start
 
 VERSIONS = st.lists(st.integers(0, 40), unique=True, min_size=1, max_size=12).map(sorted)
@@ -75,3 +76,16 @@ def test_as_many_steps_are_taken_back_as_there_are(count: int) -> None:
     assert list(history.last_done(2)) == done[::-1]
     with pytest.raises(UsageError):
         history.last_done(count)
+
+
+def test_old_steps_share_their_segments_with_the_log_and_can_be_undone_and_done_again() -> None:
+    engine = wandering(3 * PART)
+    before, steps = engine.timeline, list(engine.book.history.done)
+    assert isinstance(steps[0].delta.segments, PackedSegments)
+    assert isinstance(steps[-1].delta.segments, tuple)
+    assert all(step.delta == delta for step, delta in zip(steps, engine.book.deltas, strict=True))
+    assert all(a is b for a, b in zip(steps, engine.book.history.done, strict=True))
+    engine.undo(len(steps))
+    assert engine.timeline == engine.book.initial
+    engine.redo(len(steps))
+    assert engine.timeline == before

@@ -189,8 +189,10 @@ class Book:
         number: int = 0,
     ) -> None:
         self.initial, self.timeline = initial, timeline
-        self.deltas = deltas.copy() if isinstance(deltas, DeltaLog) else DeltaLog(deltas)
         self.history = history or History()
+        self.deltas = deltas.copy() if isinstance(deltas, DeltaLog) else DeltaLog()
+        for columns in () if isinstance(deltas, DeltaLog) else self.deltas.extend(deltas):
+            self.history.share(columns)
         self.number = number
         self.stream: Motion | None = None
         self.journal: JournalWriter | None = None
@@ -369,7 +371,8 @@ class Book:
         if not goes_on:
             self.end_stream()
         self.timeline, self.marks_events = timeline, self.marks_events and not deltas
-        self.deltas.extend(deltas)
+        for columns in self.deltas.extend(deltas):
+            self.history.share(columns)
         return wrong
 
 

@@ -10,6 +10,7 @@ takes back only the commands.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from itertools import islice
 from math import inf
@@ -20,7 +21,7 @@ from vrs_cli.engine.settings import Altered
 from vrs_cli.errors import TooLate, UsageError
 from vrs_cli.trajectory.instant import round_to_ns
 from vrs_cli.trajectory.row import Row
-from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import Cause, DeltaColumns, Timeline, TimelineDelta
 from vrs_cli.values.commands import EventEdit, Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
@@ -148,6 +149,17 @@ class History:
             del self.done[:old]
         if self.undone and ((last := self.undone[-1]) is None or last.step.delta.version < version):
             self.undone.clear()
+
+    def share(self, columns: DeltaColumns) -> None:
+        """Let the steps of packed deltas refer to the packed segments, which saves memory."""
+        first = bisect_left(self.done, columns.version, key=lambda step: step.delta.version)
+        for step in self.done[first : first + len(columns)]:
+            index = step.delta.version - columns.version
+            if 0 <= index < len(columns) and columns.segments(index) == step.delta.segments:
+                delta = step.delta._replace(segments=columns.segments(index))
+                if delta.issued == delta.executed == delta.cut:  # then let one number in memory be all three
+                    delta = delta._replace(executed=delta.issued, cut=delta.issued)
+                structs.force_setattr(step, "delta", delta)  # the step stays the same for branches, which compare it
 
     def add(self, step: HistoryStep) -> None:
         """Add a new command, after which earlier undone commands cannot be redone. Recorded events keep them redoable

@@ -318,4 +318,4 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
 
 def _limit_speed(speed: float) -> float:
     """Limit a fraction of nominal speed: not above 1, and not so slow that there is no motion."""
-    return min(max(speed, MIN_SPEED), 1.0)
+    return min(1.0, max(speed, MIN_SPEED))  # full speed is one object

@@ -422,7 +422,9 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     # --- changing ---
 
-    def extend(self, deltas: Iterable[TimelineDelta]) -> None:
+    def extend(self, deltas: Iterable[TimelineDelta]) -> list[DeltaColumns]:
+        """Append deltas. Return the parts that are now packed."""
+        packed = []
         for delta in deltas:
             last = self._parts[-1]
             assert isinstance(last, list)
@@ -432,7 +434,9 @@ class DeltaLog(Sequence[TimelineDelta]):
             self._parts.append([delta])
             old = len(self._parts) - 1 - UNPACKED_PARTS
             if old >= 0 and isinstance(part := self._parts[old], list):
-                self._parts[old] = DeltaColumns(part)
+                self._parts[old] = columns = DeltaColumns(part)
+                packed.append(columns)
+        return packed
 
     def __setitem__(self, index: int, delta: TimelineDelta) -> None:
         """Replace one of the last two deltas: `index` is -1 or -2."""
@@ -446,18 +450,17 @@ class DeltaColumns:
     """Deltas of consecutive versions as columns; `_firsts` tells where the segments of each delta begin."""
 
     __slots__ = (  # `_rest`: `drop` and `shift`; None where they are 0, as in steering
-        *("_version", "_causes", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),
+        *("version", "_causes", "_motions", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),
         *("_firsts", "_segments", "_events"),
     )
 
     def __init__(self, deltas: list[TimelineDelta]) -> None:
-        self._version = deltas[0].version
-        self._causes = [(delta.cause, delta.motion) for delta in deltas[:1]]
-        which = []
+        self.version = deltas[0].version
+        self._causes, self._motions, which = [deltas[0].cause], [deltas[0].motion], []
         for delta in deltas:  # in steering cause and motion are those of the delta before
-            cause, motion = self._causes[-1]
-            if delta.motion is not motion or delta.cause is not cause:
-                self._causes.append((delta.cause, delta.motion))
+            if delta.motion is not self._motions[-1] or delta.cause is not self._causes[-1]:
+                self._causes.append(delta.cause)
+                self._motions.append(delta.motion)
             which.append(len(self._causes) - 1)
         self._which = bytes(which)
         self._segments = Row(chain.from_iterable(delta.segments for delta in deltas))
@@ -478,20 +481,60 @@ class DeltaColumns:
         return map(self.__getitem__, range(len(self)))
 
     def __getitem__(self, index: int) -> TimelineDelta:
-        first, last = self._firsts[index : index + 2]
+        which = self._which[index]
         drop, shift = (self._rest[0][index], self._rest[1][index]) if self._rest else (0, 0.0)
         return TimelineDelta(
-            self._version + index,
-            *self._causes[self._which[index]],
+            self.version + index,
+            self._causes[which],
+            self._motions[which],
             self._issued[index],
             self._executed[index],
             self._cut[index],
             self._keep[index],
             drop,
             shift,
-            tuple(self._segments.between(first, last)) if first < last else (),
+            self.segments(index),
             None if self._events is None else self._events.get(index),
         )
+
+    def segments(self, index: int) -> Sequence[Segment]:
+        """Return the segments of a delta, which are made on demand."""
+        return PackedSegments(self, index) if self._firsts[index] < self._firsts[index + 1] else ()
+
+    def unpack(self, index: int) -> tuple[Segment, ...]:
+        """Make the segments of a delta."""
+        return tuple(self._segments.between(*self._firsts[index : index + 2]))
+
+
+class PackedSegments(Sequence[Segment]):
+    """The segments of a packed delta."""
+
+    __slots__ = ("_columns", "_index")
+
+    def __init__(self, columns: DeltaColumns, index: int) -> None:
+        self._columns, self._index = columns, index
+
+    def __len__(self) -> int:
+        return len(self._columns.unpack(self._index))
+
+    @overload
+    def __getitem__(self, index: int) -> Segment: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Segment, ...]: ...
+    def __getitem__(self, index: int | slice) -> Segment | tuple[Segment, ...]:
+        return self._columns.unpack(self._index)[index]
+
+    def __iter__(self) -> Iterator[Segment]:
+        return iter(self[:])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self[:] == tuple(other)
+
+    def __hash__(self) -> int:
+        return hash(self[:])
+
+    def __repr__(self) -> str:
+        return repr(self[:])
 
 
 class AwayDeltas:
