@@ -31,7 +31,7 @@ from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import MotionKind
 
-BLOCKS_AT_ONCE = 32  # blocks of segments checked at once
+BLOCKS_AT_ONCE = 16  # blocks of segments checked at once
 CUBIC_LENGTH = 4  # coefficients of a cubic
 PLACE_TOLERANCE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
 RATE_TOLERANCE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
@@ -138,12 +138,11 @@ class _Stretch:
         self.straight = np.array([not isinstance(path, JointPath) for path in paths])[:, None]
         phases = b"".join(block.row.phases[block.first : block.last] for block in blocks)
         self.resting = np.frombuffer(phases, np.uint8)[:, None] == CODES[Phase.REST]
-        given = coefficients(paths)
-        joints = np.concatenate((given, np.zeros((max(CUBIC_LENGTH - len(given), 0), *given.shape[1:]))))
+        joints = coefficients(paths)
         self.orders = joints, _derivative(joints), _derivative(_derivative(joints))
         self.steep = [
             (row, path, float(self.durations[row, 0]))
-            for row, path in enumerate(paths if len(given) > CUBIC_LENGTH else ())
+            for row, path in enumerate(paths if len(joints) > CUBIC_LENGTH else ())
             if isinstance(path, JointPath) and path.degree >= CUBIC_LENGTH
         ]
         self.begin, self.end = [a[0].copy() for a in self.orders], [_value(a, self.durations) for a in self.orders]
@@ -209,7 +208,7 @@ class _Stretch:
         """
         a, begin, end = self.orders[order], self.begin[order], self.end[order]
         low, high = np.minimum(begin, end), np.maximum(begin, end)
-        for s in self._turns(a) if order < 2 else ():
+        for s in self._turns(a) if order < min(2, len(a) - 2) else ():
             there = np.where(self.straight, begin, _value(a, s))
             low, high = np.minimum(low, there), np.maximum(high, there)
         for row, path, duration in self.steep:
@@ -221,7 +220,7 @@ class _Stretch:
         c, b, d = _derivative(a)[:3]
         with np.errstate(all="ignore"):
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))  # the two roots, without cancellation
-            for s in (q / d, c / q):
+            for s in (c / q, q / d) if d.any() else (c / q,):
                 yield np.where((s > 0.0) & (s < self.durations), s, 0.0)
 
     # --- lines ---------------------------------------------------------------------------------------------------

@@ -433,24 +433,24 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
     if record.goal is not None:
         _check_count(record.goal, form)
     frames, relative, swivel = record.frames, record.relative, record.swivel
-    return Motion(
-        number=record.number,
-        kind=record.kind,
-        start=record.start,
-        goal=record.goal,
-        pose=None if record.pose is None else _transform(record.pose),
-        speed=record.speed,
-        acceleration=record.acceleration,
-        tip_speed=record.tip_speed,
-        rotation=record.rotation,
-        duration=record.duration,
-        hand=record.hand,
-        frames=NO_FRAMES if frames is None else Frames(_frame(frames.base), _frame(frames.tool)),
-        text=record.text,
-        relative=None if relative is None else _relative(relative, form),
-        profile=record.profile,
-        rounding=record.rounding,
-        swivel=None if swivel is None else _swivel(swivel, form),
+    return Motion(  # by position, since this is done for each motion of a file
+        record.number,
+        record.kind,
+        record.start,
+        record.goal,
+        None if record.pose is None else _transform(record.pose),
+        record.speed,
+        record.acceleration,
+        record.tip_speed,
+        record.rotation,
+        record.duration,
+        record.hand,
+        NO_FRAMES if frames is None else Frames(_frame(frames.base), _frame(frames.tool)),
+        record.text,
+        None if relative is None else _relative(relative, form),
+        record.profile,
+        record.rounding,
+        None if swivel is None else _swivel(swivel, form),
     )
 
 
