@@ -12,13 +12,11 @@ from vrs_cli.errors import IllegalValue, LocationOutOfRange, MotionError, Withou
 from vrs_cli.interfaces.station.loaded_file import NO_PROGRAMS, variables_of
 from vrs_cli.kinematics import joints, transform
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among, delays, names_given_in
+from vrs_cli.language.analysis import analyzer, structure
 from vrs_cli.language.analysis.names import Analysis
-from vrs_cli.language.analysis.structure import unreachable
-from vrs_cli.language.run import memory, signals
+from vrs_cli.language.run import memory, operations, signals
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast, parser
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
@@ -140,12 +138,12 @@ class Inspector:
         self, environment: Environment, programs: Mapping[str, parser.Placed], beside: Beside
     ) -> tuple[tuple[parser.Placed, _Inspected], ...]:
         trees = {**beside.programs, **{program.key: program for _, program in parser.programs_of(programs.values())}}
-        around = Surroundings(dict(environment.kinds), trees, beside.elsewhere)
+        around = analyzer.Surroundings(dict(environment.kinds), trees, beside.elsewhere)
         before, self._inspected = self._inspected, {}
         for key, placed in programs.items():
             one = before.get(placed.part)
             if one is None or one.basis != _basis(around, one.analysis):
-                analysis, of_running = analyze_among(around, trees[key]), tuple[Diagnostic, ...]()
+                analysis, of_running = analyzer.analyze_among(around, trees[key]), tuple[Diagnostic, ...]()
                 if analysis.executable:
                     of_running = (*_warn_of_steps(analysis), *self._constants.findings(trees[key]))
                 one = _Inspected(_basis(around, analysis), analysis, of_running)
@@ -164,7 +162,9 @@ class Inspector:
         others = tuple(beside.programs.values())
         if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
             return
-        changed = frozenset[str]().union(*(names_given_in(it) for it in (*others, *(it for _, it in programs))))
+        changed = frozenset[str]().union(
+            *(analyzer.names_given_in(it) for it in (*others, *(it for _, it in programs)))
+        )
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
@@ -178,7 +178,7 @@ class Inspector:
             yield from placed.translate(found)
 
 
-def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
+def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
     """Return everything, besides the text of a program, that the findings in it depend on: variables and programs of
     the file.
     """
@@ -199,7 +199,7 @@ def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
     )
 
 
-def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:
+def _signature(around: analyzer.Surroundings, key: str) -> tuple[object, ...] | None:
     program = around.programs.get(key)
     if program is None:
         return None
@@ -224,8 +224,8 @@ def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel)
 
 def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
     """Warn of steps that cannot be reached, and of a DELAY that may be mistaken for a pause of the program."""
-    yield from unreachable(analysis.program, analysis.blocks, analysis.labels)
-    yield from delays(analysis.program)
+    yield from structure.unreachable(analysis.program, analysis.blocks, analysis.labels)
+    yield from analyzer.delays(analysis.program)
 
 
 def _constants(model: RobotModel) -> Constants:
@@ -312,7 +312,7 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform 
     numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
         return joints.TURNING.read(number or 0.0 for number in numbers[:joint_count])
-    return trans(*numbers[:6])
+    return operations.trans(*numbers[:6])
 
 
 def _refusal(way: _Way, environment: Environment, engine: Engine) -> MotionError | IllegalValue | None:

@@ -19,9 +19,7 @@ from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.text import ast
-from vrs_cli.language.text.parser import END, PROGRAM, SECTIONS, lines_of, parse_prompt, parse_step, variables_in
-from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.values import diagnostics, replies
 from vrs_cli.values.numbers import count
@@ -71,7 +69,7 @@ class ProgramBuffer:
     @classmethod
     def of_program(cls, program: ast.Program, at: int = 0) -> ProgramBuffer:
         """Return a buffer with the lines of a program."""
-        return cls(program_header(program), step_texts(program), at, program.dialect)
+        return cls(printer.program_header(program), printer.step_texts(program), at, program.dialect)
 
     @classmethod
     def of_text(cls, text: str, dialect: diagnostics.Dialect) -> ProgramBuffer:
@@ -94,7 +92,7 @@ class ProgramBuffer:
     @property
     def is_program(self) -> bool:
         """Return whether the buffer holds a program, not a section."""
-        return _directive(self.header) == PROGRAM
+        return _directive(self.header) == parser.PROGRAM
 
     @property
     def text(self) -> str:
@@ -176,13 +174,13 @@ class ProgramBuffer:
         """Return the step that a line contains, and the warnings about the line. `known`: the kinds of the variables
         that have a value. Raises LineRefused for the first mistake, also for one in the heading.
         """
-        step, heading = parse_step(line, 1, self.dialect), parse_prompt(self.header)
+        step, heading = parser.parse_step(line, 1, self.dialect), parser.parse_prompt(self.header)
         if step.statement is None:
             return step, ()
         parameters = heading.parameters if isinstance(heading, ast.ProgramHeader) else ()
         # outside the program, the name of a parameter has another meaning
         own = {parameter.key for parameter in parameters}
-        meant = ast.resolve_line(step.statement, variables_in((self.header, *self.lines)))
+        meant = ast.resolve_line(step.statement, parser.variables_in((self.header, *self.lines)))
         found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
         wrong = diagnostics.first_error(found)
         if wrong is not None:
@@ -205,15 +203,15 @@ class ProgramBuffer:
 
 def opens_entry(line: str) -> bool:
     """Return whether a line at the prompt begins a program or a section."""
-    return _directive(line) in (PROGRAM, *SECTIONS)
+    return _directive(line) in (parser.PROGRAM, *parser.SECTIONS)
 
 
 def closes_entry(line: str) -> bool:
-    return _directive(line) == END
+    return _directive(line) == parser.END
 
 
 def _directive(line: str) -> str:
-    lines = lines_of(line)
+    lines = parser.lines_of(line)
     return lines[0].directive if lines else ""
 
 
@@ -238,7 +236,7 @@ def _first_word(line: str) -> str:
 def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
     """Return the parsed heading, or the mistake in it."""
     try:
-        header = parse_prompt(line)
+        header = parser.parse_prompt(line)
     except diagnostics.LineRefused as refused:
         return refused.diagnostic
     if isinstance(header, ast.ProgramHeader):
@@ -251,7 +249,7 @@ def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
 def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.Step, diagnostics.Diagnostic | None]:
     """Return a step, or a bad line with its mistake. Raises nothing."""
     try:
-        return parse_step(text, line, dialect), None
+        return parser.parse_step(text, line, dialect), None
     except diagnostics.LineRefused as refused:
         span = diagnostics.Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
         return ast.Step(None, ast.BadLine(text.strip(), span=span), None, span=span), refused.diagnostic
@@ -268,9 +266,9 @@ def canonical(text: str, dialect: diagnostics.Dialect) -> str:
     if program is None:
         return text
     typed, count = text.split("\n")[1:], len(program.steps)
-    rows = zip(program.steps, step_texts(program), typed, strict=False)
+    rows = zip(program.steps, printer.step_texts(program), typed, strict=False)
     shown = (line if isinstance(step.statement, ast.BadLine) else text for step, text, line in rows)
-    return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
+    return "\n".join((printer.program_header(program), *shown, *map(str.strip, typed[count:])))
 
 
 def canonical_line(text: str, row: int, dialect: diagnostics.Dialect) -> str:
@@ -281,7 +279,7 @@ def canonical_line(text: str, row: int, dialect: diagnostics.Dialect) -> str:
 
 def program_text(program: ast.Program) -> str:
     """Return the text of a program as SEE shows it, with one empty step if the program has no steps."""
-    return "\n".join((program_header(program), *step_texts(program), *("",) * (not program.steps)))
+    return "\n".join((printer.program_header(program), *printer.step_texts(program), *("",) * (not program.steps)))
 
 
 def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
@@ -289,7 +287,7 @@ def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
     program, wrong = analysis.program, {one.span.line for one in diagnostics.errors(analysis.diagnostics)}
     return tuple(
         replies.ListedStep(number, text, bad=isinstance(step.statement, ast.BadLine) or step.span.line in wrong)
-        for number, (step, text) in enumerate(zip(program.steps, step_texts(program), strict=True), 1)
+        for number, (step, text) in enumerate(zip(program.steps, printer.step_texts(program), strict=True), 1)
     )
 
 
@@ -298,15 +296,15 @@ def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
 
 def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
     """Return a program whose steps have their positions in its canonical text, and that text."""
-    texts, steps = step_texts(program), list[ast.Step]()
+    texts, steps = printer.step_texts(program), list[ast.Step]()
     for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
         if isinstance(step.statement, ast.BadLine):
             span = diagnostics.Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
             steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
         else:
             # the printed parentheses are unambiguous in every dialect
-            steps.append(parse_step(text, line, diagnostics.Dialect.VPLUS))
-    header = program_header(program)
+            steps.append(parser.parse_step(text, line, diagnostics.Dialect.VPLUS))
+    header = printer.program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
     return ast.resolve_program(
         replace(program, steps=tuple(steps), span=diagnostics.Span(1, 1, len(header) + 1))
@@ -359,7 +357,7 @@ def named_program(text: str) -> ast.Program:
     """Return an empty program with the name and parameters in a text such as `pick(part, height)`. Raises
     LineRefused.
     """
-    header = parse_prompt(f".PROGRAM {text}")
+    header = parser.parse_prompt(f".PROGRAM {text}")
     assert isinstance(header, ast.ProgramHeader)
     return ast.Program(header.name, header.parameters, (), None, span=diagnostics.Span(1, 1, 1))
 

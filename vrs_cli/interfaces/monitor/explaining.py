@@ -15,10 +15,8 @@ from typing import TYPE_CHECKING, cast
 
 from msgspec.structs import replace
 
-from vrs_cli.engine import book, position, targets
-from vrs_cli.engine.approximation import ToolPath
+from vrs_cli.engine import approximation, book, explaining, position, targets
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.explaining import inverse_report, motion_plan, splice
 from vrs_cli.errors import TypeMismatch, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.station.operands import evaluator
@@ -30,8 +28,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import link_pose
 from vrs_cli.language.run import effects, runtime
 from vrs_cli.language.text import ast, parser, printer
-from vrs_cli.language.words.monitor import EXPLAINED_ALL
-from vrs_cli.language.words.values import kind_of_value
+from vrs_cli.language.words import monitor, values
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, commands, replies, results
 from vrs_cli.values import world as cells
@@ -50,7 +47,7 @@ class Sight:
     """Makes pictures of one arm, in a cell or alone; data that does not change from picture to picture is kept."""
 
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
-        self.arm, self._path, self._world = arm, ToolPath(arm, LINE_ERROR_M), world
+        self.arm, self._path, self._world = arm, approximation.ToolPath(arm, LINE_ERROR_M), world
 
     def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> replies.ArmPicture:
         """Return the picture of the robot at time t [s], with its past and planned path, and the bodies of its cell."""
@@ -263,9 +260,11 @@ def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
     """Yield the explanation. Raises VrsError if a value is missing or of the wrong kind."""
     asked = it.statement
     if it.topic == "SPLICE":
-        yield splice(station.engine.book)
+        yield explaining.splice(station.engine.book)
     elif asked is None:
-        yield results.ExplainOverview(tuple(results.Explainable(row.form, row.summary) for row in EXPLAINED_ALL))
+        yield results.ExplainOverview(
+            tuple(results.Explainable(row.form, row.summary) for row in monitor.EXPLAINED_ALL)
+        )
     elif not isinstance(asked, ast.Show):
         yield (yield from _motion(station, asked))
     elif it.topic == "OAT":
@@ -290,7 +289,7 @@ def _motion(station: Station, statement: ast.Statement) -> Dialogue[results.Moti
         for request in requests:
             aside.begin(by_robot_clock(request, station.user_state.times), program=False)
         deltas = aside.book.deltas
-        return motion_plan(engine.arm, before, deltas[-1]) if len(deltas) else None
+        return explaining.motion_plan(engine.arm, before, deltas[-1]) if len(deltas) else None
 
     try:
         plan = yield from beside(plan_motion)
@@ -335,7 +334,7 @@ def _pose(station: Station, expression: ast.Expression, topic: str) -> transform
     found = evaluator(station, expression)()
     if isinstance(found, transform.Transform):
         return found
-    text, kind = printer.expression_text(expression), kind_of_value(found).value
+    text, kind = printer.expression_text(expression), values.kind_of_value(found).value
     raise TypeMismatch(f"{text} is a {kind}", f"EXPLAIN {topic} explains a transformation, as TRANS or a compound")
 
 
@@ -352,14 +351,16 @@ def _angles(text: str, T: transform.Transform) -> results.AnglesReport:
 
 def _inverse(station: Station, expression: ast.Expression) -> Dialogue[results.InverseReport]:
     T, stand, text = _pose(station, expression, "IK"), station.engine.standpoint, printer.expression_text(expression)
-    return (yield from beside(lambda: inverse_report(stand, commands.PoseTarget(T), text)))
+    return (yield from beside(lambda: explaining.inverse_report(stand, commands.PoseTarget(T), text)))
 
 
 def _chain(station: Station, expression: ast.Expression) -> results.ChainReport:
     engine, text = station.engine, printer.expression_text(expression)
     found, frames = evaluator(station, expression)(), engine.frames
     if not isinstance(found, tuple):
-        raise TypeMismatch(f"{text} is a {kind_of_value(found).value}", "EXPLAIN explains a location, or a motion")
+        raise TypeMismatch(
+            f"{text} is a {values.kind_of_value(found).value}", "EXPLAIN explains a location, or a motion"
+        )
     if not isinstance(found, transform.Transform):
         targets.check_joint_count(engine.model, found)
         return results.ChainReport(text, _links(engine, found), (), found, station.units)

@@ -12,18 +12,14 @@ from msgspec import structs
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
+from vrs_cli.files import atomic, journal, program_file, trajectory_file
 from vrs_cli.files import store as files
-from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.disk import copy, delete, entries, existing, rename, target
-from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.opening import Folder
-from vrs_cli.files.program_file import find_program_file, project_of, read_program_file
 from vrs_cli.files.store import MemoryPart
-from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station import operands
-from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.memory import StoredProgram
@@ -34,7 +30,7 @@ from vrs_cli.values import numbers, questions, replies
 TORN = "its last line was not written to the end, and was left out"
 
 
-@handles("LOAD", "LOADP", "LOADL")
+@operands.handles("LOAD", "LOADP", "LOADL")
 def _load(station: Station, it: Instruction) -> Dialogue[None]:
     return load(station, operands.path_of(station, it))
 
@@ -45,12 +41,12 @@ def load(station: Station, named: Path) -> Dialogue[None]:
     its name from every folder. Files that a comment in the file names (`; with: lib.v2`) are loaded before the file.
     Raises NonexistentFile, FileOutside, FileError, FileDamaged.
     """
-    path, folder = find_program_file(named, station.folder), station.folder
-    if path.suffix.lower() == EXTENSION:
+    path, folder = program_file.find_program_file(named, station.folder), station.folder
+    if path.suffix.lower() == trajectory_file.EXTENSION:
         yield from _load_trajectory(station, path)
         return
-    text = yield from beside(lambda: read_program_file(path, folder))
-    project = yield from beside(lambda: project_of(path, text, closed=folder.closed))
+    text = yield from beside(lambda: program_file.read_program_file(path, folder))
+    project = yield from beside(lambda: program_file.project_of(path, text, closed=folder.closed))
     last = station.last_program
     for file, file_text in reversed(project.items()):
         station.last_program = last
@@ -123,7 +119,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
         raise UsageError(f"there is a branch {name} already", f"DELETEB {name}, then LOAD again; or rename the file")
     check_tasks_stand(station)
     recording = yield from _read_recording(station, path)
-    left = yield from beside(lambda: bookmark_of(path, recording, station.engine))
+    left = yield from beside(lambda: journal.bookmark_of(path, recording, station.engine))
     check_tasks_stand(station)
     branches.add(name, left)
     branches.change_over(name)
@@ -138,19 +134,21 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     yield replies.Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
-def _read_recording(station: Station, path: Path) -> Dialogue[Recording]:
+def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Recording]:
     """Read a trajectory file, and show the progress at the terminal."""
     terminal, folder = station.terminal, station.folder
     return beside(
-        lambda: read_trajectory(path, lambda share: terminal.progress(Reading(str(path), share)), within=folder)
+        lambda: trajectory_file.read_trajectory(
+            path, lambda share: terminal.progress(Reading(str(path), share)), within=folder
+        )
     )
 
 
-@handles("STORE", extension=".v2", parts=files.EVERYTHING)
-@handles("STOREP", extension=".pg", parts={MemoryPart.PROGRAMS})
-@handles("STOREL", extension=".lc", parts={MemoryPart.LOCATIONS})
-@handles("STORER", extension=".rv", parts={MemoryPart.REALS})
-@handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
+@operands.handles("STORE", extension=".v2", parts=files.EVERYTHING)
+@operands.handles("STOREP", extension=".pg", parts={MemoryPart.PROGRAMS})
+@operands.handles("STOREL", extension=".lc", parts={MemoryPart.LOCATIONS})
+@operands.handles("STORER", extension=".rv", parts={MemoryPart.REALS})
+@operands.handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
 def _store(station: Station, it: Instruction, extension: str, parts: Collection[MemoryPart]) -> Dialogue[None]:
     """Store parts of the memory in a file: the parts that belong to some programs, or all."""
     path = _with_extension(operands.path_of(station, it), extension)
@@ -167,7 +165,7 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
         yield replies.Message("There is nothing to store", replies.Tone.WARNING)
         return
     yield from operands.may_write(station, path)
-    write_atomically(path, text, station.folder)
+    atomic.write_atomically(path, text, station.folder)
     station.unstored.programs_stored(part for part in chosen if isinstance(part, Program))
     station.unstored.values_stored(values)
     yield replies.Message(f"{path} stored")
@@ -178,22 +176,22 @@ def _with_extension(path: Path, extension: str) -> Path:
     return path if path.suffix else path.with_name(path.name + extension)
 
 
-@handles("SAVE")
+@operands.handles("SAVE")
 def _save(station: Station, it: Instruction) -> Dialogue[None]:
     engine = station.engine
-    path = _with_extension(operands.path_of(station, it), EXTENSION)
+    path = _with_extension(operands.path_of(station, it), trajectory_file.EXTENSION)
     yield from operands.may_write(station, path)
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
     measured = engine.measured.view
-    yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder, measured))
+    yield from beside(lambda: trajectory_file.write_trajectory(path, model, initial, deltas, station.folder, measured))
     yield replies.Message(f"{path} saved: {numbers.count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 
 
-@handles("REPLAY")
+@operands.handles("REPLAY")
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     """Play a trajectory file on the screen of the user, or list its motions."""
     path = operands.path_of(station, it)
-    path = path if path.exists() else _with_extension(path, EXTENSION)
+    path = path if path.exists() else _with_extension(path, trajectory_file.EXTENSION)
     recording = yield from _read_recording(station, path)
     yield from (replies.Message(warning, replies.Tone.WARNING) for warning in recording.warnings)
     timeline, title = recording.timeline, recording.model.title
@@ -212,7 +210,7 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
         yield replies.ReplayTable(rows)
 
 
-def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[replies.ReplayRow, ...]:
+def _replay_rows(arm: RobotArm, recording: trajectory_file.Recording) -> tuple[replies.ReplayRow, ...]:
     """Return where each motion of a recording ends. The caller must hold no other reference to the recording: its
     memory is freed in small parts, because freeing a million values at once would block every thread.
     """
@@ -232,13 +230,15 @@ def _replay_rows(arm: RobotArm, recording: Recording) -> tuple[replies.ReplayRow
     return tuple(rows)
 
 
-@handles("FLIST")
+@operands.handles("FLIST")
 def _list_file(station: Station, it: Instruction) -> Dialogue[None]:
     path, folder = operands.path_of(station, it), station.folder
-    yield replies.FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
+    yield replies.FileText(
+        (yield from beside(lambda: tuple(program_file.read_program_file(path, folder).splitlines())))
+    )
 
 
-@handles("FDIRECTORY", "LISTF")
+@operands.handles("FDIRECTORY", "LISTF")
 def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """List the files of a folder, or the files that match a pattern."""
     given, folder = operands.operand(it, 0), station.folder
@@ -246,7 +246,7 @@ def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.FileTable(str(path), entries(path, folder))
 
 
-@handles("CD")
+@operands.handles("CD")
 def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """Change to a folder, or back to the first one. Raises FileError if the path is not a folder, FileOutside if the
     path is outside a closed folder.
@@ -268,7 +268,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
     yield from _tell_folder(station, it)
 
 
-@handles("PWD")
+@operands.handles("PWD")
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
     """Show the present folder; in a closed folder whose path is not disclosed, show the path inside that folder."""
     root, home = station.folder.root, station.home
@@ -276,7 +276,7 @@ def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
     yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
-@handles("LOG")
+@operands.handles("LOG")
 def _log(station: Station, it: Instruction) -> Dialogue[None]:
     """Begin or end writing the session to a file. Raises FileError, and UsageError if this robot cannot write
     sessions.
@@ -295,7 +295,7 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
         yield replies.Message(f"{done} is complete")
 
 
-@handles("FDELETE")
+@operands.handles("FDELETE")
 def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
     path = existing(operands.path_of(station, it))
     if (yield from operands.may_delete(station, f"The file {path} will be deleted.")):
@@ -303,8 +303,8 @@ def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
         yield replies.Message(f"{path} deleted")
 
 
-@handles("FCOPY", act=copy, done="copied to")
-@handles("FRENAME", act=rename, done="renamed to")
+@operands.handles("FCOPY", act=copy, done="copied to")
+@operands.handles("FRENAME", act=rename, done="renamed to")
 def _copy_or_rename(
     station: Station, it: Instruction, act: Callable[[Path, Path, Folder], None], done: str
 ) -> Dialogue[None]:

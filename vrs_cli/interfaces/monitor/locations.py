@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, cast
 
 from msgspec.structs import replace
 
-from vrs_cli.engine.comparison import measured_position, why_unknown
-from vrs_cli.engine.position import position_at
+from vrs_cli.engine import comparison, position
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedName, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.interfaces.station import operands
-from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.run import runtime, variables
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
 
 
-@handles("WHERE")
+@operands.handles("WHERE")
 def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Show where the robot, the measured robot or a part is: now, at a time, or over a period of time."""
     named, stamped, over = operands.operand(it, 0), it.modifiers.has_time, operands.has_times(it)
@@ -48,7 +46,7 @@ def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
         return
     _check_either(it)
     arm, timeline, instants = engine.arm, engine.timeline, tuple(operands.times(station, it))
-    rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in instants))
+    rows = yield from beside(lambda: tuple(position.position_at(arm, timeline, t) for t in instants))
     yield replies.WhereaboutsTable(rows, units)
 
 
@@ -59,7 +57,7 @@ def _check_either(it: ast.Instruction, what: str = "") -> None:
         raise UsageError("AT and FROM do not go together", hint)
 
 
-@handles("SHOW")
+@operands.handles("SHOW")
 def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Show the arm on the screen of the user while the arm moves; without a screen, show one picture."""
     engine, stamped, t = station.engine, it.modifiers.has_time, operands.moment(station, it)
@@ -71,7 +69,7 @@ def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
         yield (yield from beside(lambda: sight.picture(timeline, t, stamped)))
 
 
-@handles("TEACH")
+@operands.handles("TEACH")
 def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Define the present location without a question, under the next free name of a series: part, part1, part2; row[3],
     row[4]. Raises InvalidName if the next name is too long.
@@ -99,7 +97,7 @@ def _next_name(station: Station, name: ast.Variable) -> ast.Variable:
     return replace(name, name=longer)
 
 
-@handles("HERE", "POINT")
+@operands.handles("HERE", "POINT")
 def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Define and show a location. A person is asked for changes until an empty line is typed."""
     if it.word == "HERE" or it.value is not None:
@@ -156,14 +154,14 @@ def _one_location(station: Station, name: str, value: transform.Transform | join
     return replies.LocationTable((replies.NamedLocation.of(name, value),), station.units)
 
 
-@handles("TOOL", "BASE")
+@operands.handles("TOOL", "BASE")
 def _set_frame(station: Station, it: ast.Instruction) -> Dialogue[None]:
     yield from station.do(it)
     frames = station.engine.frames
     yield _one_location(station, it.word, frames.tool if it.word == "TOOL" else frames.base)
 
 
-@handles("WHY")
+@operands.handles("WHY")
 def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Explain whether a location can be reached. Raises TypeMismatch if the value is not a location."""
     expression = operands.operand(it, 0)
@@ -197,9 +195,9 @@ def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
     arm, timeline, units = station.engine.arm, station.engine.timeline, station.units
     if not operands.has_times(it):
         t = operands.moment(station, it) if it.modifiers.has_time else measured.end
-        at = measured_position(arm, timeline, measured, t)
+        at = comparison.measured_position(arm, timeline, measured, t)
         if at is None:
-            yield replies.Message(why_unknown(measured, t))
+            yield replies.Message(comparison.why_unknown(measured, t))
         else:
             yield replies.MeasuredWhereabouts(at, t == measured.end, units)
         return
@@ -207,7 +205,7 @@ def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
     instants = tuple(operands.times(station, it))
 
     def positions() -> tuple[results.Position, ...]:
-        found = (measured_position(arm, timeline, measured, t) for t in instants)
+        found = (comparison.measured_position(arm, timeline, measured, t) for t in instants)
         return tuple(at.measured for at in found if at is not None)
 
     rows = yield from beside(positions)
@@ -235,7 +233,7 @@ def _part_row(course: WorldCourse, name: str, t: float) -> replies.PartRow:
     return replies.PartRow(name, t, state.pose if state.exists else None, state.held, state.on)
 
 
-@handles("PARTS")
+@operands.handles("PARTS")
 def _list_parts(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     table = part_table(station, operands.moment(station, it) if it.modifiers.has_time else None)
     yield table if table.rows else replies.Message(f"There are no parts; {BRINGS_PARTS}")

@@ -17,21 +17,19 @@ from vrs_cli.interfaces.editor.buffer import asked_program, list_steps, named_pr
 from vrs_cli.interfaces.editor.editors import Editor, ScreenDraft
 from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
-from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.run.variables import Index, Reference, subscript
 from vrs_cli.language.text import ast, printer
-from vrs_cli.language.words.functions import LOGICAL, RELATIONS
-from vrs_cli.language.words.values import Kind, key_of, kind_of_value, whole
+from vrs_cli.language.words import functions, values
 from vrs_cli.values import numbers, questions, replies
 
 MANY = 100  # a search through at least this many programs or variables counts as long
 
 
-@handles("LISTP")
+@operands.handles("LISTP")
 def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """List programs in canonical form; all programs if none is named."""
     environment = station.environment
@@ -44,7 +42,7 @@ def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
         yield replies.ProgramText(printer.program_header(one.program), steps)
 
 
-@handles("DIRECTORY")
+@operands.handles("DIRECTORY")
 def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """List the names of programs: all, or those that match a pattern."""
     pattern, programs = operands.word_or(it, 0, "*").lower(), dict(station.programs)
@@ -62,28 +60,28 @@ def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.Pro
         yield replies.ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
 
 
-@handles("COPY")
+@operands.handles("COPY")
 def _copy(station: Station, it: ast.Instruction) -> None:
     """Copy a program. Raises ProgramExists, UndefinedName."""
     new, old = operands.word(it.arguments[0]), station.environment.program(operands.word(it.value))
-    if key_of(new) in station.programs:
+    if values.key_of(new) in station.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
     station.environment.store(replace(old.analysis, program=replace(old.program, name=new)), old.lines)
 
 
-@handles("RENAME")
+@operands.handles("RENAME")
 def _rename(station: Station, it: ast.Instruction) -> None:
     """Rename a program. Raises ProgramExists, UndefinedName, ProgramInterlocked."""
     new, old = operands.word(it.arguments[0]), operands.word(it.value)
     station.check_free(old)
     _copy(station, it)
     station.layout = station.layout.with_renamed(old, new)
-    del station.programs[key_of(old)]
-    if station.last_program is not None and key_of(station.last_program) == key_of(old):
+    del station.programs[values.key_of(old)]
+    if station.last_program is not None and values.key_of(station.last_program) == values.key_of(old):
         station.last_program = new
 
 
-@handles("DELETE")
+@operands.handles("DELETE")
 def _delete(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Delete programs, the programs that only they call, and the variables that only these programs use."""
     environment = station.environment
@@ -107,7 +105,7 @@ def _delete(station: Station, it: ast.Instruction) -> Dialogue[None]:
             environment.delete(name)
 
 
-@handles("DELETEP")
+@operands.handles("DELETEP")
 def _delete_named(station: Station, it: ast.Instruction) -> Dialogue[None]:
     programs = [station.environment.program(operands.word(argument)) for argument in it.arguments]
     yield from _delete_programs(station, programs, "will be deleted.")
@@ -124,13 +122,13 @@ def _delete_programs(station: Station, programs: Sequence[StoredProgram], questi
     for program in programs:
         station.programs.pop(program.program.key, None)
         station.layout = station.layout.with_part(program.program.key, ())
-        if station.last_program is not None and key_of(station.last_program) == program.program.key:
+        if station.last_program is not None and values.key_of(station.last_program) == program.program.key:
             station.last_program = None
     station.unstored.programs_deleted()
     return True
 
 
-@handles("ZERO")
+@operands.handles("ZERO")
 def _zero(station: Station, _it: ast.Instruction) -> Dialogue[None]:
     """Delete all programs and variables. Raises ProgramInterlocked."""
     for stored in station.programs.values():
@@ -146,7 +144,7 @@ def _zero(station: Station, _it: ast.Instruction) -> Dialogue[None]:
         station.tasks.forget(track.number)
 
 
-@handles("EDIT")
+@operands.handles("EDIT")
 def _edit(station: Station, it: ast.Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
     editor = Editor(station, (yield from open_program(station, program, step)))
@@ -154,7 +152,7 @@ def _edit(station: Station, it: ast.Instruction) -> Dialogue[None]:
     yield from (yield from editor.screen())
 
 
-@handles("SEE")
+@operands.handles("SEE")
 def _see(station: Station, it: ast.Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
     user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
@@ -173,7 +171,7 @@ def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program
     last = station.user_state.last_edited or station.last_program
     if given is None and last is None:
         raise NoProgramSpecified("none was edited before", f"{it.word} name")
-    step = whole(operands.real_or(station, it, 1, 1.0))
+    step = values.whole(operands.real_or(station, it, 1, 1.0))
     if step < 1:
         raise IllegalValue(f"step {step}", "steps count from 1")
     program = named_program(last or "") if given is None else asked_program(given)
@@ -187,10 +185,10 @@ def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program
 
 Rows = tuple[tuple[str, numbers.Value], ...]  # names or texts, with values
 
-REALS, STRINGS = (Kind.REAL,), (Kind.STRING,)
+REALS, STRINGS = (values.Kind.REAL,), (values.Kind.STRING,)
 
 
-def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> replies.Reply:
+def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> replies.Reply:
     """Return the reply that lists variables of these kinds. `truth`: a real number stands for true or false."""
     if kinds == REALS:
         return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
@@ -200,10 +198,10 @@ def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool =
     return replies.LocationTable(named, units)
 
 
-@handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")
-@handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
-@handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
-def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[Kind, ...], hint: str) -> Dialogue[None]:
+@operands.handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")
+@operands.handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
+@operands.handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
+def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...], hint: str) -> Dialogue[None]:
     """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for another kind."""
     rows, expressions = (
         list[tuple[str, numbers.Value]](),
@@ -215,8 +213,8 @@ def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[Kind, ..
     for expression in expressions:
         found = yield from _values(station, expression)
         for name, value in found:
-            if kind_of_value(value) not in kinds:
-                raise TypeMismatch(f"{name} is a {kind_of_value(value).value}", hint)
+            if values.kind_of_value(value) not in kinds:
+                raise TypeMismatch(f"{name} is a {values.kind_of_value(value).value}", hint)
         rows += found
     yield (yield from beside_if(len(rows) >= MANY, lambda: _table(kinds, tuple(rows), station.units)))
 
@@ -227,8 +225,11 @@ def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
         left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
         yield replies.Message(f"== compares; {left} = {right} assigns")
     rows = yield from _values(station, expression)
-    truth = isinstance(expression, ast.Binary | ast.Unary) and expression.operator in RELATIONS | LOGICAL
-    yield _table((kind_of_value(rows[0][1]),), rows, station.units, truth)
+    truth = (
+        isinstance(expression, ast.Binary | ast.Unary)
+        and expression.operator in functions.RELATIONS | functions.LOGICAL
+    )
+    yield _table((values.kind_of_value(rows[0][1]),), rows, station.units, truth)
 
 
 def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
@@ -240,7 +241,7 @@ def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
         else:
             found = station.environment.alone(expression.key)
             rows = yield from beside_if(
-                found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, Kind)))
+                found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, values.Kind)))
             )
     return rows or ((printer.expression_text(expression), operands.evaluator(station, expression)()),)
 
@@ -257,10 +258,10 @@ def _own_elements(station: Station, asked: ast.Variable, reference: Reference) -
             yield f"{name}[{subscript(index)}] ({program})", cells[index]
 
 
-@handles("DELETEL", "DPOINT", kinds=operands.PLACES)
-@handles("DELETER", kinds=REALS)
-@handles("DELETES", kinds=STRINGS)
-def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[Kind, ...]) -> Dialogue[None]:
+@operands.handles("DELETEL", "DPOINT", kinds=operands.PLACES)
+@operands.handles("DELETER", kinds=REALS)
+@operands.handles("DELETES", kinds=STRINGS)
+def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...]) -> Dialogue[None]:
     """Delete variables of some kinds, or elements of arrays. Raises UndefinedValue, TypeMismatch."""
     variables = list[tuple[str, Index | None]]()
     for expression in it.arguments:
@@ -272,7 +273,7 @@ def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[Kind, 
             raise UndefinedValue(name, "there is nothing to delete")
         if kind not in kinds:
             raise TypeMismatch(f"{name} is a {kind.value}")
-        indexes = tuple(whole(operands.real(station, index)) for index in expression.indexes or ())
+        indexes = tuple(values.whole(operands.real(station, index)) for index in expression.indexes or ())
         variables.append((name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes))
     if (yield from operands.may_delete(station, f"{', '.join(name for name, _ in variables)} will be deleted.")):
         for name, index in variables:

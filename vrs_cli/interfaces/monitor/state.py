@@ -9,19 +9,9 @@ import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from vrs_cli.engine import settings
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.settings import (
-    IDLE_PARAMETERS,
-    IDLE_SWITCHES,
-    PARAMETERS,
-    SWITCHES,
-    Idle,
-    ParameterRow,
-    Switch,
-    idle_of,
-    row_of,
-)
 from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.help import help_on
@@ -32,8 +22,7 @@ from vrs_cli.interfaces.users import check_may, role_of
 from vrs_cli.language.run import effects, memory
 from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
 from vrs_cli.language.text import ast, printer
-from vrs_cli.language.words.monitor import BODY_WORDS, CLOCK_WORDS, STOP
-from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
+from vrs_cli.language.words import monitor, values
 from vrs_cli.language.words.word import Role
 from vrs_cli.values import commands, measured, replies
 from vrs_cli.version import __version__
@@ -62,8 +51,8 @@ def _tell_status(station: Station, it: ast.Instruction, number: int | None = Non
 
 def _present_status(station: Station, number: int) -> replies.StatusReport:
     """Return the state of the robot and of the task with a number."""
-    engine, settings, track = station.engine, station.engine.settings, station.tasks.get(number)
-    speed, progress = settings.speed.always, None
+    engine, present, track = station.engine, station.engine.settings, station.tasks.get(number)
+    speed, progress = present.speed.always, None
     if track is not None:
         task = track.task
         left = None if task.cycles < 0 else task.cycles - task.cycles_done
@@ -72,9 +61,9 @@ def _present_status(station: Station, number: int) -> replies.StatusReport:
     return replies.StatusReport(
         robot=engine.model.title,
         progress=progress,
-        monitor_speed=settings.monitor_speed,
-        program_speed=f"{plain(speed.value)} {speed.unit.value}",
-        power=settings.switch("POWER"),
+        monitor_speed=present.monitor_speed,
+        program_speed=f"{values.plain(speed.value)} {speed.unit.value}",
+        power=present.switch("POWER"),
         clock=engine.now,
         end=engine.end,
         configuration=engine.arm.configuration(engine.position().joints),
@@ -83,30 +72,30 @@ def _present_status(station: Station, number: int) -> replies.StatusReport:
 
 
 def _words_for_next_motion(engine: Engine) -> tuple[str, ...]:
-    """Return, as typed, the configuration words that the arm does not satisfy yet, and the settings for one motion."""
-    settings, have = engine.settings, engine.arm.configuration(engine.destination(engine.end).joints)
-    said = list(settings.configuration.words_beside((have,)))
-    if (speed := settings.speed.once) is not None:
-        said.append(f"SPEED {plain(speed.value)} {speed.unit.value}")
-    if settings.duration.once is not None:
-        said.append(f"DURATION {plain(settings.duration.once)} s")
-    if settings.swivel.once is not None and (swivel := settings.swivel.once.swivel) is not None:
+    """Return, as typed, the configuration words that the arm does not satisfy yet, and the present for one motion."""
+    present, have = engine.settings, engine.arm.configuration(engine.destination(engine.end).joints)
+    said = list(present.configuration.words_beside((have,)))
+    if (speed := present.speed.once) is not None:
+        said.append(f"SPEED {values.plain(speed.value)} {speed.unit.value}")
+    if present.duration.once is not None:
+        said.append(f"DURATION {values.plain(present.duration.once)} s")
+    if present.swivel.once is not None and (swivel := present.swivel.once.swivel) is not None:
         at = "" if swivel.value is None else f" to {engine.model.joint_text(swivel.joint, swivel.value)}"
         said.append(f"SWIVEL of joint {swivel.joint}{at}")
-    said += (word for word, (mode, on) in MODE_WORDS.items() if settings.modes[mode].once is on)
-    if settings.hand is not None:
-        said.append("OPEN" if settings.hand else "CLOSE")
+    said += (word for word, (mode, on) in MODE_WORDS.items() if present.modes[mode].once is on)
+    if present.hand is not None:
+        said.append("OPEN" if present.hand else "CLOSE")
     return tuple(said)
 
 
-BANKS = (("Inputs", INPUTS), ("Outputs", OUTPUTS), ("Internal signals", INTERNAL))
+BANKS = (("Inputs", values.INPUTS), ("Outputs", values.OUTPUTS), ("Internal signals", values.INTERNAL))
 
 
 @handles("IO")
 def _tell_signals(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     """Report signals; at a given time without the internal signals, which are variables."""
     given, timed = operand(it, 0), it.modifiers.has_time
-    number = None if given is None else whole(real(station, given))
+    number = None if given is None else values.whole(real(station, given))
     if number is not None and number not in range(len(BANKS)):
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
     if number == 2 and timed:
@@ -154,7 +143,7 @@ def free_memory() -> float | None:
 def _tell_history(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
     """Return the lines that the user has typed, without the present one."""
     typed = tuple(station.user_state.typed)[:-1]
-    first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
+    first = max(len(typed) - values.whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield replies.FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
 
 
@@ -189,11 +178,11 @@ def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
         action = word(it.arguments[0]).upper()
         if action == "RATE":
             given = it.value.text if isinstance(it.value, ast.BareWord) else "nothing"
-            rate = read_number(given)
+            rate = values.read_number(given)
             if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
                 raise IllegalValue(f"a rate of {given}", RATES)
             clock.change(rate=rate)
-        elif action in CLOCK_WORDS and it.value is None:
+        elif action in monitor.CLOCK_WORDS and it.value is None:
             clock.change(paused=action == "PAUSE")
         else:
             raise UsageError(f"CLOCK {action}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
@@ -211,12 +200,12 @@ def _body(station: Station, it: ast.Instruction) -> Dialogue[None]:
         yield replies.BodyReport(body.view, body.unknown_since, divergence.on_alarm, divergence.alarm)
         return
     action = word(it.arguments[0]).upper()
-    if action not in BODY_WORDS:
-        raise UsageError(f"BODY {action}", ", ".join(("BODY", *(f"BODY {known}" for known in BODY_WORDS))))
+    if action not in monitor.BODY_WORDS:
+        raise UsageError(f"BODY {action}", ", ".join(("BODY", *(f"BODY {known}" for known in monitor.BODY_WORDS))))
     if action != "RELEASE":
         station.check_may(f"BODY {action}", role_of("PARAMETER"))
         divergence.choose(measured.OnAlarm[action])
-        yield replies.Message(f"On an alarm of the body: {BODY_WORDS[action]}")
+        yield replies.Message(f"On an alarm of the body: {monitor.BODY_WORDS[action]}")
         return
     check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
     name = body.name
@@ -229,9 +218,9 @@ def _body(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def _resync(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """Bring the body and the timeline back together. Raises UsageError, RequestRefused, MotionError."""
     how = word_or(it, 0).upper()
-    if how not in ("", STOP):
-        raise UsageError(f"RESYNC {how}", f"RESYNC, RESYNC {STOP}")
-    yield replies.Resynchronised((yield from station.resync(stops=how == STOP)), station.units)
+    if how not in ("", monitor.STOP):
+        raise UsageError(f"RESYNC {how}", f"RESYNC, RESYNC {monitor.STOP}")
+    yield replies.Resynchronised((yield from station.resync(stops=how == monitor.STOP)), station.units)
 
 
 # --- switches and parameters -----------------------------------------------------------------------------------------
@@ -239,38 +228,38 @@ def _resync(station: Station, it: ast.Instruction) -> Dialogue[None]:
 handles("RESET", "SELECT")(Station.do)  # the same as in a program
 
 
-@handles("ENABLE", "DISABLE", idle_rows=IDLE_SWITCHES)
-def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, Idle]) -> Dialogue[None]:
+@handles("ENABLE", "DISABLE", idle_rows=settings.IDLE_SWITCHES)
+def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings.Idle]) -> Dialogue[None]:
     """Set switches or a parameter as in a program, and report those that have no effect."""
     yield from station.do(it)
     for argument in it.arguments:
-        row = None if argument is None else idle_of(idle_rows, word(argument))
+        row = None if argument is None else settings.idle_of(idle_rows, word(argument))
         if row is not None:
             yield replies.Message(f"{row.name}: {_summary(row)}")
 
 
-def _summary(row: Switch | ParameterRow | Idle) -> str:
-    return f"no effect here: {row.summary}" if isinstance(row, Idle) else row.summary
+def _summary(row: settings.Switch | settings.ParameterRow | settings.Idle) -> str:
+    return f"no effect here: {row.summary}" if isinstance(row, settings.Idle) else row.summary
 
 
-@handles("SWITCH", title="Switch", rows=SWITCHES, idle_rows=IDLE_SWITCHES)
-@handles("PARAMETER", title="Parameter", rows=PARAMETERS, idle_rows=IDLE_PARAMETERS)
+@handles("SWITCH", title="Switch", rows=settings.SWITCHES, idle_rows=settings.IDLE_SWITCHES)
+@handles("PARAMETER", title="Parameter", rows=settings.PARAMETERS, idle_rows=settings.IDLE_PARAMETERS)
 def _set_or_list(
-    station: Station, it: ast.Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, Idle]
+    station: Station, it: ast.Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, settings.Idle]
 ) -> Dialogue[None]:
     """Set a switch or a parameter, or list the named ones, or all. Raises UsageError."""
     if it.value is not None:
         yield from _set(station, it, idle_rows)
         return
-    settings, found = station.engine.settings, list[replies.SettingRow]()
+    present, found = station.engine.settings, list[replies.SettingRow]()
     for name in [one.upper() for one in words(it)] or rows:
-        row = idle_of(idle_rows, name) or row_of(rows, name, title.lower())
-        full_name = name if isinstance(row, Idle) else row.name
+        row = settings.idle_of(idle_rows, name) or settings.row_of(rows, name, title.lower())
+        full_name = name if isinstance(row, settings.Idle) else row.name
         if title == "Switch":
-            value = "ON" if settings.switch(full_name) else "OFF"
+            value = "ON" if present.switch(full_name) else "OFF"
         else:
-            number = settings.parameter(full_name)
-            unit = "" if isinstance(row, Idle) else row.unit
-            value = number if isinstance(number, str) else f"{plain(number)} {unit}".rstrip()
+            number = present.parameter(full_name)
+            unit = "" if isinstance(row, settings.Idle) else row.unit
+            value = number if isinstance(number, str) else f"{values.plain(number)} {unit}".rstrip()
         found.append(replies.SettingRow(full_name, value, _summary(row)))
     yield replies.SettingTable(title, tuple(found))

@@ -17,7 +17,6 @@ from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.station import operands
-from vrs_cli.interfaces.station.operands import handles
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
@@ -30,8 +29,8 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import replies
 
 
-@handles("UNDO", work=Engine.undoing, done="undone")
-@handles("REDO", work=Engine.redoing, done="done again")
+@operands.handles("UNDO", work=Engine.undoing, done="undone")
+@operands.handles("REDO", work=Engine.redoing, done="done again")
 def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
@@ -45,7 +44,7 @@ def _undo_or_redo(
     yield replies.Message(f"{what}; the clock is at {engine.now:.3f} s")
 
 
-@handles("BRANCH")
+@operands.handles("BRANCH")
 def _branch(station: Station, it: Instruction) -> Dialogue[None]:
     """List the branches, switch to one, or make a new one."""
     branches, given = station.branches, operands.operand(it, 0)
@@ -85,7 +84,7 @@ def check_tasks_stand(station: Station) -> None:
         raise UsageError(f"{running.task.program} is running", f"{{ABORT{number}}} stops it")
 
 
-@handles("COMPARE")
+@operands.handles("COMPARE")
 def _compare(station: Station, it: Instruction) -> Dialogue[None]:
     """Compare two branches, or the measured robot with a branch. Raises UsageError."""
     branches, second = station.branches, operands.word_or(it, 1, station.branches.present)
@@ -110,7 +109,7 @@ def comparison(station: Station, first: str, second: str) -> Dialogue[replies.Co
     return replies.ComparisonTable(branches.spelling(first), branches.spelling(second), found, station.units)
 
 
-@handles("MERGE")
+@operands.handles("MERGE")
 def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     name = station.branches.spelling(operands.word_or(it, 0, station.branches.present))
     check_tasks_stand(station)
@@ -119,7 +118,7 @@ def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 
 
-@handles("DELETEB")
+@operands.handles("DELETEB")
 def _delete_branches(station: Station, it: Instruction) -> Dialogue[None]:
     names = [station.branches.droppable(operands.word(argument)) for argument in it.arguments]
     check_tasks_stand(station)
@@ -142,7 +141,7 @@ def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
     return beside(make_table)
 
 
-@handles("TIMELINE")
+@operands.handles("TIMELINE")
 def _list_timeline(station: Station, _it: Instruction) -> Dialogue[None]:
     yield (yield from timeline_table(station))
 
@@ -154,7 +153,7 @@ def _segment_row(segment: Segment) -> replies.SegmentRow:
     )
 
 
-@handles("PLOT")
+@operands.handles("PLOT")
 def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot draws no files."""
     engine, (names, file) = station.engine, split_file(operands.words(it))

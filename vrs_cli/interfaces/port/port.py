@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from vrs_cli.engine import feed, position
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import Inbox, Subscription
-from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.language.text.ast import Program
@@ -63,7 +62,7 @@ class Console:
             outlet(message)
 
 
-class FollowedRobot(Watched, Protocol):
+class FollowedRobot(position.Watched, Protocol):
     """A robot whose timeline is known from `begins` on [s] and kept up to date, as are the reports of its body,
     `measured`.
     """
@@ -115,7 +114,9 @@ class Port(Protocol):
         connection.
         """
 
-    def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
+    def take(
+        self, inbox: feed.Inbox[messages.ServerMessage], seconds: float | None = None
+    ) -> messages.ServerMessage | None:
         """Wait for the next message of an inbox, and return it; None after `seconds` [s]. In this process the robot's
         time and tasks go on meanwhile.
         """
@@ -144,7 +145,7 @@ class Port(Protocol):
     def follow(self) -> FollowedRobot:
         """Return the robot's timeline and clock, kept up to date from now on. Raises RequestRefused."""
 
-    def subscribe(self) -> Subscription[TimelineChange]:
+    def subscribe(self) -> feed.Subscription[TimelineChange]:
         """Subscribe to the timeline and to every later change of it. The timeline is followed."""
 
     def preview_now(self) -> Previewed:

@@ -13,13 +13,10 @@ from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 from weakref import finalize
 
-from vrs_cli.engine.clock import SLICE_S
+from vrs_cli.engine import clock, feed, position
 from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import Inbox, Subscription
-from vrs_cli.engine.position import PositionArrays, Watched, fill, position_at, positions_at
 from vrs_cli.errors import RequestRefused, VrsError, hints_for_python
-from vrs_cli.files.atomic import atomically
-from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.files import atomic, program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
 from vrs_cli.kinematics.arm import RobotArm
@@ -49,7 +46,7 @@ class RecordedRobot(NamedTuple):
 class Observer:
     """Evaluates the present timeline of a robot: its position at any time (g). Metres, radians, seconds."""
 
-    def __init__(self, watched: Watched) -> None:
+    def __init__(self, watched: position.Watched) -> None:
         self.watched = watched
 
     @property
@@ -71,11 +68,11 @@ class Observer:
 
     def at(self, t: float | None = None) -> results.Position:
         """Return where the robot is at t [s], past or future, or now."""
-        return position_at(self.arm, self.timeline, self.now if t is None else t)
+        return position.position_at(self.arm, self.timeline, self.now if t is None else t)
 
-    def over(self, times: Floats) -> PositionArrays:
+    def over(self, times: Floats) -> position.PositionArrays:
         """Return where the robot is at times (N,) [s]."""
-        return positions_at(self.arm, self.timeline, times)
+        return position.positions_at(self.arm, self.timeline, times)
 
 
 class _Conversation:
@@ -85,7 +82,7 @@ class _Conversation:
 
     def __init__(self) -> None:
         self.notes, self.lock = Notes(), Lock()
-        self.inbox: Inbox[messages.ServerMessage] | None = None
+        self.inbox: feed.Inbox[messages.ServerMessage] | None = None
 
     def hear(self, message: messages.ServerMessage) -> None:
         if self.inbox is not None:
@@ -124,7 +121,7 @@ class Supervisor(Observer):
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         """Send an act without waiting. The returned function waits for the end of the act, and returns the result."""
-        inbox: Inbox[messages.ServerMessage] = Inbox()
+        inbox: feed.Inbox[messages.ServerMessage] = feed.Inbox()
         id = self.port.begin(lambda id: messages.At(id, act, issued), inbox.put)
 
         def wait() -> T:
@@ -172,7 +169,7 @@ class Supervisor(Observer):
             if self.port.cuts != cuts:
                 raise RequestRefused("the connection was cut before its turn came: it was not sent", "give it again")
             conversation.notes.begin(answer)
-            conversation.inbox = Inbox()
+            conversation.inbox = feed.Inbox()
             try:
                 yield conversation.notes
             finally:
@@ -186,11 +183,11 @@ class Supervisor(Observer):
 
     def _ask(self, make: MakeRequest) -> messages.ServerMessage:
         """Send a request, and wait for its end."""
-        inbox: Inbox[messages.ServerMessage] = Inbox()
+        inbox: feed.Inbox[messages.ServerMessage] = feed.Inbox()
         with hints_for_python():
             return self._end(inbox, self.port.begin(make, inbox.put))
 
-    def _end(self, inbox: Inbox[messages.ServerMessage], id: int) -> messages.ServerMessage:
+    def _end(self, inbox: feed.Inbox[messages.ServerMessage], id: int) -> messages.ServerMessage:
         """Wait for the end of a request, and handle the messages before it. Raises the error if the request is refused.
         Ctrl-C stops the request; a second Ctrl-C, or one that cannot be sent, ends the waiting.
         """
@@ -273,11 +270,11 @@ class Supervisor(Observer):
         t = self.now if t is None else t
         return self._past((t,))[0] if t < self.followed.begins else super().at(t)
 
-    def over(self, times: Floats) -> PositionArrays:
+    def over(self, times: Floats) -> position.PositionArrays:
         found = super().over(times)
         gone = times < self.followed.begins
         if gone.any():
-            fill(found, gone, self._past(times[gone].tolist()))
+            position.fill(found, gone, self._past(times[gone].tolist()))
         return found
 
     def _past(self, times: Sequence[float]) -> tuple[results.Position, ...]:
@@ -297,7 +294,7 @@ class Supervisor(Observer):
         Raises ClockPaused if the clock is paused.
         """
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
-            time.sleep(min(left / rate, SLICE_S))
+            time.sleep(min(left / rate, clock.SLICE_S))
         self.act(acts.Rest())
 
     def preview_now(self) -> Previewed:
@@ -318,8 +315,8 @@ class Supervisor(Observer):
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
-        found = find_program_file(Path(path))
-        return self.define(read_program_file(found), f"{found}:")
+        found = program_file.find_program_file(Path(path))
+        return self.define(program_file.read_program_file(found), f"{found}:")
 
     def execute(self, program: str, cycles: int, answer: Answers) -> results.RunResult:
         """Execute a program in memory; `answer`: answers its PROMPTs. An error in the program is in the result. Raises
@@ -332,10 +329,10 @@ class Supervisor(Observer):
     def save(self, path: Path) -> None:
         """Write the trajectory to a file. Raises FileError."""
         recorded = self.act(acts.Record())
-        with atomically(path) as stream:
+        with atomic.atomically(path) as stream:
             stream.write(recorded.data)
 
-    def subscribe(self) -> Subscription[TimelineChange]:
+    def subscribe(self) -> feed.Subscription[TimelineChange]:
         """Subscribe to the timeline and to every later change of it; the subscription ends with the supervisor."""
         subscription = self.port.subscribe()
         finalize(self, subscription.end)

@@ -33,9 +33,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.language.run import memory, runtime
 from vrs_cli.language.text import ast, parser
-from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.language.words import functions, instructions, monitor
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values import acts, commands, diagnostics, replies, results
@@ -160,7 +158,11 @@ def _assign(session: Session, act: acts.Assign) -> None:
 
 def _expression(session: Session, text: str) -> ast.Expression:
     """Parse an expression. Raises LineRefused, and UsageError for a command."""
-    if text.split()[:1] and text.split()[0].upper() in (COMMANDS.keys() | INSTRUCTIONS.keys()) - FUNCTIONS.keys():
+    if (
+        text.split()[:1]
+        and text.split()[0].upper()
+        in (monitor.COMMANDS.keys() | instructions.INSTRUCTIONS.keys()) - functions.FUNCTIONS.keys()
+    ):
         hint = "one variable or one expression"
         raise UsageError(f"{text} is no expression", hint, in_python=f"do({text!r}) does it")
     line = parser.parse_prompt(f"TYPE {text}", session.names())

@@ -30,8 +30,7 @@ from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.interfaces.users import check_beside, need_of
-from vrs_cli.language.analysis.analyzer import check_line, hidden_statement
-from vrs_cli.language.analysis.structure import line_beyond
+from vrs_cli.language.analysis import analyzer, structure
 from vrs_cli.language.text import ast, parser
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
@@ -103,7 +102,7 @@ class Session(Station):
         said, role = need_of(statement)
         self.check_may(said, role)
         vplus = self.engine.settings.switch("VPLUS")
-        found = (*read.findings, *line_beyond(statement, self.dialect, vplus=vplus))
+        found = (*read.findings, *structure.line_beyond(statement, self.dialect, vplus=vplus))
         wrong = diagnostics.first_error(found)
         if wrong is not None:
             raise diagnostics.LineRefused(wrong)
@@ -163,10 +162,10 @@ class Session(Station):
         statement = parser.parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())
-        found = check_line(statement, self.environment.kinds)
+        found = analyzer.check_line(statement, self.environment.kinds)
         if ";" in line:
             comment = line[statement.span.end - 1 :].partition(";")[2]
-            found = (*found, *hidden_statement(statement, comment, len(line) + 1))
+            found = (*found, *analyzer.hidden_statement(statement, comment, len(line) + 1))
         return _Reading(line, statement, found)
 
     def carry_out(self, statement: ast.Statement) -> Dialogue[None]:

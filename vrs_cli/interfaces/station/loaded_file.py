@@ -13,8 +13,7 @@ from weakref import WeakSet, ref
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.store import Layout
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among
-from vrs_cli.language.analysis.structure import beyond
+from vrs_cli.language.analysis import analyzer, structure
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Item, Variables
@@ -59,13 +58,15 @@ class LoadedFile(NamedTuple):
                 if section.whole and first_error(found) is None:
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | {**beside, **programs}
-        surroundings = Surroundings(memory.kinds, everything)
+        surroundings = analyzer.Surroundings(memory.kinds, everything)
         lines = tuple(text.split("\n"))
-        stored = tuple(StoredProgram(analyze_among(surroundings, program), lines) for program in programs.values())
+        stored = tuple(
+            StoredProgram(analyzer.analyze_among(surroundings, program), lines) for program in programs.values()
+        )
         for one in stored:
             free_in_parts(one.program, one.program.steps, lines)
             diagnostics += one.analysis.diagnostics
-            diagnostics += () if vplus else beyond(one.program, vplus=False)
+            diagnostics += () if vplus else structure.beyond(one.program, vplus=False)
         return cls(file, Layout.of(file), variables, stored, parser.drop_suppressed(lines, diagnostics))
 
 

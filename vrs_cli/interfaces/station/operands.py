@@ -13,8 +13,7 @@ from vrs_cli.errors import FileError, FileExists, IllegalValue, NoProgramSpecifi
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.language.run import runtime, variables
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
-from vrs_cli.language.words.monitor import COMMANDS, MEASURED
-from vrs_cli.language.words.values import Kind, key_of, kind_of_value, plain
+from vrs_cli.language.words import monitor, values
 from vrs_cli.values import numbers, questions, replies
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
 MAX_ROWS = 100_000  # maximum number of rows of a table of times
 MAX_NAMES = 10  # maximum number of programs or variables that a question lists
-PLACES = (Kind.LOCATION, Kind.PRECISION)
+PLACES = (values.Kind.LOCATION, values.Kind.PRECISION)
 
 
 # --- handlers --------------------------------------------------------------------------------------------------------
@@ -42,7 +41,7 @@ def handles(*names: str, **settings: object) -> Callable[[H], H]:
     """
 
     def register(handler: H) -> H:
-        HANDLERS.update({COMMANDS[name].name: partial(handler, **settings) for name in names})
+        HANDLERS.update({monitor.COMMANDS[name].name: partial(handler, **settings) for name in names})
         return handler
 
     return register
@@ -55,7 +54,7 @@ def real(station: Station, expression: Expression) -> float:
     """Return the present value of a real expression. Raises TypeMismatch for another kind of value, ProgramError."""
     found = runtime.evaluate(station.environment, station.engine, expression)
     if not isinstance(found, float):
-        raise TypeMismatch(f"a {kind_of_value(found).value}", "a real is wanted here")
+        raise TypeMismatch(f"a {values.kind_of_value(found).value}", "a real is wanted here")
     return found
 
 
@@ -123,10 +122,10 @@ def times(station: Station, it: Instruction) -> Iterator[float]:
     first = real_or(station, it, 1, 0.0)
     last = real_or(station, it, 2, station.engine.end)
     if last < first:
-        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
+        raise IllegalValue(f"FROM {values.plain(first)} TO {values.plain(last)}", "the first time comes first")
     step = real_or(station, it, 3, (last - first) / 10 or 1.0)
     if not step > 0.0 or (last - first) / step > MAX_ROWS:
-        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MAX_ROWS} rows")
+        raise IllegalValue(f"STEP {values.plain(step)}", f"more than 0 s, for at most {MAX_ROWS} rows")
     for k in range(int((last - first) / step - 1e-9) + 1):
         yield first + k * step
     if last > first:
@@ -135,7 +134,7 @@ def times(station: Station, it: Instruction) -> Iterator[float]:
 
 def is_measured(operand: Expression | None) -> bool:
     """Return whether an operand is the word MEASURED, which means the measured robot and not a part or a branch."""
-    return isinstance(operand, BareWord) and operand.text.upper() == MEASURED
+    return isinstance(operand, BareWord) and operand.text.upper() == monitor.MEASURED
 
 
 # --- questions -------------------------------------------------------------------------------------------------------
@@ -176,7 +175,7 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
     ):
         unstored, name_of = station.unstored, station.environment.name_of
         rows = [("program", unstored.programs())]
-        for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
+        for what, kinds in (("location", PLACES), ("real", (values.Kind.REAL,)), ("string", (values.Kind.STRING,))):
             rows.append((what, sorted(map(name_of, unstored.items(*kinds)))))
         named = "; ".join(name_some(what, names) for what, names in rows if names and unstored.asked_about)
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
@@ -199,7 +198,7 @@ def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
     """Return whether a program of that name may be put in memory: there is none yet, or the user agrees. None if nobody
     answers.
     """
-    if key_of(program) not in station.programs:
+    if values.key_of(program) not in station.programs:
         return True
     return (yield from ask_yes_no(station, f"Program {program} exists. Replace it (Y/N)?"))
 

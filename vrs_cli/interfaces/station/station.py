@@ -18,8 +18,7 @@ from vrs_cli.devices.device import Outside
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.engine.engine import Engine, ToolTurning
-from vrs_cli.files.opening import FREE, Folder
-from vrs_cli.files.store import Layout, may_be_called
+from vrs_cli.files import opening, store
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
@@ -62,7 +61,7 @@ class Conditions(Struct, frozen=True):
     """
 
     limits: Limits | None = None
-    folder: Folder | None = None
+    folder: opening.Folder | None = None
     cell: signals.Cell | None = None
     inputs: signals.Inputs = signals.NO_INPUTS
 
@@ -89,7 +88,7 @@ class Station:
         start: Joints | None = None,
         clock: RobotClock | None = None,
         limits: Limits = ATTENDED,
-        folder: Folder = FREE,
+        folder: opening.Folder = opening.FREE,
         outside: Outside | None = None,
         advice: Advice = at_prompt,
     ) -> None:
@@ -133,8 +132,9 @@ class Station:
         self.stream: TargetStream | None = None  # the stream of targets that the robot follows
         self.pulled = hand.DragState()  # who drags the tool, and how the tool follows
         self.driver.answers, self.driver.then = self._answers, self._then
-        self.layout = Layout()
-        self._given: Folder | None = None  # the folder for the files of programs that begin now, if not `folder`
+        self.layout = store.Layout()
+        # the folder for the files of programs that begin now, if not `folder`
+        self._given: opening.Folder | None = None
         self.home = folder  # the target of CD without a folder; no CD leads out of a closed folder
         # writes the session to a file from now on (None: to no file), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
@@ -147,7 +147,7 @@ class Station:
         track = self.tasks.get(ROBOT_PROGRAM)
         return None if track is None else track.task
 
-    def change_folder(self, folder: Folder) -> None:
+    def change_folder(self, folder: opening.Folder) -> None:
         """Change the folder for the files of commands, and for files that programs open from now on. Programs in a
         closed folder keep that folder.
         """
@@ -299,7 +299,7 @@ class Station:
     ) -> Dialogue[None]:
         """Compile the long ones among some programs and all programs that they may call, in another thread."""
         known = {key: stored.program for key, stored in programs.items()}
-        found = yield from beside(lambda: may_be_called(callers, known))
+        found = yield from beside(lambda: store.may_be_called(callers, known))
         needed = dict.fromkeys(one.key for one in found if len(one.steps) > LONG_PROGRAM)
         executables = [self.environment.executable(programs[key]) for key in needed]
 

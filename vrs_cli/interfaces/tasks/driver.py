@@ -21,8 +21,7 @@ from msgspec import Struct, structs
 from vrs_cli.devices.device import Outside
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
-from vrs_cli.files.disk import Disk
-from vrs_cli.files.opening import FREE, Folder
+from vrs_cli.files import disk, opening
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks import tasks
 from vrs_cli.interfaces.tasks.devices import Devices
@@ -106,7 +105,7 @@ class Driver:
         engine: Engine,
         terminal: Terminal,
         environment: Environment,
-        folder: Folder = FREE,
+        folder: opening.Folder = opening.FREE,
         outside: Outside | None = None,
         advice: Advice = at_prompt,
     ) -> None:
@@ -118,7 +117,7 @@ class Driver:
         self._advice = advice
         self._transcript = TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
-        self.disk = Disk(folder, self._written.add, self._check_held)
+        self.disk = disk.Disk(folder, self._written.add, self._check_held)
         self.devices = Devices(
             self.disk,
             self._transcript.show,

@@ -17,8 +17,7 @@ from vrs_cli.interfaces.tasks.tasks import Tasks, Track
 from vrs_cli.language.run.effects import AttachRobot, Wait, WaitEvent
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.text import ast, printer
-from vrs_cli.language.words.functions import BY_TIME
-from vrs_cli.language.words.values import INPUTS, INTERNAL
+from vrs_cli.language.words import functions, values
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import Event, SetChannels
@@ -49,7 +48,7 @@ class Observations:
             self._record(track, None, signal, on)
 
     def _record(self, track: Track, op: int | None, signal: int, on: bool) -> None:
-        if signal in INTERNAL:
+        if signal in values.INTERNAL:
             return
         engine, (program, present) = self._engine, track.task.operation
         key = program, present if op is None else op, signal
@@ -154,7 +153,7 @@ def _stays(track: Track) -> bool:
     pending = track.pending
     if isinstance(pending, Wait):
         condition = _condition(track)
-        changes = any(isinstance(node, ast.Call) and node.name in BY_TIME for node in ast.nodes(condition))
+        changes = any(isinstance(node, ast.Call) and node.name in functions.BY_TIME for node in ast.nodes(condition))
         return condition is not None and not changes and not _wait_is_over(pending)
     return isinstance(pending, AttachRobot) or (isinstance(pending, WaitEvent) and pending.seconds is None)
 
@@ -186,7 +185,7 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
     change = "change that" if signal is None else f"SIGNAL {signal}"
     hint = f"{change} first" if track.at_prompt else f"{change}, then RETRY"
     if help_:
-        hint = help_ if signal is not None and abs(signal) in INPUTS else ""
+        hint = help_ if signal is not None and abs(signal) in values.INPUTS else ""
     awaited = "" if condition is None else said(printer.expression_text(condition))
     return EndlessWait(f"waits for {awaited}, which nothing here {what}", hint)
 

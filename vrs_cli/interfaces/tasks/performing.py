@@ -19,11 +19,8 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
 from vrs_cli.interfaces.users import HolderTimes
-from vrs_cli.language.run import effects
+from vrs_cli.language.run import effects, memory, runtime, variables
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.memory import TICK
-from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.run.variables import Reference
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands, results
 
@@ -148,11 +145,11 @@ class Performer:
     # --- waits ---
 
     def _wait(self, track: Track, wait: effects.Wait) -> None:
-        first = on_grid(track.asked) + wait.ticks * TICK
+        first = on_grid(track.asked) + wait.ticks * memory.TICK
         if self._engine.now < first:
             track.until(first, wait)
         elif not wait.condition():
-            track.until(on_grid(self._engine.now) + TICK, wait)
+            track.until(on_grid(self._engine.now) + memory.TICK, wait)
 
     def _wait_event(self, track: Track, wait: effects.WaitEvent) -> None:
         if wait.event and track.event:
@@ -225,8 +222,8 @@ class Performer:
         """
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
-        arguments = [None if one is None else Reference(*one) for one in call.arguments]
-        task = Task(self._environment, self._engine, call.name, arguments, event.cycles, event.step)
+        arguments = [None if one is None else variables.Reference(*one) for one in call.arguments]
+        task = runtime.Task(self._environment, self._engine, call.name, arguments, event.cycles, event.step)
         started = self._tasks.start(number, task, self._devices.disk.folders.get(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 
@@ -298,7 +295,7 @@ ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     effects.WaitEvent: Performer._wait_event,
     effects.SetEvent: Performer._set_event,
     effects.EventSignal: Performer._event_signal,
-    effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + TICK),
+    effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + memory.TICK),
     Onward: lambda _performer, _track, _event: None,  # continue with the next step at once
     effects.CycleBegins: Performer._cycle_begins,
     effects.AttachRobot: Performer._attach,

@@ -17,9 +17,7 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.users import THE_ROBOTS, HolderTimes
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run import effects
-from vrs_cli.language.run.memory import ROBOT_NUMBER, System
-from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
+from vrs_cli.language.run import effects, memory, operations
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values import commands, numbers, questions, results
 from vrs_cli.version import __version__
@@ -33,12 +31,12 @@ ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the task number of a line of the prompt
 
 RUN_STATES = {
-    effects.TaskState.RUNNING: EXECUTING,
-    effects.TaskState.PAUSED: PAUSED,
-    effects.TaskState.FAILED: FAILED,
-    effects.TaskState.HALTED: COMPLETED,
-    effects.TaskState.ABORTED: ABORTED,
-    effects.TaskState.COMPLETED: COMPLETED,
+    effects.TaskState.RUNNING: operations.EXECUTING,
+    effects.TaskState.PAUSED: operations.PAUSED,
+    effects.TaskState.FAILED: operations.FAILED,
+    effects.TaskState.HALTED: operations.COMPLETED,
+    effects.TaskState.ABORTED: operations.ABORTED,
+    effects.TaskState.COMPLETED: operations.COMPLETED,
 }
 NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
 
@@ -192,7 +190,7 @@ class Watch(Struct):
 # --- all tasks of a robot -------------------------------------------------------------------------------------------
 
 
-class Tasks(System):
+class Tasks(memory.System):
     """The tasks that run or have stopped. `current` is the number of the task that is running steps now. `who`: the
     user who is served now, and drives the tasks that begin. `failed`: the tasks that stopped with an error while a user
     waited for another task; `told` is called with each at once. `observed` is called when a signal lets a task react.
@@ -437,7 +435,7 @@ class Tasks(System):
 
     def run_state(self, task: int) -> int:
         track = self.get(task)
-        return IDLE if track is None else RUN_STATES[track.task.state]
+        return operations.IDLE if track is None else RUN_STATES[track.task.state]
 
     def event(self, task: int) -> bool:
         track = self.get(task)
@@ -445,7 +443,7 @@ class Tasks(System):
 
     def robot_of(self, task: int) -> int:
         track = self.get(task)
-        return ROBOT_NUMBER if track is not None and self.owns(track) else 0
+        return memory.ROBOT_NUMBER if track is not None and self.owns(track) else 0
 
     def program_status(self, name: str) -> int:
         stored = self._environment.programs.get(key_of(name.strip()))
