@@ -28,6 +28,7 @@ from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
     Vector,
+    Z,
     compose,
     inverse,
     position,
@@ -46,7 +47,6 @@ TYPES = {
 ALIKE = 1e-9  # [m, rad] tolerance for equal axes
 NOBODY = -1  # the owner of an empty slot
 TINY = 1e-3  # [m] the size of the solid in an empty slot
-Z = (0.0, 0.0, 1.0)
 LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion of the floor, which leans by 5e-6 rad
 
 

@@ -14,13 +14,7 @@ from math import dist, inf
 from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
-from vrs_cli.errors import (
-    IllegalValue,
-    JointOutOfRange,
-    LocationOutOfRange,
-    LocationTooFar,
-    StraightLineSingular,
-)
+from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
 from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve
 from vrs_cli.kinematics.joints import (

@@ -12,10 +12,10 @@ from vrs_cli.kinematics.link_data import Box, Capsule, Cylinder, LinkShape, Open
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
-from vrs_cli.kinematics.transform import along, inverse, position, rotate, translation
+from vrs_cli.kinematics.transform import Z, along, inverse, position, rotate, translation
 
 SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without shapes
-ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+ORIGIN = (0.0, 0.0, 0.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
 UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
 SHORT = 1e-6  # [m] shorter distances are not drawn

@@ -19,6 +19,8 @@ from vrs_cli.errors import IllegalValue
 
 Vector = tuple[float, float, float]
 
+Z: Vector = (0.0, 0.0, 1.0)
+
 RIGHT_ANGLE = pi / 2
 TURN = 2 * pi
 POLE = 1e-10  # [rad] below it the tool is vertical: yaw and roll are one angle, and roll takes all of it

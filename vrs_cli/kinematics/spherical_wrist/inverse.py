@@ -36,16 +36,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.joints import (
-    ALL,
-    ARM,
-    ELBOW,
-    WRIST,
-    Configuration,
-    JointKind,
-    Joints,
-    six_turned_near,
-)
+from vrs_cli.kinematics.joints import ALL, ARM, ELBOW, WRIST, Configuration, JointKind, Joints, six_turned_near
 from vrs_cli.kinematics.model import EXACT, RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 

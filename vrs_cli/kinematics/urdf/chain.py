@@ -322,8 +322,6 @@ class _Gauge:
 
 CLEAR = 0.7  # least cosine of the angle between the fingers and an axis
 
-Z = (0.0, 0.0, 1.0)
-
 
 class Turned(NamedTuple):
     """A direction of the tip, and the turn that brings Z there."""

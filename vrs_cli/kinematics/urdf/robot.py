@@ -42,18 +42,9 @@ from vrs_cli.kinematics.model import (
     link_transform,
 )
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, Z
 from vrs_cli.kinematics.urdf.bodies import LinkPlace, complete, link_shapes, masses_of_bodies
-from vrs_cli.kinematics.urdf.chain import (
-    Choice,
-    Fingers,
-    Z,
-    choice,
-    fingers_of,
-    joint_motion,
-    other_than_z,
-    pointing_note,
-)
+from vrs_cli.kinematics.urdf.chain import Choice, Fingers, choice, fingers_of, joint_motion, other_than_z, pointing_note
 from vrs_cli.kinematics.urdf.tree import (
     ENDLESS,
     HUGE,

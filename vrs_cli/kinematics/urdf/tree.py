@@ -27,15 +27,7 @@ from xml.parsers.expat import ExpatError, ParserCreate
 from vrs_cli.errors import FileDamaged
 from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.transform import (
-    Transform,
-    Vector,
-    at_position,
-    compose,
-    rotation_x,
-    rotation_y,
-    rotation_z,
-)
+from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_x, rotation_y, rotation_z
 
 XACRO = "xacro:"
 MEMORY, SECONDS = 1 << 30, 30  # limits of address space [bytes] and of wall time [s] for macros
