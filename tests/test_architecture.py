@@ -141,6 +141,10 @@ DEFERRED = (
     Deferred(("cli/tools.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/tree.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
+    Deferred(
+        ("kinematics/model.py", "language/run/memory.py"), ("random",), "few programs and robots need random numbers"
+    ),
+    Deferred(("interfaces/dialogue.py",), ("tempfile", "traceback"), "few processes have internal errors"),
     Deferred(("interfaces/users.py",), ("vrs_cli.values.acts",), "types of arguments"),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
     Deferred(("files/atomic.py", "files/disk.py", "files/disk.py"), ("tempfile", "shutil"), "most runs write nothing"),
@@ -192,6 +196,10 @@ DEFERRED = (
         ("vrs_cli.interfaces.dragging",),
         "few robots are dragged",
     ),
+    Deferred(
+        ("kinematics/model.py", "language/run/memory.py"), ("random",), "few programs and robots need random numbers"
+    ),
+    Deferred(("interfaces/dialogue.py",), ("tempfile", "traceback"), "few processes have internal errors"),
     Deferred(("interfaces/users.py",), ("vrs_cli.interfaces.dialogue",), "types: the messages of net know the lease"),
     Deferred(
         ("contacts/watch.py", "net/course_teller.py", "teach"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import dist, hypot
 from pathlib import Path
 
@@ -65,7 +64,7 @@ def test_a_mesh_stands_as_its_points_or_the_link_as_capsules(tmp_path: Path) -> 
 
     def with_mesh(file: Path) -> RobotModel:
         shape = LinkShape(1, MeshFile(str(file), translation(0.0, 0.0, 0.1), (0.001, 0.001, 0.001)))
-        return replace(robot, shapes=(shape,))
+        return robot._replace(shapes=(shape,))
 
     (read,) = solids_of_robot(with_mesh(path))
     assert read.link == 1
@@ -78,6 +77,6 @@ def test_a_mesh_stands_as_its_points_or_the_link_as_capsules(tmp_path: Path) -> 
 def test_collision_shapes_stand_for_the_links_where_there_are_any() -> None:
     model = load_robot("puma560")
     ball = LinkShape(1, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.1, 0.1)))
-    (only,) = solids_of_robot(replace(model, collision=(ball,)))
+    (only,) = solids_of_robot(model._replace(collision=(ball,)))
     assert only.link == 1
     assert only.solids == (Solid(SolidForm.BALL, (0.1, 0.0, 0.0)),)

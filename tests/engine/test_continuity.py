@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -36,7 +35,7 @@ def crooked_puma() -> RobotModel:
     model = load_robot("puma560")
     links = list(model.links)
     links[4] = links[4]._replace(d=0.001)
-    return replace(model, links=tuple(links))
+    return model._replace(links=tuple(links))
 
 
 def line_from_nest(x: float, y: float, speed: float, profile: str = "LSPB") -> Engine:

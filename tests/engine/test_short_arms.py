@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import radians
 from random import Random
 
@@ -45,7 +44,7 @@ def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None:
     """On the way the least turn ends, and another begins elsewhere: between two samples, if there are few."""
-    model = replace(load_robot("so100"), profile=profile)
+    model = load_robot("so100")._replace(profile=profile)
     engine = Engine(model, start=model.units.read((-77.9416, 62.4172, -157.9228, -73.3012, -72.6401)))
     engine.perform(SetSpeed(20))
     goal = from_oat(-0.0599927, 0.2014840, 0.4454282, *map(radians, (-167.9416, -30.7650, 72.6401)))
@@ -56,7 +55,7 @@ def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None
 @pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
 def test_a_line_at_whose_end_a_range_turns_the_tool_turns_it_on_the_way(profile: str) -> None:
     """The tool goes up from a table, pointing down, until joint 4 comes to its end."""
-    model = replace(load_robot("so100"), profile=profile)
+    model = load_robot("so100")._replace(profile=profile)
     start = model.units.read((-90.0, 135.86, -121.17, 55.74, 90.0))
     engine = Engine(model, start=start)
     table = engine.position().T_world_tool
@@ -76,7 +75,7 @@ def test_what_an_arm_cannot_do_is_said_with_the_task_that_would() -> None:
     model = random_arm(3, 5)
     T = Engine(model).arm.forward(model.poses["ready"])
     turned = compose(at_position(T, T.px, T.py, T.pz), rotation_about((1.0, 0.0, 0.0), 0.3))
-    strict = Engine(replace(model, task=ArmTask.POSE))
+    strict = Engine(model._replace(task=ArmTask.POSE))
     with pytest.raises(MotionError, match="give the arm the task 'steady'"):
         strict.perform(Move(PoseTarget(turned), straight=False))
     with pytest.raises(MotionError, match="give the arm the task 'steady': 5 joints cannot turn the tool every way"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from vrs_cli.kinematics.model import ArmTask, RobotModel
@@ -12,8 +11,7 @@ URDF = Path(__file__).parent / "urdf"
 
 
 def without_last_joint(model: RobotModel) -> RobotModel:
-    return replace(
-        model,
+    return model._replace(
         name=f"{model.name} without its last joint",
         task=ArmTask.POINTING,
         links=model.links[:-1],
@@ -27,5 +25,5 @@ def without_last_joint(model: RobotModel) -> RobotModel:
 
 
 FIVE = without_last_joint(load_robot("puma560"))
-SEVEN = replace(load_robot(URDF / "seven.urdf"), task=ArmTask.POINTING)
-CLOSED = replace(load_robot("ur5e"), task=ArmTask.POINTING)
+SEVEN = load_robot(URDF / "seven.urdf")._replace(task=ArmTask.POINTING)
+CLOSED = load_robot("ur5e")._replace(task=ArmTask.POINTING)

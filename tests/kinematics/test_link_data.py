@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from math import cos, pi, sin
 from pathlib import Path
 
@@ -132,9 +131,9 @@ def test_shapes_of_a_built_in_robot_are_those_of_its_file(path: Path) -> None:
     model = load_robot(path.stem)
     shapes = shapes_of(model)
     assert {shape.link for shape in shapes} == set(range(model.joint_count + 1)), "each link has some"
-    careful = replace(model, name="careful", linear_speed=0.01)
+    careful = model._replace(name="careful", linear_speed=0.01)
     assert shapes_of(careful) == shapes, "a robot with the same links looks the same"
-    longer = replace(model, links=(model.links[0]._replace(d=0.7), *model.links[1:]))
+    longer = model._replace(links=(model.links[0]._replace(d=0.7), *model.links[1:]))
     assert shapes_of(longer) != shapes
 
 
@@ -197,7 +196,7 @@ def test_tables_become_masses() -> None:
 
 def test_masses_go_with_the_plain_data_of_a_robot() -> None:
     masses = (LinkMasses(2.0, (0.1, 0.0, 0.0), max_torque=5.0), LinkMasses())
-    model = replace(load_robot("planar2"), masses=masses)
+    model = load_robot("planar2")._replace(masses=masses)
     assert from_dict(to_dict(model)).masses == masses
     assert "masses" not in to_dict(load_robot("planar2"))
 

@@ -5,7 +5,6 @@ A long run: `python -m tests.laws.short_arms SEEDS [FIRST]`. Prints how many lin
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 from random import Random
 
@@ -74,7 +73,7 @@ def check_way(engine: Engine, tool: Transform, begin: float, goal: Transform) ->
 
 def lines_there_and_back(seed: int, joints: int, profile: str, tool: Transform) -> bool:
     """Whether a random line was possible; then it kept every law."""
-    random, model = Random(seed), replace(random_arm(seed, joints), profile=profile)
+    random, model = Random(seed), random_arm(seed, joints)._replace(profile=profile)
     start = middling(model, random)
     engine = Engine(model, start=start)
     engine.perform(SetTool(tool))

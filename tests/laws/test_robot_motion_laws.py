@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -92,4 +91,4 @@ def test_a_robot_whose_joints_are_searched_keeps_the_laws(
 def test_a_robot_that_points_keeps_the_laws(
     model: RobotModel, profile: str, sequence: list[tuple[str, list[float], float | None]]
 ) -> None:
-    check_robot(replace(model, profile=profile), sequence)
+    check_robot(model._replace(profile=profile), sequence)

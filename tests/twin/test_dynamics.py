@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -100,7 +99,7 @@ def as_published() -> tuple[RobotModel, InertialModel]:
     centre, inertia = masses.centre.copy(), masses.inertia.copy()
     centre[1, 2] = 0.2275 - 0.15005
     inertia[2] = np.diag([0.066, 0.086, 0.0125])
-    found = replace(model, links=tuple(Link(**link) for link in links))
+    found = model._replace(links=tuple(Link(**link) for link in links))
     return found, masses._replace(centre=centre, inertia=inertia)
 
 
@@ -238,7 +237,7 @@ def test_moments_turn_with_a_body_and_add_up_over_a_link() -> None:
     _, _, inertia = unit_moments(Box((0.2, 0.3, 0.5), R))
     assert np.diag(inertia) == pytest.approx([0.34 / 12, 0.13 / 12, 0.29 / 12])
     halves = [LinkShape(1, Box((0.2, 0.3, 0.25), translation(0.0, 0.0, z))) for z in (-0.125, 0.125)]
-    model = replace(load_robot("planar2"), shapes=(*halves, LinkShape(2, Box((1.0, 1.0, 1.0)))))
+    model = load_robot("planar2")._replace(shapes=(*halves, LinkShape(2, Box((1.0, 1.0, 1.0)))))
     found = solid_of_link(model, 1)
     assert found is not None
     assert np.diag(found.inertia) == pytest.approx([0.34 / 12, 0.29 / 12, 0.13 / 12])
@@ -295,8 +294,8 @@ def test_masses_load_the_joints_as_in_their_source(name: str, kilograms: float, 
 
 
 def test_all_links_without_a_mass_are_told_at_once() -> None:
-    model = replace(load_robot("cobra600"), links=load_robot("cobra600").links[:3])
+    model = load_robot("cobra600")._replace(links=load_robot("cobra600").links[:3])
     with pytest.raises(NotAvailable) as told:
-        inertial_model(replace(model, masses=(LinkMasses(), LinkMasses(2.0), LinkMasses())))
+        inertial_model(model._replace(masses=(LinkMasses(), LinkMasses(2.0), LinkMasses())))
     assert "links 1 and 3 of Adept Cobra 600" in told.value.detail
     assert "[[masses]]" in told.value.hint

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import asin, degrees, hypot, pi
 
 from msgspec import Struct
@@ -202,7 +201,7 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
         model, slides = arm.model, arm.model.units.slides
         lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
         upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
-        arm = arm_for(replace(model, lower=lower, upper=upper))
+        arm = arm_for(model._replace(lower=lower, upper=upper))
     return arm.holding(frames.tool).select(T_robot_flange, near, asked)
 
 

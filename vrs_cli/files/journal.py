@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import replace
 from itertools import count
 from math import inf
 from pathlib import Path
@@ -461,7 +460,7 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
     """Raise UsageError if a file is of another robot than the engine's."""
     ours = engine.model
-    theirs = replace(model, shapes=ours.shapes, collision=ours.collision)  # the shapes of a robot do not matter
+    theirs = model._replace(shapes=ours.shapes, collision=ours.collision)  # the shapes of a robot do not matter
     if theirs == ours:
         return
     if theirs.name != ours.name:

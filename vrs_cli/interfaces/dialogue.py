@@ -5,8 +5,6 @@ a request: any thread may use it while the robot carries out the request.
 
 from __future__ import annotations
 
-import tempfile
-import traceback
 from collections import deque
 from collections.abc import Callable, Collection, Generator
 from contextlib import AbstractContextManager, suppress
@@ -332,6 +330,9 @@ def internal_error(error: BaseException, *, afar: bool = False) -> Message:
     """Return the message for an unexpected exception, after which the shell goes on, and write its traceback to a file.
     `afar`: for a user of a served robot; the message gives only the name of the file.
     """
+    import tempfile  # here because they load many modules, and few processes have internal errors
+    import traceback
+
     report = "".join(traceback.format_exception(error))
     try:
         with tempfile.NamedTemporaryFile("w", prefix="vrs-", suffix=".txt", delete=False, encoding="utf-8") as file:

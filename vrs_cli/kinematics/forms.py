@@ -6,7 +6,6 @@ A closed form is preferred, then a search that finds all solutions, then the num
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from math import atan2
 from typing import TYPE_CHECKING, NamedTuple
@@ -135,7 +134,7 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)
-    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE)
+    inner = model._replace(links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE)
     return Canonical(chain, inner)
 
 

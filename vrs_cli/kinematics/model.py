@@ -11,12 +11,10 @@ for an arrangement, and solves any robot with this arrangement (`chain_of`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate, combinations
 from math import atan2, cos, dist, hypot, sin, sqrt
-from random import Random
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import JointOutOfRange
@@ -265,8 +263,10 @@ class Origin(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class RobotModel:
+NOT_COMPARED = 3  # number of the last fields of a model that may differ in equal models
+
+
+class _ModelData(NamedTuple):
     """One robot. For each joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk.
 
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The linear [m/s, m/s2, m/s3] and
@@ -292,9 +292,7 @@ class RobotModel:
     angular_speed: float
     angular_acceleration: float
     angular_jerk: float
-    poses: Mapping[str, Joints] = field(
-        hash=False
-    )  # not hashed: a dictionary has no hash, and the other fields tell models apart
+    poses: Mapping[str, Joints]
     base: Transform = IDENTITY
     flange: Transform = IDENTITY
     task: ArmTask = ArmTask.POSE
@@ -302,9 +300,22 @@ class RobotModel:
     shapes: tuple[LinkShape, ...] = ()
     collision: tuple[LinkShape, ...] = ()
     hand_width: float = 0.0
-    masses: tuple[LinkMasses, ...] = field(default=(), compare=False)
-    origin: Origin | None = field(default=None, compare=False)
-    names_task: bool = field(default=True, compare=False)
+    masses: tuple[LinkMasses, ...] = ()
+    origin: Origin | None = None
+    names_task: bool = True
+
+
+class RobotModel(_ModelData):
+    """One robot, with figures that follow from its data."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, RobotModel) and self[:-NOT_COMPARED] == other[:-NOT_COMPARED]
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.links, self.lower, self.upper, self.base, self.flange))
 
     @property
     def joint_count(self) -> int:
@@ -395,6 +406,8 @@ def link_pose(model: RobotModel, i: int, x: float) -> Transform:
 
 def some_joints(model: RobotModel) -> Iterator[Joints]:
     """Yield an infinite sequence of joints in their ranges, always the same for the same model."""
+    from random import Random  # here because few robots are measured
+
     random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
     while True:
         yield tuple(random.uniform(low, high) for low, high in limits)

@@ -8,7 +8,6 @@ can change, measured on sample poses in their ranges.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import islice
 from math import hypot
 from reprlib import repr as brief
@@ -227,7 +226,7 @@ class ModelReader(DataReader):
             raise self.wrong(
                 "joints", "their axes all meet in the flange, which they do not move", "give links a length"
             )
-        return replace(model, task=self.task(table.get("task"), model), names_task="task" in table)
+        return model._replace(task=self.task(table.get("task"), model), names_task="task" in table)
 
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         if data is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -47,7 +46,7 @@ def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None 
     wanted = ArmTask(task)
     if (misfit := misfit_of(wanted, model)) is not None:
         raise NotAvailable(*misfit)
-    return replace(model, task=wanted)
+    return model._replace(task=wanted)
 
 
 def _without_ends(model: RobotModel, ends: Ends) -> RobotModel:

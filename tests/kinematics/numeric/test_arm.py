@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import cos, hypot, pi, sin
 from pathlib import Path
 from random import Random
@@ -28,7 +27,7 @@ from vrs_cli.values.commands import JointTarget, Move, PoseTarget, SetSwivel, St
 from vrs_cli.wire.records import Form, Motions, RecordError, segment_records, segments_of
 
 URDF = Path(__file__).parents[1] / "urdf"
-FIVE = replace(load_robot(URDF / "five.urdf"), task=ArmTask.POSE)  # which no five joints can have everywhere
+FIVE = load_robot(URDF / "five.urdf")._replace(task=ArmTask.POSE)  # which no five joints can have everywhere
 
 
 def arm_of(name: str) -> RobotArm:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import atan2, pi, radians
 
 import numpy as np
@@ -22,7 +21,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, from_oat
 PUMA = load_robot("puma560")
 ARM = arm_for(PUMA)
 SHOULDERED = arm_for(
-    replace(PUMA, name="shouldered", links=(Link(0.1, 0.5, -pi / 2), Link(0.4, 0, 0), *PUMA.links[2:]))
+    PUMA._replace(name="shouldered", links=(Link(0.1, 0.5, -pi / 2), Link(0.4, 0, 0), *PUMA.links[2:]))
 )
 AWAY = (1.5, 1.5, 1.5, 4.0, 1.5, 4.0)
 
@@ -32,7 +31,7 @@ def aside(sign: float) -> RobotArm:
     lower, upper = (
         tuple(q + sign * more for q, more in zip(ends, AWAY, strict=True)) for ends in (PUMA.lower, PUMA.upper)
     )
-    return arm_for(replace(PUMA, name="aside", lower=lower, upper=upper))
+    return arm_for(PUMA._replace(name="aside", lower=lower, upper=upper))
 
 
 TOOL = from_oat(0.03, -0.05, 0.12, 0.4, 0.5, 0.6)
@@ -93,7 +92,7 @@ def test_one_branch(arm: RobotArm, configuration: Configuration) -> None:
 
 
 def test_one_branch_above_the_waist_keeps_joint_1() -> None:
-    plain = arm_for(replace(PUMA, name="plain", links=(*PUMA.links[:1], Link(0.4, 0, 0), *PUMA.links[2:])))
+    plain = arm_for(PUMA._replace(name="plain", links=(*PUMA.links[:1], Link(0.4, 0, 0), *PUMA.links[2:])))
     T = stack([IDENTITY._replace(pz=0.6), IDENTITY._replace(px=0.3, pz=0.5)])
     near = np.full((2, 6), 0.7)
     found = plain.batch.inverse_branch(T, ALL[0], near)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 from math import cos, pi, radians, sin
 
 import pytest
@@ -178,8 +177,7 @@ def test_the_shoulder_alignment_keeps_both_arms() -> None:
     assert righty[0] == pytest.approx(lefty[0], abs=1e-9)
 
 
-INDUSTRIAL = replace(  # shoulder offset a1, pedestal d1, no lateral offset: what most six-axis arms are
-    PUMA,
+INDUSTRIAL = PUMA._replace(  # shoulder offset a1, pedestal d1, no lateral offset: what most six-axis arms are
     name="industrial",
     links=(
         Link(0.15, 0.5, -pi / 2),

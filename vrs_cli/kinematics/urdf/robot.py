@@ -17,7 +17,6 @@ reach.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import accumulate
 from math import copysign, dist, pi, sqrt
 from pathlib import Path
@@ -116,11 +115,10 @@ def robot_of(
         "ready" not in cast(Mapping[str, object], table.get("poses", {}))
         and (ready := better_ready(model, ahead)) is not None
     ):
-        model = replace(model, poses={**model.poses, "ready": ready.joints})
+        model = model._replace(poses={**model.poses, "ready": ready.joints})
         notes.append(ready.note)
     folder = Path(file).absolute().parent
-    return replace(
-        model,
+    return model._replace(
         shapes=reader.shapes(table.get("shapes"), model.joint_count) or link_shapes(folder, tree, arm.places),
         collision=reader.shapes(table.get("collision"), model.joint_count, "collision")
         or link_shapes(folder, tree, arm.places, collision=True),

@@ -5,7 +5,7 @@ check their operands.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from random import Random
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
@@ -26,6 +26,8 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import Stamp
 
 if TYPE_CHECKING:
+    from random import Random
+
     from vrs_cli.engine.engine import Engine
 
 ROBOT_NUMBER = 1  # the number of the only robot in SELECT ROBOT
@@ -323,9 +325,16 @@ class Memory(Variables):
         self.programs = Programs()
         self.signals = Signals()
         self.timers = Timers()
-        self.random = Random(seed)
+        self._seed = seed
         self.last_error = 0
         self.system = System()
+
+    @cached_property
+    def random(self) -> Random:
+        """Return the generator of the random numbers."""
+        from random import Random  # here because few programs use it
+
+        return Random(self._seed)
 
     def copy(self) -> Memory:
         """Copy the present variables and programs, for readers in any thread."""
