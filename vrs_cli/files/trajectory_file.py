@@ -114,7 +114,7 @@ class Recording(Struct, frozen=True):
         return self.arm.model
 
 
-@pause_collector()
+@pause_collector(lasting=True)
 def read_trajectory(
     path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False, within: Folder = FREE
 ) -> Recording:

@@ -337,7 +337,7 @@ def segments_of(
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
     """Convert a record to a delta, and add its motion to `motions`. Raises RecordError."""
     motion = motions.resolve(record.motion, form)
-    if record.cut * TICKS_PER_SECOND % 1.0 or record.shift * TICKS_PER_SECOND % 1.0:
+    if not ((record.cut * TICKS_PER_SECOND).is_integer() and (record.shift * TICKS_PER_SECOND).is_integer()):
         raise _off_grid(record.cut, record.shift)
     edit, events = record.events, None
     if edit is not None:
@@ -363,7 +363,7 @@ def events_of(records: Iterable[EventRecord]) -> tuple[Event, ...]:
 
 
 def _on_grid(t: float) -> float:
-    if t * TICKS_PER_SECOND % 1.0:
+    if not (t * TICKS_PER_SECOND).is_integer():
         raise _off_grid(t, t)
     return t
 
@@ -375,7 +375,7 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
     if motion.kind in STANDING_KINDS:
         raise RecordError(f"a segment of a motion of kind {motion.kind.value}, which has none")
     start, finish = record.start, record.finish
-    if start * TICKS_PER_SECOND % 1.0 or finish * TICKS_PER_SECOND % 1.0:
+    if not ((start * TICKS_PER_SECOND).is_integer() and (finish * TICKS_PER_SECOND).is_integer()):
         raise _off_grid(start, finish)
     if start > finish:
         raise RecordError(f"a segment finishes at {finish!r} s, before it starts at {start!r} s")

@@ -15,9 +15,10 @@ FREED_AT_ONCE = 10_000  # number of elements of a long sequence that are freed a
 
 
 @contextmanager
-def pause_collector() -> Iterator[None]:
+def pause_collector(*, lasting: bool = False) -> Iterator[None]:
     """Pause the cycle collector while a block makes values without cycles. In a process that serves others nothing is
-    paused: the collector would look at all new values together after the block.
+    paused: the collector would look at all new values together after the block. `lasting`: the values are many and
+    live long, so the collector does not look at them before its next full collection.
     """
     if _leave_alone in gc.callbacks:
         yield
@@ -28,6 +29,9 @@ def pause_collector() -> Iterator[None]:
         yield
     finally:
         if running:
+            if lasting and not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()  # thawed values are of the oldest generation
             gc.enable()
 
 
