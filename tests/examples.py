@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 
 USUAL = 100  # to which the numbers in the tests are in proportion
 FEWEST = 2  # of any law
-PROFILES = {"fast": 15, "long": 1000}
+PROFILES = {"fast": 10, "long": 1000}
 
 for _name, _count in PROFILES.items():
     settings.register_profile(

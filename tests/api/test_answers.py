@@ -62,6 +62,7 @@ def test_without_the_page_it_is_said_how_to_build_it(monkeypatch: pytest.MonkeyP
         pictures._page_code.cache_clear()
 
 
+@pytest.mark.long
 @needs_chromium
 def test_a_notebook_plays_it_below_the_cell(tmp_path: Path) -> None:
     formatters = pytest.importorskip("IPython.core.formatters")

@@ -90,6 +90,7 @@ def test_a_line_that_says_nothing_shows_nothing(shell: Any) -> None:
     assert "<table>" in shown["text/html"]
 
 
+@pytest.mark.long
 def test_the_lesson_runs_as_it_stands() -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")

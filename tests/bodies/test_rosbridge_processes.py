@@ -45,6 +45,7 @@ def error(r: vrs.Robot, t: float) -> float:
     return float(np.abs(joints - r.where(t).joints).max()) if joints is not None else float("inf")
 
 
+@pytest.mark.long
 def test_resync_brings_an_arm_of_ros_back(tmp_path: Path) -> None:
     port = free_port()
     with ExitStack() as stack:

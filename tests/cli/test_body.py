@@ -47,6 +47,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
         yield it
 
 
+@pytest.mark.long
 def test_a_simulated_arm_follows_and_is_disturbed(served: Serving) -> None:
     pytest.importorskip("mujoco")
     with served.call() as hand, body(served.address, "--mujoco", "--rate", "200") as process:
@@ -123,6 +124,7 @@ def stand_in(port: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
             process.kill()
 
 
+@pytest.mark.long
 def test_an_arm_of_ros_follows_and_its_server_may_be_killed(tmp_path: Path) -> None:
     with create_server(("127.0.0.1", 0)) as free:
         port = str(free.getsockname()[1])

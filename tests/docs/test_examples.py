@@ -29,6 +29,8 @@ WITHOUT_EXAMPLES = {
     "view.md",
     "words.md",
 }
+IN_REAL_TIME = ("delays.md", "teaching.md", "twin.md")  # or with a whole exercise
+LONG = pytest.mark.long
 AT_A_FRONT_END = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
 CI = ROOT / ".ci" / "run"
 
@@ -44,7 +46,9 @@ def name_of(page: Path) -> str:
 # --- the pages -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=LONG if page.name in IN_REAL_TIME else ()) for page in PAGES], ids=name_of
+)
 def test_examples(page: Path, tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     runnable = [block for block in blocks(name_of(page), text) if block.language not in ("sh", "text")]

@@ -11,7 +11,11 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 HEAD = "\n# It prints:\n#\n"
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=pytest.mark.long if path.stem == "10_robot_body" else ()) for path in EXAMPLES],
+    ids=lambda path: path.stem,
+)
 def test_an_example_prints_what_it_says(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

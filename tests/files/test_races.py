@@ -12,6 +12,7 @@ from tests.files.long import taken_away
 from tests.files.races import RACES
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["two begin one file"])
 def test_a_race_for_one_file_loses_nothing(tmp_path: Path, name: str) -> None:
     for one in RACES[name](tmp_path):
@@ -25,6 +26,6 @@ def test_a_session_that_is_killed_loses_nothing(tmp_path: Path) -> None:
     assert acknowledged
 
 
-@pytest.mark.parametrize(("name", "more"), [("replaced", 2), ("rm", 0)])
+@pytest.mark.parametrize(("name", "more"), [pytest.param("replaced", 2, marks=pytest.mark.long), ("rm", 0)])
 def test_a_session_whose_file_is_taken_away_loses_nothing(tmp_path: Path, name: str, more: int) -> None:
     taken_away(tmp_path, CHANGES[name], more)

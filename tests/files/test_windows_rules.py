@@ -15,6 +15,7 @@ LEFT_OUT = ("disk_fails", "killed", "what_is_written", "any_bytes", "working_fol
 SKIPPED = " and ".join(f"not {name}" for name in LEFT_OUT)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="who has a file open is not known here")
 def test_files_by_the_rules_of_windows() -> None:
     pytest_ = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "tests.files.windows_rules"]

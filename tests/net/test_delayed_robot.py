@@ -68,6 +68,7 @@ def behind(it: Serving, forward: float, backward: float | Delays) -> Iterator[Se
         thread.join(PATIENCE)
 
 
+@pytest.mark.long
 def test_a_robot_is_entered_over_a_round_trip_of_nearly_the_whole_wait(
     robot: Serving, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -133,6 +134,7 @@ def go(far: Supervisor, where: Go, late: list[TooLate]) -> None:
         late.append(error)
 
 
+@pytest.mark.long
 def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> None:
     """Over 0.3 s each way: a motion for 0.5 s later is seen at once, and what was wrong until it came is known."""
     with behind(robot, 0.3, 0.3) as it:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.live import until
 from tests.net.lost import ROBOTS, Author, Told, authors, check
 from tests.net.serving import serving
 
 
+@pytest.mark.long
 def test_three_cuts(tmp_path: Path) -> None:
     with serving(tmp_path, ROBOTS, realtime=1.0) as it:
 

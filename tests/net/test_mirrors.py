@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.examples import some
 from tests.net.mirrors import compare
 
 
+@pytest.mark.long
 def test_mirrors_in_another_process_are_the_robot_to_the_bit() -> None:
     tally = compare(some(600), 4)
     assert tally.cuts == 4

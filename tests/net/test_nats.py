@@ -104,6 +104,7 @@ def test_who_comes_early_or_late_sees_the_robot_to_the_bit(url: str, published: 
     asyncio.run(watch())
 
 
+@pytest.mark.long
 def test_a_beginning_is_kept_however_long_it_goes_on(url: str, published: Serving) -> None:
     """The stream keeps the end of what was said, with a snapshot in it."""
     session = published.hub.rooms["cell1"].session
@@ -173,6 +174,7 @@ def test_a_server_publishes_what_it_serves(url: str) -> None:
         assert running.stderr.read() == "vrs serve: ended\n"
 
 
+@pytest.mark.long
 def test_a_server_without_its_nats_does_not_start() -> None:
     command = [sys.executable, "-m", "vrs_cli", "serve", "--port", "0", "--nats", "nats://127.0.0.1:1"]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)

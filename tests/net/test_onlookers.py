@@ -11,5 +11,6 @@ from tests.net.onlookers import watch
 pytest.importorskip("pty")
 
 
+@pytest.mark.long
 def test_lines_beside_a_program_are_answered(tmp_path: Path) -> None:
     watch(15, 3, tmp_path)

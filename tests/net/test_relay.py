@@ -244,6 +244,7 @@ def test_a_line_is_unconfirmed_from_its_arrival_on(robot: Serving) -> None:
         page.shown(lambda one: not one.expected)
 
 
+@pytest.mark.long
 def test_a_command_that_never_arrives_is_not_expected_for_ever(robot: Serving) -> None:
     with behind(robot, 0.2, 0.2) as it, relayed(it.address) as address, Page(address) as page:
         page.shown(lambda one: one.round_trip)

@@ -11,5 +11,6 @@ from tests.net.stops import LOADS, measure
 pytest.importorskip("pty")
 
 
+@pytest.mark.long
 def test_ctrl_x_stops_beside_each_load(tmp_path: Path) -> None:
     assert set(measure(1, 1000, tmp_path)) == set(LOADS)

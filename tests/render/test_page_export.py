@@ -146,6 +146,7 @@ def test_it_plays_from_a_file(tmp_path: Path) -> None:
         assert found[1] == pytest.approx(joints_at(ARM, robot.timeline, t), abs=1e-9)
 
 
+@pytest.mark.long
 @needs_chromium
 def test_a_viewer_plays_what_lies_beside_it_and_nothing_else(tmp_path: Path) -> None:
     robot = moved()

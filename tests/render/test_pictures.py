@@ -53,6 +53,7 @@ def test_a_still_has_the_arm_and_is_the_same_each_time(timeline: Timeline) -> No
     assert (np.abs(first - last).max(axis=2) > 30).mean() > 0.02
 
 
+@pytest.mark.long
 @needs_chromium
 def test_a_moving_picture_moves(timeline: Timeline, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "GIF_SIZE", (240, 160))

@@ -106,6 +106,7 @@ def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) 
         at_prompt(shell)
 
 
+@pytest.mark.long
 @sized()
 def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -142,6 +143,7 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
         assert any("\x1b[38;2;192;96;0m" in row and "48" in row for row in shell.rows("-e"))
 
 
+@pytest.mark.long
 @sized()
 def test_help_and_tables_fit_the_screen(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": ""}) as shell:
@@ -220,6 +222,7 @@ def test_ctrl_z_gives_the_shell_before_back_and_fg_the_line(tmp_path: Path, colu
         at_prompt(shell)
 
 
+@pytest.mark.long
 @sized()
 def test_files_are_those_of_the_folder_that_cd_names(tmp_path: Path, columns: int, rows: int) -> None:
     (tmp_path / "cells").mkdir()
@@ -236,6 +239,7 @@ def test_files_are_those_of_the_folder_that_cd_names(tmp_path: Path, columns: in
         shell.wait_for("fetch.v2 loaded: fetch")
 
 
+@pytest.mark.long
 @sized()
 def test_newcomers_find_the_words(tmp_path: Path, columns: int, rows: int) -> None:
     """Wrong words are mended at the prompt; what was pasted runs; names are cut short; the session is taken down."""
@@ -291,6 +295,7 @@ def begun(tmp_path: Path) -> tuple[str, ...]:
     return "shell", "--realtime", "1", "cell.v2"
 
 
+@pytest.mark.long
 def test_a_program_is_ruled_from_the_living_prompt(tmp_path: Path) -> None:
     """It waits for SIGNAL, is slowed by SPEED, and stopped by ABORT."""
     with screen(tmp_path, *begun(tmp_path)) as shell:
@@ -315,6 +320,7 @@ def test_a_program_is_ruled_from_the_living_prompt(tmp_path: Path) -> None:
         assert not any("never reached" in row for row in rows)
 
 
+@pytest.mark.long
 def test_what_programs_type_and_ask_does_not_tear_the_line(tmp_path: Path) -> None:
     with screen(tmp_path, *begun(tmp_path)) as shell:
         typed(shell, "PCEXECUTE swing")
@@ -343,6 +349,7 @@ def test_what_programs_type_and_ask_does_not_tear_the_line(tmp_path: Path) -> No
         shell.wait_for("Program stopped at pick, step 2")
 
 
+@pytest.mark.long
 @sized()
 def test_what_was_typed_comes_back(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -386,6 +393,7 @@ def drawn(rows: list[str]) -> set[tuple[int, int]]:
     return {(r, c) for r, row in enumerate(rows) for c, mark in enumerate(row) if mark in BRAILLE}
 
 
+@pytest.mark.long
 @sized(SIZES_OF_SHOW)
 def test_show_fits_the_screen_with_the_prompt_below(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -399,6 +407,7 @@ def test_show_fits_the_screen_with_the_prompt_below(tmp_path: Path, columns: int
         assert max(c for _, c in cells) > columns * 7 // 8
 
 
+@pytest.mark.long
 def test_letters_where_the_terminal_has_no_others(tmp_path: Path) -> None:
     with screen(tmp_path, more={"LC_ALL": "C"}) as shell:
         typed(shell, "DRIVE 3, 60", "SHOW")
@@ -423,6 +432,7 @@ def test_show_lives_while_the_arm_moves(tmp_path: Path, columns: int, rows: int)
         shell.wait(lambda rows: rows[-1].startswith(" t ") and any("at rest" in row for row in rows))
 
 
+@pytest.mark.long
 @sized(SIZES_OF_SHOW)
 def test_replay_shows_the_arm(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -438,6 +448,7 @@ def test_replay_shows_the_arm(tmp_path: Path, columns: int, rows: int) -> None:
         assert drawn(rows_then)
 
 
+@pytest.mark.long
 def test_jog_shows_the_arm(tmp_path: Path) -> None:
     with screen(tmp_path) as shell:
         opened(shell, "JOG")

@@ -37,6 +37,7 @@ def an_exercise() -> Exercise:
     return structs.replace(read, folder=str(PICK))
 
 
+@pytest.mark.long
 @needs_dask
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_gives_the_same_gradings(address: str) -> None:

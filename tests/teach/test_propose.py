@@ -46,7 +46,7 @@ def test_a_solution_with_a_cell_becomes_an_exercise_without_mistakes(tmp_path: P
     assert "LOCATIONS" not in exercise.solution
 
 
-@pytest.mark.parametrize("sample", ["corner.v2", "hello.v2"])
+@pytest.mark.parametrize("sample", [pytest.param("corner.v2", marks=pytest.mark.long), "hello.v2"])
 def test_a_solution_without_a_cell_becomes_one_too(sample: str, tmp_path: Path) -> None:
     folder, _ = propose(str(tmp_path / "mine"), str(PROGRAMS / sample))
     exercise = read_exercise(folder)

@@ -77,6 +77,7 @@ def test_a_process_is_as_before_when_it_no_longer_serves() -> None:
         if thread.name == "free":
             thread.join(PATIENCE)
     assert active_count() == running
+    gc.freeze()  # as it was: the collection after this file would look at all that the tests have left
 
 
 @pytest.mark.usefixtures("served")
