@@ -5,6 +5,8 @@ Hypothesis finds the same examples every time, and takes the time it needs.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -26,6 +28,11 @@ def in_full() -> bool:
 def only_in_full() -> pytest.MarkDecorator:
     """Mark a test that the fast run leaves out, as others hold nearly all of its law: `@only_in_full()`."""
     return pytest.mark.skipif(not in_full(), reason="only with --hypothesis-profile=long")
+
+
+def first(count: int, cases: Iterable[object]) -> list[object]:
+    """Return the cases of a law for `parametrize`: the fast run has the first so many, `-m long` the others."""
+    return [case if number < count else pytest.param(case, marks=pytest.mark.long) for number, case in enumerate(cases)]
 
 
 def some(many: int) -> int:

@@ -15,6 +15,7 @@ from tests.convert.playing import done_in, farthest
 from tests.convert.rapid_machine import RapidMachine
 from tests.convert.readers import Matrix
 from tests.convert.test_executed import NEAR, program
+from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import SAMPLES, peers_of, robot_for
 from vrs_cli import Robot
@@ -378,7 +379,7 @@ def numbered(lines: list[str]) -> Iterator[str]:
             yield f"{jumps.pop()}{line[1:]}" if line.startswith("@") else line
 
 
-@settings(max_examples=25, deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate))
+@settings(examples(100), phases=(Phase.explicit, Phase.generate))
 @given(bodies(), bodies(1), bodies(0))
 def test_random_programs(
     tmp_path_factory: pytest.TempPathFactory, main: list[str], first: list[str], second: list[str]

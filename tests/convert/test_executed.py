@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from tests.convert.playing import Done, done_in, farthest, most_turned, outputs_of, play
 from tests.convert.readers import READERS, Input, Joints, Line, Operation, Output, Wait, corners
+from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import SAMPLES, peers_of, robot_for
 from vrs_cli import Robot
@@ -299,7 +300,7 @@ LINES = st.one_of(
 )
 
 
-@settings(max_examples=25, deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate))
+@settings(examples(100), phases=(Phase.explicit, Phase.generate))
 @given(st.lists(LINES, max_size=14))
 def test_random_programs(tmp_path_factory: pytest.TempPathFactory, lines: list[str]) -> None:
     session = session_of(program("MOVE b", *lines), tmp_path_factory.getbasetemp())

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.examples import examples
 from tests.kinematics.pointing import FIVE, SEVEN
 from tests.kinematics.seven_joints import seven_joints
 from tests.laws.sessions import Session
@@ -48,6 +49,7 @@ def farthest(engine: Engine, segment: Segment, found: tuple[JointPiece, ...]) ->
     return worst
 
 
+@examples(60)
 @given(st.sampled_from(MODELS), st.sampled_from(pieces.TOLERANCES), st.integers(0, 10**6))
 def test_no_joint_leaves_its_pieces_by_more_than_the_tolerance(model: RobotModel, tolerance: float, seed: int) -> None:
     session = Session(seed, model)

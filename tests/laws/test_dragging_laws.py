@@ -24,7 +24,7 @@ RMS = Miss(0.004, 0.015)  # [m, rad] of a tool that follows a hand inside its re
 def test_a_tool_that_is_dragged_anyhow_keeps_the_laws(name: str, seed: int) -> None:
     model = load_robot(URDF / name if name.endswith(".urdf") else name)
     hand = Hand(seed, model, ("LSPB", "SCURVE")[seed % 2])
-    hand.drag(4.0 if in_full() else 1.2)
+    hand.drag(4.0 if in_full() else 0.8)
     hand.settle()
 
 

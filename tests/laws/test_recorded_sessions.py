@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from tests.examples import in_full
 from tests.laws.recorded import RECORDED, SESSIONS, lines
 from tests.recording import check_recorded
 
 ROUNDING = 3e-6  # [s, rad, m]
 
 
-@pytest.mark.parametrize(("robot", "seed"), SESSIONS if in_full() else SESSIONS[::2])
+@pytest.mark.parametrize(
+    ("robot", "seed"),
+    [
+        session if number % 4 == 0 else pytest.param(*session, marks=pytest.mark.long)
+        for number, session in enumerate(SESSIONS)
+    ],
+)
 def test_a_session_goes_as_it_was_recorded(robot: str, seed: int) -> None:
     check_recorded(RECORDED, f"{robot} {seed}", lines(robot, seed), ROUNDING)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from tests.examples import first
 from tests.laws.resync import outcome
 
 
-@pytest.mark.parametrize("name", ["emergency stop", "body restarts"])
+@pytest.mark.parametrize("name", first(1, ["emergency stop", "body restarts"]))
 def test_the_body_follows_again_in_time(name: str) -> None:
     found = outcome(name, 0)
     assert found.after is not None

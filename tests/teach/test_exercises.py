@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.examples import first
 from tests.teach.planted import EXERCISES, NAMES, correct_programs, fault, graded, grader
 from vrs_cli.teach.exercise import WrongSubmission, read_exercise
 
 WRONG = [(name, one) for name in NAMES for one in read_exercise(EXERCISES / name).wrong]
-EVERY = 9  # of the wrong submissions this many-th is tried here; all: python -m tests.teach.planted
+SLOW = ("pallet", "sensor")  # to run
+EVERY = 20  # of the wrong submissions this many-th is tried here; all: python -m tests.teach.planted
 
 
 @cache
@@ -35,7 +37,7 @@ def test_there_are_five_exercises_with_ten_wrong_submissions_and_three_variants_
         assert all(check.hint or check.hidden for check in exercise.checks), name
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", first(3, sorted(NAMES, key=SLOW.__contains__)))
 def test_a_correct_program_earns_all_points(name: str) -> None:
     path = correct_programs(name)[1]
     assert graded(name, path.read_text(encoding="utf-8")) == (), path
