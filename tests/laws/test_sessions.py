@@ -14,7 +14,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 
 
-COMMANDS = some(400)
+COMMANDS = some(600)
 FEW = some(64)
 
 

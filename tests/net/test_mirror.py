@@ -107,7 +107,7 @@ def test_what_is_missing_is_noticed_and_made_up_for() -> None:
     edits = Edits(11)
     line, lost = Line(edits.engine), 0
     mirror = line.mirror()
-    for _ in range(some(200)):
+    for _ in range(some(300)):
         edits.edit()
         news = line.news()
         if news and edits.random.random() < 0.2:
@@ -140,7 +140,7 @@ def test_a_window_and_its_past() -> None:
     """A late joiner knows the end; the past that it asks for is the robot's to the bit."""
     edits, joined = Edits(5), 0
     line = Line(edits.engine)
-    for _ in range(some(60)):
+    for _ in range(some(90)):
         mirror = line.mirror(edits.engine.end * 0.8)
         for _ in range(3):
             edits.edit()
