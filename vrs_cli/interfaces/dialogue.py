@@ -22,8 +22,8 @@ from vrs_cli.values.replies import Message, Reply, Tone
 
 
 class Slice(Enum):
-    """Tells that a part of the work is done, and the actor may do something else now. RUNNING: a program runs, and the
-    actor carries out the next event; MORE: there is more work to do.
+    """Marks the end of a part of the work; the actor may do something else then. RUNNING: a program runs, and the actor
+    carries out the next event; MORE: the dialogue has more work to do.
     """
 
     RUNNING = "running"
@@ -303,7 +303,7 @@ class Waiting:
     """Requests that have not begun. Users take turns; the requests of one user begin in the order of sending."""
 
     def __init__(self) -> None:
-        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the first user is the one whose turn is next
+        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the next turn belongs to the first user
         self.count = 0
 
     def append(self, ticket: Ticket[Any]) -> None:

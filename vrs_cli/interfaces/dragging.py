@@ -7,7 +7,7 @@ bring the tool there) changes from wish to wish by no more than the joints do at
 - If the descent ends, but another path leads to the pose, the joints take that path.
 
 The wrist may pass through its straight position, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold`
-tells which limit keeps the tool from the wish.
+names the limit that keeps the tool from the wish.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class Search:
         return nearest.joints if there else None
 
     def _start(self, now: Joints) -> Joints:
-        """Return the one of some random joint vectors that the arm reaches first."""
+        """Return the joint vector that the arm reaches first, of some random ones."""
         if not self._starts:
             some = islice(self._anywhere, SEARCH_STARTS)
             self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -214,7 +214,7 @@ class Pursuit:
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
         return self._elsewhere
 
-    # --- what holds it ---
+    # --- limits that hold the tool back ---
 
     @staticmethod
     def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:

@@ -211,8 +211,8 @@ def _signature(around: analyzer.Surroundings, key: str) -> tuple[object, ...] | 
 
 def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
     """Return the warnings of `inspect` that a run does not give: about steps that a run carries out without a message,
-    or skips. LOAD has reported those of the analysis; a step that must fail, or a location out of reach, is reported
-    when a run comes to it. `programs`: those of one file, without errors.
+    or skips. LOAD has reported the warnings of the analysis. A run reports a step that must fail, or a location out of
+    reach, when it comes there. `programs`: the programs of one file, without errors.
     """
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:
@@ -229,7 +229,7 @@ def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
 
 
 def _constants(model: RobotModel) -> Constants:
-    """Return the evaluator of constants, which uses a robot of its own whose settings the constants may change."""
+    """Return the evaluator of constants. It has a separate robot, whose settings the constants may change."""
     robot = Engine(model)
     return Constants(memory.Context(Environment(units=model.units), robot), robot.perform)
 

@@ -3,7 +3,7 @@
 The path is divided into joint-interpolated motions between precision points: as few as the tolerance allows for the
 position and the orientation of the tool (Douglas and Peucker, "Algorithms for the reduction of the number of points
 required to represent a digitized line", 1973). The program rounds its corners, within the tolerance too. The program is
-carried out in virtual time and compared first; where it misses the tolerance, it is made anew, finer.
+carried out in virtual time and compared first; if it misses the tolerance, it is made again with smaller steps.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def recorded_program(
     return "\n".join(_lines(arm, name, chosen, rounding)) + "\n"
 
 
-# --- which points of a way are enough --------------------------------------------------------------------------------
+# --- the necessary points of a path -----------------------------------------------------------------------------------
 
 
 def corners(arm: RobotArm, T_flange_tool: transform.Transform, way: Way, tolerance: Tolerance) -> list[int]:

@@ -108,14 +108,14 @@ class Granted(TaggedValue, frozen=True):
 
 
 class Requested(TaggedValue, frozen=True):
-    """The user `by` asks to drive; the holder `of` the lease is told."""
+    """The user `by` asks to drive; this notice goes to `of`, the holder of the lease."""
 
     of: str
     by: str
 
 
 class Lost(TaggedValue, frozen=True):
-    """The user `by` has taken the lease `of` a user whose heartbeat did not arrive in time; that user is told."""
+    """The user `by` has taken the lease `of` a user whose heartbeat did not arrive in time."""
 
     of: str
     by: str
@@ -137,9 +137,9 @@ def notice_text(notice: Notice | None, user: str) -> str:
 
 
 class RobotLease(Struct, frozen=True):
-    """Tells who drives: `holder`, until the time `until` [s]; nobody if `holder` is empty. `asking`: the users who have
-    asked for the lease since then, in order. A holder whose time has passed keeps the lease until another user takes
-    it.
+    """The right to drive. `holder` drives until the time `until` [s]; nobody drives if `holder` is empty. `asking`: the
+    users who have asked for the lease since then, in order. After `until` the holder keeps the lease until another user
+    takes it.
     """
 
     holder: str = ""
@@ -212,7 +212,7 @@ USUAL_ALLOWED = 10.0  # longest time that a command may have been on its way [s]
 
 class HolderTimes(Struct, frozen=True):
     """Corrects times that a user gives [s]. `offset`: D, how far the user's clock is ahead. `allowed`: the longest time
-    that a command counts as being on its way, whatever its sender claims.
+    that a command may have been on its way.
     """
 
     offset: float = 0.0
@@ -280,7 +280,7 @@ class StreamKind(Enum):
 
 class TargetStream(Struct, eq=False):
     """A stream of targets that a user has opened and not closed. `ended`: why the robot follows no more targets of it;
-    empty as long as the robot does. `version`: that of the timeline after the last target.
+    empty as long as the robot does. `version`: version of the timeline after the last target.
 
     Of a dragged tool: `dragging` follows the last requested pose, `wish`, which the user sent at the time `issued` of
     the user's clock, and which arrived at the time `heard` of the robot's clock [s].

@@ -1,14 +1,13 @@
-"""An actor: one robot to which many users send requests at once. Requests come from any thread; the actor does one
-thing at a time.
+"""An actor: one robot to which many users send requests. Requests come from any thread; the actor does one thing at a
+time.
 
 A request is a dialogue: a generator of replies and questions. The requests of a user begin in the order in which they
 came, and users take turns, so that nobody waits for all requests of another user. An urgent request overtakes all
 others, and the requests that have not begun are then refused. A request that waits, for an answer or until a program
 stops, lets others go first.
 
-`peek` returns when the next event is due, `step` carries out that event, and nothing happens between two steps. A
-shell, a batch run and a test let `finish` step until their request is over; for a server `serve` steps in a thread of
-its own.
+`peek` returns when the next event is due, `step` carries out that event, and nothing happens between two steps. In a
+shell, a batch run or a test, `finish` steps until a request is over; in a server, `serve` steps in a separate thread.
 """
 
 from __future__ import annotations
@@ -96,7 +95,7 @@ class Actor:
             clock.sleep = self._inbox.wait  # waiting for a time is waiting for the inbox
         driver.devices.outside.wake = self.wake
 
-    # --- asking, from any thread ---
+    # --- requests, from any thread ---
 
     def submit(
         self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
@@ -251,7 +250,7 @@ class Actor:
             ticket.throw(error, said.id if isinstance(said, Question) else 0)
 
     def serve(self) -> None:
-        """Run the actor in a thread of its own, until `close`."""
+        """Run the actor in a separate thread, until `close`."""
         self._server = Thread(target=self._serve, name="robot", daemon=True)
         self._server.start()
 
@@ -352,8 +351,8 @@ class Actor:
 
     @property
     def at_work(self) -> Ticket[Any] | None:
-        """Return the request that the robot works on now: the one that does its part, or the one whose line of the
-        prompt does.
+        """Return the request that the robot works on now: its next part is being carried out, or its line of the prompt
+        is running.
         """
         if self._at_work is not None:
             return self._at_work
@@ -390,7 +389,7 @@ class Actor:
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
     def _work_on(self) -> None:
-        """Do the queued work, in a thread of its own."""
+        """Do the queued work. Runs in a separate thread."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
             del one  # while this thread waits for more work, it keeps no reference to finished work

@@ -81,7 +81,7 @@ def _note(value: numbers.Value, units: JointUnits) -> str:
     return " ".join(numbers.decimal(number, 1) for number in numbers_of(value, units))
 
 
-# --- where the cursor is -------------------------------------------------------------------------------------------
+# --- the text before the cursor ------------------------------------------------------------------------------------
 
 # maximum length of a line that is completed [characters]: the time of searches from its end grows with its square
 MAX_LINE_CHARS = 1000
@@ -203,7 +203,7 @@ def explanation(word: Word) -> str:
     return f"{word.form}: {word.summary}"
 
 
-# --- the whole of it -----------------------------------------------------------------------------------------------
+# --- suggestions ---------------------------------------------------------------------------------------------------
 
 
 def suggestions(
@@ -387,7 +387,7 @@ def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[
                 yield questions.Suggestion(name, len(begun))
 
 
-# --- what a word takes ------------------------------------------------------------------------------------------------
+# --- signatures -------------------------------------------------------------------------------------------------------
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _FIRST_WORD = re.compile(r"\s*(?:\d+\s+)?(?:(?:DO|EXPLAIN)\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)

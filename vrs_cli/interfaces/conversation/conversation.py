@@ -221,7 +221,7 @@ class Conversation:
         editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
-    # --- from afar ---
+    # --- acts of the user ---
 
     def act(self, act: UserAct[Any]) -> Dialogue[Any]:
         """Carry out an act of the user that is not a line of text. Raises VrsError."""

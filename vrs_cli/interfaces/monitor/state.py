@@ -31,7 +31,7 @@ from vrs_cli.version import __version__
 @handles("STATUS")
 @handles("PCSTATUS", number=effects.PROCESS_CONTROL)
 def _tell_status(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
-    """Report the state of the robot and of a task; at a given time, only that of the robot."""
+    """Report the state of the robot and of a task; at a given time, only the state of the robot."""
     if not it.modifiers.has_time:
         yield _present_status(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
         return
@@ -230,7 +230,7 @@ handles("RESET", "SELECT")(Station.do)  # the same as in a program
 
 @handles("ENABLE", "DISABLE", idle_rows=settings.IDLE_SWITCHES)
 def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings.Idle]) -> Dialogue[None]:
-    """Set switches or a parameter as in a program, and report those that have no effect."""
+    """Set switches or a parameter as in a program, and report which of them have no effect."""
     yield from station.do(it)
     for argument in it.arguments:
         row = None if argument is None else settings.idle_of(idle_rows, word(argument))

@@ -102,7 +102,7 @@ def _compare(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def comparison(station: Station, first: str, second: str) -> Dialogue[replies.ComparisonTable]:
-    """Compare two branches. Raises UsageError if a name is not that of a branch."""
+    """Compare two branches. Raises UsageError if there is no branch of a name."""
     branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
     found = yield from beside(lambda: compare(arm, one, other))

@@ -210,7 +210,7 @@ class UserSession:
         else:
             ticket.throw(questions.end_of_input(question), message.question)
 
-    # --- what the robot says of a request ---
+    # --- replies of the robot to a request ---
 
     def hear(self, pending: Pending, ticket: Ticket[Any], said: replies.Reply | questions.Question | None) -> None:
         """Send a reply or question of a request to the user; None: the request has ended."""

@@ -4,7 +4,7 @@ A monitor command is carried out by its handler (`handles` of `station/operands.
 into replies. A handler that asks questions between its replies is a generator: each reply is shown before the next
 question.
 
-A command file (COMMANDS) is carried out line by line up to the first that fails. Its commands stand between `.PROGRAM
+A command file (COMMANDS) is carried out line by line up to the first failure. Its commands are between `.PROGRAM
 name` and `.END`, or alone in the file; `MC` before a command is accepted (command programs of V+ contain it), as are
 blank lines and comments. Lines after EDIT go to the editor up to `E`.
 """
@@ -85,7 +85,8 @@ class Session(Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then go on. A user who types while programs run is asked elsewhere."""
+        """Ask the questions of tasks; the tasks then go on. A user who types while programs run gets the
+        questions elsewhere."""
         while not self.user_state.lives and self.driver.open_questions():
             yield from self.driver.ask()
             self.settle()
@@ -126,7 +127,7 @@ class Session(Station):
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:
-            self.told_untrue = ()  # another branch has readings of its own
+            self.told_untrue = ()  # another branch has other readings
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:

@@ -126,7 +126,7 @@ class RobotBody:
         self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
         self._mode = measured.BodyMode.FOLLOWS
         self._last: float | None = None  # the time of the newest report [s]
-        # the first report of a body that has stopped, by an order or of its own accord
+        # the first report of a body that has stopped, after an order or by itself
         self._stood: measured.Report | None = None
         # the newest such report, if the body has been stopped for long enough
         self._stands: measured.Report | None = None
@@ -223,8 +223,8 @@ class RobotBody:
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
     def standing(self, within: float) -> measured.Report:
-        """Wait until the body stands still, by an order or of its own accord, and return the report of that. A body
-        without a client is not waited for: its last report counts. Raises RequestRefused after `within` seconds.
+        """Wait until the body stands still, after an order or by itself, and return the report of that. Without a
+        client this does not wait: the last report of the body counts. Raises RequestRefused after `within` seconds.
         """
         with self._lock:
             if not self.name and not self.reporter:
@@ -256,7 +256,7 @@ class RobotBody:
         for tell in self.told:
             tell(news)
 
-    # --- its state ---
+    # --- the state of the body ---
 
     @property
     def view(self) -> measured.BodySeen | None:

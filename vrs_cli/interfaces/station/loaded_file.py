@@ -31,8 +31,8 @@ LEAST_TOLD = 1e-6
 
 
 class LoadedFile(NamedTuple):
-    """The contents of a file. `variables`: those of the sections without a mistake. `diagnostics`: mistakes found by
-    the analysis of the file.
+    """The contents of a file. `variables`: the variables of the sections without a mistake. `diagnostics`: the mistakes
+    that the analysis of the file has found.
     """
 
     file: ast.File

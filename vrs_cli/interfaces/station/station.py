@@ -76,7 +76,7 @@ class Station:
     `terminal` shows messages of the robot itself. `driver` runs the tasks of the robot. `task` is the robot program
     that runs or ran last, `last_program` its name. `user_state`: the state of the user who is served now;
     `own_user_state`: the state of the user who has the robot alone. `body`: reports of the measured robot; `divergence`
-    watches it. `lease` tells which user drives; None: all users do. `folder`: the folder of the files; `close` writes
+    watches it. `lease`: the right to drive; None: all users drive. `folder`: the folder of the files; `close` writes
     the output of programs to these files. `outside`: the peers that programs may connect to; by default none.
     """
 
@@ -220,7 +220,7 @@ class Station:
 
     def _check_free(self, file: ast.File) -> None:
         if all(track.task.is_over for track in self.tasks):
-            return  # no stack has any of the programs, of which there may be 40,000
+            return  # no stack has any of the programs; there may be 40,000 of them
         for part in file.parts:
             if isinstance(part, ast.Program):
                 self.check_free(part.name)
@@ -566,7 +566,7 @@ class Station:
             raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Carry out a dialogue under conditions of its own, which also apply to the programs that begin in it."""
+        """Carry out a dialogue under these conditions, which also apply to the programs that begin in it."""
         with self.driver.surrounding(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 

@@ -35,7 +35,7 @@ class Devices(Struct, eq=False):
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same for devices, by task and unit
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
-        """Carry out a unit effect of a task. Return the answer, or a value that tells that the task waits. Raises
+        """Carry out a unit effect of a task. Return the answer, or `Waits` if the task has to wait. Raises
         UnitNotAttached, FileOutside.
         """
         if isinstance(effect, effects.AttachUnit):
@@ -166,7 +166,7 @@ class Devices(Struct, eq=False):
         device = self._devices.get((task, unit))
         return None if device is None else device.handle
 
-    # --- what arrives ---
+    # --- arrivals from outside ---
 
     def arrive(self, now: float) -> None:
         """Pass data that has arrived from outside to its devices."""

@@ -2,11 +2,11 @@
 
 Program and motion run side by side: a motion begins and the program goes on; the next motion waits until it may begin.
 Several programs run side by side too, each a task with a number; a line of the prompt comes before all programs. Each
-task has an instant at which it continues. The task with the earliest instant continues first, of tasks with equal
-instants the one with the lowest number, so that the same programs give the same timeline. The clock that is passed in
-sets the pace.
+task has an instant at which it continues. The task with the earliest instant continues first; among tasks with equal
+instants, the task with the lowest number does. So the same programs give the same timeline. The given clock sets the
+pace.
 
-A task that waits for a condition tests it every tick, and at once when a signal changes.
+A task that waits for a condition tests the condition at every tick, and whenever a signal changes.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ class Driver:
 
     @property
     def _ends(self) -> bool:
-        """Return whether the run must end, whatever it waits for."""
+        """Return whether the run must end, even if its task still waits."""
         return self._interrupted or self._ended_by is not None
 
     @property
@@ -178,7 +178,7 @@ class Driver:
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
-    # --- a user waits ---
+    # --- runs that a user waits for ---
 
     def run(
         self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False
@@ -444,7 +444,7 @@ class Driver:
             place = f"{number}{task.program or 'the line'} step {task.step}"
             yield f"{place} {waits} at {task.source}" if task.source else f"{place} {waits}"
 
-    # --- no user waits ---
+    # --- events without a waiting user ---
 
     def settle(self, until: float | None = None) -> None:
         """Let the tasks do everything that is due until an instant, by default the present one."""
@@ -463,7 +463,7 @@ class Driver:
             if run.then is not None and not run.track.running:
                 run.then(self._result(self._over(run.track)))
 
-    # --- what happens next ---
+    # --- the next event ---
 
     def peek(self) -> float:
         """Return when the next event happens [s]; infinity if there is none without a request."""

@@ -80,7 +80,7 @@ class TypedLines:
 class Performer:
     """Carries out the requests of the tasks of one robot. Each act raises VrsError if it fails.
 
-    `asked`: a task has asked a question since questions were shown to users. `last`: when the run is stopped [s].
+    `asked`: whether a task has asked since users last saw the questions. `last`: when the run is stopped [s].
     """
 
     def __init__(
@@ -296,7 +296,7 @@ ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     effects.SetEvent: Performer._set_event,
     effects.EventSignal: Performer._event_signal,
     effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + memory.TICK),
-    Onward: lambda _performer, _track, _event: None,  # continue with the next step at once
+    Onward: lambda _performer, _track, _event: None,  # continue with the next step immediately
     effects.CycleBegins: Performer._cycle_begins,
     effects.AttachRobot: Performer._attach,
     effects.DetachRobot: Performer._detach,

@@ -41,17 +41,15 @@ RUN_STATES = {
 NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
 
 
-# --- what a task waits with, beside the events of its program -------------------------------------------------------
+# --- pending values of a task that are not events of its program ------------------------------------------------------
 
 
 class Aborted(Struct, frozen=True):
-    """Tells that a task was stopped from outside, and waits until the robot is at rest."""
+    """Marks a task that was stopped from outside and waits until the robot is at rest."""
 
 
 class PendingInput(Struct, frozen=True):
-    """Tells that a task waits for a line of the terminal: `number` is the number of the question, `event` the request
-    of the task.
-    """
+    """Marks a task that waits for a line of the terminal. `number`: number of its question; `event`: its request."""
 
     number: int
     event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
@@ -66,8 +64,8 @@ class PendingInput(Struct, frozen=True):
 
 
 class Stopped(Struct, frozen=True):
-    """Tells that the program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the change
-    that was watched.
+    """Marks a task whose program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the
+    change of the watched value.
     """
 
     outcome: str
@@ -75,7 +73,7 @@ class Stopped(Struct, frozen=True):
 
 
 class Onward(Struct, frozen=True):
-    """Tells that the program is before a step, and continues at once."""
+    """Marks a task whose program is before a step, and continues immediately."""
 
 
 Pending = effects.Event | Aborted | Stopped | Onward | PendingInput
@@ -98,11 +96,11 @@ class Stepping(Struct):
 
 
 class Track(Struct, eq=False):
-    """A task in time: it continues at `wake` [s], after `pending` is carried out unless that is None.
+    """A task in time. At the time `wake` [s] it carries out `pending`, unless that is None, and continues.
 
-    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: the task takes the robot when it
-    continues; `awaited`: a user waits for its end. `instant`: when the task last continued, `before`: how many steps it
-    had done then. `held`: the events that reactions have interrupted, and when they were asked for. `driven_by`: the
+    `outcome` is None while the task runs. `asked`: the time of the request `pending` [s]. `mine`: the task takes the
+    robot when it continues; `awaited`: a user waits for its end. `instant`: when the task last continued, `before`: its
+    number of steps until then. `held`: events that reactions have interrupted, with their times. `driven_by`: the
     user who last continued the task, and gets its questions; None if that user has gone. `times`: clock corrections of
     the user who typed the line of the task; `issued`: when the line was typed, until its first request. `event`:
     whether the event of the task is set, `event_signal`: the input that sets it; `run_signal`: the output that is on
@@ -193,7 +191,7 @@ class Watch(Struct):
 class Tasks(memory.System):
     """The tasks that run or have stopped. `current` is the number of the task that is running steps now. `who`: the
     user who is served now, and drives the tasks that begin. `failed`: the tasks that stopped with an error while a user
-    waited for another task; `told` is called with each at once. `observed` is called when a signal lets a task react.
+    waited for another task; `told` is called with each of them. `observed` is called when a signal lets a task react.
     `breakpoints`: programs stop before these steps (program keys, and steps from 1), and when the value of one of the
     `watches` changes.
     """
@@ -242,7 +240,7 @@ class Tasks(memory.System):
         """Return a task that has a program on its stack."""
         return next((track for track in self.in_order() if not track.task.is_over and track.task.uses(program)), None)
 
-    # --- beginning and going on ---
+    # --- start and continue ---
 
     def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
         """Start a task beside the running ones. `folder`: the folder of its files, if it has its own. Raises
@@ -288,7 +286,7 @@ class Tasks(memory.System):
     # --- ending ---
 
     def abort(self, number: int) -> Track | None:
-        """Stop a task, and the robot if the task has it. Return None if no task of this number runs."""
+        """Stop a task, and the robot if this task has the robot. Return None if no task of this number runs."""
         track = self.get(number)
         if track is None or not track.running:
             return None
@@ -368,7 +366,7 @@ class Tasks(memory.System):
             self._owner = track.number
 
     def release_robot(self, track: Track) -> None:
-        """Take the robot from a task that has it; tasks that wait for the robot try again."""
+        """Take the robot from a task; tasks that wait for the robot try again."""
         if self._owner != track.number:
             return
         self._owner = None
@@ -406,7 +404,7 @@ class Tasks(memory.System):
             track.wake = self._engine.now
 
     def set_run_signal(self, track: Track, signal: int) -> None:
-        """Set the signal that tells whether the task runs (RUNSIG)."""
+        """Set the output signal that is on while the task runs (RUNSIG)."""
         self._run_signal(track, running=False)
         track.run_signal = signal
         self._run_signal(track, running=True)
@@ -417,7 +415,7 @@ class Tasks(memory.System):
             stamp = commands.Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
-    # --- what programs may ask of the system ---
+    # --- values of the system for functions of programs ---
 
     def take_latch(self) -> bool:
         came, self._latched = self._latched, False
