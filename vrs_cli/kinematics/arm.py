@@ -60,7 +60,7 @@ Branch = Callable[[Transform, Configuration, Joints], Joints | None]  # the inve
 
 
 class Steady(Protocol):
-    """Methods of an arm that turns its tool as nearly as it can. Its joint rates depend on the desired pose as well."""
+    """The methods of an arm that turns its tool as nearly as it can. Its joint rates depend on the desired pose too."""
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
         """Return the joints with the least missing turn, searched downhill from `near` inside the limits."""
@@ -73,21 +73,23 @@ class Steady(Protocol):
     ) -> tuple[Joints, ...]:
         """Return the first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] along a path.
 
-        `poses`: the desired T_base_flange by the time from now [s]. `twist`: of the tool on this path. Raises
-        StraightLineSingular.
+        `poses`: a function of the time from now [s] that returns the desired T_base_flange. `twist`: the twist of the
+        tool on this path. Raises StraightLineSingular.
         """
 
 
 class LineProof(Protocol):
     """Proves that the joints of an arm without a closed form are continuous between samples of a line.
 
-    `sure`: Newton's method finds the proved joints from starts that are this near [rad, m].
+    `sure`: the greatest distance of start joints [rad, m] from which Newton's method finds the proved joints.
     """
 
     sure: float
 
     def prove(self, gaps: Any, pieces: int) -> Flags:
-        """Return for each of k gaps between samples whether it is proved (k,), each looked at in so many pieces."""
+        """Return for each of k gaps between samples whether it is proved (k,). Each gap is divided into `pieces`
+        pieces.
+        """
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
         """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
@@ -97,15 +99,15 @@ _new = tuple.__new__
 
 
 class RobotArm:
-    """Geometry of a robot with n joints: joints are tuples of n [rad, m], poses are T_base_flange.
+    """The geometry of a robot with n joints. Joints are tuples of n numbers [rad, m], poses are T_base_flange.
 
-    `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose that needs what no
-    joint changes is out of reach. There is one object for each arm, so it may cache results.
+    `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose is out of reach if it
+    needs a motion that no joint can make. Each arm has one object, so the object may cache results.
 
-    `ways`: the configurations; one without words if there is no choice. `lines_keep_words`: the borders between
-    configurations are singular, so a straight line stays in one, and a MOVE too if it can. `seed_step`: greatest
-    distance of joints from which `branch_joints` finds the same branch [rad, m]. `method`: how the inverse is found, in
-    a few words for the user.
+    `ways`: the configurations; one without words if there is no choice. `lines_keep_words`: whether poses between two
+    configurations are singular, so that a straight line stays in one configuration, and a MOVE too if it can.
+    `seed_step`: greatest distance of joints from which `branch_joints` finds the same branch [rad, m]. `method`: the
+    method of the inverse in a few words, for the user.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
@@ -142,7 +144,9 @@ class RobotArm:
         return link_frames(self.model, q)
 
     def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (subclasses use q)
-        """Return the configuration of joints; on a border, the one with the first word of the pair."""
+        """Return the configuration of joints; on the border of two configurations, the one with the first word of the
+        pair.
+        """
         return self.ways[0]
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (subclasses use q)
@@ -185,9 +189,9 @@ class RobotArm:
     senses: tuple[tuple[float, float], ...] = ()
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """Return one branch of the inverse, every joint on the turn nearest to `near`, whatever its limits.
+        """Return the joints of one branch of the inverse, each on the turn nearest to `near`, whatever its limits.
 
-        None where the pose is out of reach. At a singular wrist joint 4 stays at `near`.
+        None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`.
         """
         raise NotImplementedError
 
@@ -212,16 +216,16 @@ class RobotArm:
         twist: Twist,  # noqa: ARG002
         rates: Sequence[float],  # noqa: ARG002
     ) -> tuple[Joints, Joints] | None:
-        """Return `guided_joints` and their rates by one system of equations, or None if it does not converge near
-        `near`.
+        """Return `guided_joints` and their rates from one system of equations; None if the solution does not converge
+        near `near`.
 
-        `twist`: of the flange. `rates`: of the demanded sums.
+        `twist`: the twist of the flange. `rates`: the rates of the demanded sums.
         """
         return None
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        """Yield walks of a redundant arm from `begin` through poses of the flange, inside the joint ranges, the best
-        first.
+        """Yield walks of a redundant arm from `begin` through poses of the flange, inside the joint ranges. The best
+        walk comes first.
         """
         raise NotImplementedError
 
@@ -249,7 +253,7 @@ class RobotArm:
         return tuple((low + high) / 2 for low, high in self._limits)
 
     def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
-        """Return all solutions in the order of `ways`, each joint on the turn that suits its limits."""
+        """Return all solutions in the order of `ways`, each joint on a turn inside its limits if there is one."""
         outside = self._outside
         return tuple(
             [  # a list, because a generator takes a fifth more time
@@ -259,12 +263,16 @@ class RobotArm:
         )
 
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """Return one branch, every joint on the turn nearest to `near` inside its limits; None if there is none."""
+        """Return the joints of one branch, each on the turn inside its limits that is nearest to `near`; None if there
+        are none.
+        """
         q = self.branch_joints(T, configuration, near)
         return None if q is None else self._inside(q, near)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
-        """Return q with each joint on the turn inside its limits that is nearest to `near`; None if there is none."""
+        """Return q with each joint on the turn inside its limits that is nearest to `near`; None if a joint has no such
+        turn.
+        """
         turned: list[float] = []
         for x, reference, (low, high), turns in zip(q, near, self._limits, self.turning, strict=True):
             turn = turn_within(x, reference, low, high) if turns else _within(x, low, high)
@@ -276,9 +284,10 @@ class RobotArm:
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
         """Return the joints that a MOVE from `near` goes to.
 
-        Words in `asked` are kept strictly. Without them arm and elbow stay as in `near`, and of the two wrists inside
-        the limits the one that is reached sooner is taken (the slowest joint at its full velocity decides). Raises
-        LocationTooFar, LocationTooClose or JointOutOfRange, with a configuration that would work, if there is one.
+        The result has the words in `asked`. If `asked` has no word for arm or elbow, the word of `near` holds. If it
+        has no word for the wrist, the wrist is taken that the arm reaches sooner (the slowest joint at its full
+        velocity decides). Raises LocationTooFar, LocationTooClose or JointOutOfRange; the error names a configuration
+        that would work, if there is one.
         """
         self.check_task(T)
         have = self.configuration(near)
@@ -291,7 +300,7 @@ class RobotArm:
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def shortest_time(self, a: Joints, b: Joints) -> float:
-        """Return the time that the slowest joint needs at its full velocity [s]."""
+        """Return the time that the slowest joint needs from a to b at its full velocity [s]."""
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
     # --- refusals ----------------------------------------------------------------------------------------
@@ -314,14 +323,16 @@ class RobotArm:
         return self.model.refuse_joint(joint, q[joint - 1], hint or no_other)
 
     def _best_turns(self, q: Joints) -> Joints:
-        """Return each joint on the turn nearest to the middle of its range: outside only if every turn is."""
+        """Return each joint on the turn nearest to the middle of its range. A joint is outside its limits only if all
+        its turns are.
+        """
         rows = zip(q, self.middle, self.turning, strict=True)
         return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
 
     def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
-        """Return a hint with the words that bring T in reach; empty if none do.
+        """Return a hint with the words of a configuration that reaches T; empty if none does.
 
-        The fewest words win, then those of the shortest motion.
+        The hint has as few words as possible; among these, the words of the shortest motion.
         """
         ways = [
             (len(words), self.shortest_time(near, q), words)
@@ -334,7 +345,7 @@ class RobotArm:
         return f"in reach {said}; say {said} first"
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        """Return the error for a pose that is too far, in millimetres, or out of reach for no simple reason."""
+        """Return the error for a pose out of reach, with the distance in millimetres if the pose is too far away."""
         start, (most, *_) = levers(self.model)
         far = dist(position(T), start)
         if far > most:
@@ -359,7 +370,7 @@ class RobotArm:
         """Raise LocationOutOfRange for a pose that needs a motion that no joint can make, such as a tilt of a SCARA's
         tool.
 
-        The refusal names the nearest right values of the user's location, T_world_tool = T_robot_world^-1 T
+        The error names the nearest allowed values of the user's location, T_world_tool = T_robot_world^-1 T
         T_flange_tool.
         """
         if (forbidden := self.unchanging.forbids(T)) is not None:
@@ -368,7 +379,7 @@ class RobotArm:
             raise LocationOutOfRange(f"this robot {what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Raise IllegalValue for a tool whose tip would be moved by a turn that does not count."""
+        """Raise IllegalValue for a tool whose tip moves if the flange makes a turn that does not count."""
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
         levers = ((y, z), (z, x), (x, y))  # levers of a turn about X, Y, Z
@@ -446,7 +457,9 @@ class RobotArm:
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (see numeric)
-        """Return the joint rates for a twist of the tool, or for the part of its derivatives that `beyond` returns."""
+        """Return the joint rates for a twist of the tool, or for a part of its derivatives that `beyond` has
+        computed.
+        """
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
@@ -507,7 +520,7 @@ class RobotArm:
         return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (subclasses use q)
-        """Return how far joints are from each singularity, 0 to 1."""
+        """Return the distance of joints from each singularity, from 0 to 1."""
         return Singularity(1.0, 1.0, 1.0)
 
     # --- arrays ------------------------------------------------------------------------------------------

@@ -39,20 +39,20 @@ class Forbidden(NamedTuple):
 
 class Unchanging(NamedTuple):
     """The parts of a pose that no joint changes: positions of the flange along some directions [m], and the direction
-    of the flange.
+    of its axis.
     """
 
     places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
 
     def allows(self, T: Transform) -> bool:
-        """Return whether `forbids` finds nothing."""
+        """Return whether no joint would have to change these parts of a pose."""
         return all(abs(transform.dot(transform.position(T), way) - value) <= LEVEL for way, value in self.places) and (
             self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
         )
 
     def forbids(self, T: Transform) -> Forbidden | None:
-        """Return the part of a pose of the flange that no joint can bring about; None if there is none."""
+        """Return the part of a pose of the flange that no joint can reach; None if there is none."""
         approach, at = self.approach, transform.position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
@@ -81,7 +81,9 @@ class Unchanging(NamedTuple):
 
 
 def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
-    """Return the parts of a pose that no joint changes, found on sample poses; none for an arm with six freedoms."""
+    """Return the parts of a pose that no joint changes, measured on sample poses; no parts for an arm with six
+    freedoms.
+    """
     if model.joint_count >= ALL_PARTS and all(model.counts):
         return Unchanging()
     limits = list(zip(model.lower, model.upper, strict=True))
@@ -95,7 +97,9 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """Return the angles or coordinates that must replace those of a location, in the user's notation."""
+    """Return the values of `instead` that the user must give in place of those of `asked`: angles, or coordinates if
+    the angles agree.
+    """
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
     if transform.angle_between(asked, instead) <= STRAIGHT:
         places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
@@ -130,9 +134,10 @@ class Hand(NamedTuple):
 
 
 class HandPace(NamedTuple):
-    """The greatest first and second derivatives of the hand on a path, by the path's parameter.
+    """The greatest first and second derivatives of the motion of the hand on a path, by the parameter of the path.
 
-    `across`: of the wrist centre's speed, the part perpendicular to axis 1. `tilt`: the rate of the last axis.
+    `across`: the part of the wrist centre's speed that is perpendicular to axis 1. `tilt`: the rate at which the last
+    axis turns.
     """
 
     across: float
@@ -144,11 +149,11 @@ class HandPace(NamedTuple):
 
 
 class Clearance(NamedTuple):
-    """The clearances of a pose, or the least on a path; infinite for edges that an arm does not have.
+    """The clearances of a pose, or the least clearances on a path; infinite for edges that an arm does not have.
 
-    `shoulder` [m2]: the squared distance of the wrist from axis 1 less that of the arm's plane from the axis. `outer`,
-    `inner` [m2]: how far the squared distance from the shoulder is below and above the ends of the reach. `wrist`: the
-    sine of the angle between two wrist axes; `across` is their cross product.
+    `shoulder` [m2]: the squared distance of the wrist from axis 1, less the squared distance of the arm's plane from
+    axis 1. `outer`, `inner` [m2]: how far the squared distance from the shoulder is below and above the ends of the
+    reach. `wrist`: the sine of the angle between two wrist axes; `across` is their cross product.
     """
 
     shoulder: float = inf
@@ -182,7 +187,7 @@ class TwoBars(NamedTuple):
         return (self.upper - self.fore) ** 2
 
     def boundary(self) -> Clearance:
-        """Return the clearances at `ON_BOUNDARY` from each boundary."""
+        """Return the clearances of a pose that is `ON_BOUNDARY` away from each boundary."""
         ends = self.side, self.upper + self.fore, self.upper - self.fore
         shoulder, outer, inner = (ON_BOUNDARY * (2.0 * abs(r) + ON_BOUNDARY) for r in ends)
         return Clearance(shoulder, outer, inner, ON_BOUNDARY)
@@ -192,7 +197,7 @@ class TwoBars(NamedTuple):
         return sqrt(outer * inner) / (2.0 * self.upper * self.fore)
 
     def refusal(self, clearance: Clearance, end: str, hint: str) -> LocationOutOfRange:
-        """Return why a pose with this clearance is out of reach. `end`: the part at the end of the bars."""
+        """Return the error for a pose with this clearance. `end`: the part of the arm at the end of the bars."""
         across = sqrt(max(clearance.shoulder + self.side * self.side, 0.0))
         if across < self.side:
             return LocationTooClose(

@@ -26,10 +26,10 @@ NOTHING = 1e-15  # greatest entry that counts as rounding of right angles
 
 
 class Formulas(NamedTuple):
-    """Functions of one arm; entries that do not depend on q are plain numbers.
+    """The functions of one arm. Entries that do not depend on q are plain numbers.
 
-    `forward(q)`: the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)`: six rows of n, for the
-    point (tx, ty, tz) of the flange. `both(q)`: the two, for the flange itself.
+    `forward(q)` returns the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)` returns six rows of
+    n, for the point (tx, ty, tz) of the flange. `both(q)` returns both, for the origin of the flange.
     """
 
     forward: Callable[..., tuple[Any, ...]]
@@ -57,10 +57,10 @@ def _angles(arrays: bool) -> dict[str, Any]:
 
 
 class Biases(NamedTuple):
-    """Parts of a tool's acceleration and jerk that come from the lower derivatives of the joints: six entries like a
-    twist.
+    """The parts of a tool's acceleration and jerk that come from the lower derivatives of the joints: six entries like
+    a twist.
 
-    `acceleration(q, qd, tx, ty, tz)`: J' qd. `jerk(q, qd, qdd, tx, ty, tz)`: J'' qd + 2 J' qdd.
+    `acceleration(q, qd, tx, ty, tz)` returns J' qd, `jerk(q, qd, qdd, tx, ty, tz)` returns J'' qd + 2 J' qdd.
     """
 
     acceleration: Callable[..., Twist]
@@ -77,7 +77,7 @@ def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, array
 
 
 class Writer:
-    """Writes the functions of an arm, or of its links from `first` on. `lines`: the assignments so far."""
+    """Writes the functions of an arm, or of its links from number `first` on. `lines` are the assignments so far."""
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform, first: int = 0) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
@@ -105,7 +105,7 @@ class Writer:
         )
 
     def _jacobian_lines(self, tool: Column) -> list[str]:
-        """Return the assignments for the Jacobian of a point of the flange, and last its rows."""
+        """Return the assignments for the Jacobian of a point of the flange, followed by its rows."""
         self.lines = []
         n, s, a, p = self.columns
         tx, ty, tz = tool
@@ -123,9 +123,9 @@ class Writer:
     def bias_text(self, *, jerk: bool) -> str:
         """Return the code of `acceleration` or `jerk`.
 
-        The outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), with one derivative more for
-        the jerk: the angular velocity w of each frame, its derivatives, and those of the steps that turn with the
-        frame.
+        The code follows the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), with one
+        more derivative for the jerk. It computes the angular velocity w of each frame, its derivatives, and the
+        derivatives of the steps that turn with the frame.
         """
         w = w1 = w2 = moved = STILL
         n, s, a, _ = self.columns
@@ -312,17 +312,17 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
 
 
 def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[tuple[float, ...], ...] | None:
-    """Solve as many equations as unknowns, for each right side, by one elimination with partial pivoting.
+    """Solve n equations for n unknowns, for each right side, by one elimination with partial pivoting.
 
-    None near a singular matrix. With several right sides a pivot is taken without a search if it is `LARGE`.
+    Return None near a singular matrix. With several right sides a pivot is taken without a search if it is `LARGE`.
     """
     return _elimination(len(rows), len(wanted))(rows, *wanted)
 
 
 @cache
 def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
-    """Return the elimination of n equations written out, as code without loops, which takes a third of the time of
-    loops over lists.
+    """Return a function that solves n equations. It has no loops, and so takes a third of the time of loops over
+    lists.
     """
     rows = ", ".join(f"({comma_list(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]

@@ -17,7 +17,7 @@ TINY = 1e-9  # least positive number
 
 
 class Quantity(NamedTuple):
-    """A kind of number: its unit in a TOML file ("" without one), and whether it must be above zero."""
+    """The kind of a number: its unit in a TOML file ("" if it has none), and whether it must be above zero."""
 
     unit: str
     positive: bool = False
@@ -37,7 +37,9 @@ PLAIN, POSITIVE = Quantity(""), Quantity("", positive=True)
 
 
 class DataReader(NamedTuple):
-    """Checks plain data of a file; `human` data is in millimetres and degrees, other in metres and radians."""
+    """Checks plain data of a file. Data for people (`human`) is in millimetres and degrees, other data in metres and
+    radians.
+    """
 
     file: str
     human: bool

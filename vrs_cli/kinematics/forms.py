@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
-    """Return the arm of a model: of the first form that fits its axes, else a numerical one."""
+    """Return the arm of a model, in the first closed form that fits its axes, else a numerical one."""
     closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
     if closed is not None:
         return closed
@@ -91,9 +91,9 @@ TOOLS = 4  # number of tools whose poses at the inner arm are cached
 
 
 class Canonical(NamedTuple):
-    """A robot's chain with the links of a closed form, and the model with these links, limits included.
+    """The chain of a robot with the links of a closed form, and the model with these links and their limits.
 
-    For this model the whole pose counts, even if only a part counts for the robot.
+    The whole pose counts for this model, even if only a part counts for the robot.
     """
 
     chain: Chain
@@ -106,7 +106,7 @@ class Canonical(NamedTuple):
 
     @property
     def hand(self) -> float:
-        """Return 1.0 if the flange is in the direction of axis 6 from the wrist, or points so; else -1.0."""
+        """Return 1.0 if the flange lies, or points, along axis 6 from the wrist; else -1.0."""
         flange = self.chain.flange
         way = self.chain.links[-1].d + flange.pz
         return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
@@ -146,7 +146,7 @@ def _along_axis(T: Transform) -> bool:
 class MappedArm(RobotArm):
     """An arm that uses an inner arm with the links of a closed form. See `arm.RobotArm`.
 
-    `swapped`: the words that the formulas exchange with the other word of the pair, as bits of a configuration's
+    `swapped`: the words that the inner arm exchanges with the other word of the pair, as bits of a configuration's
     `index`.
     """
 
@@ -182,11 +182,11 @@ class MappedArm(RobotArm):
         return self.inner.constants
 
     def _inner_pose(self, T: Transform) -> Transform:
-        """Return the pose of the inner arm's flange."""
+        """Return the pose of the inner arm's flange for a pose of the robot's flange."""
         return T if self._bare else compose(compose(self.to_inner, T), self.from_flange)
 
     def _other(self, configuration: Configuration) -> Configuration:
-        """Return the configuration of the inner arm for one of this arm, or the reverse."""
+        """Return the inner arm's configuration for a configuration of the robot, or the reverse."""
         return ALL[configuration.index ^ self._swapped]
 
     def configuration(self, q: Joints) -> Configuration:

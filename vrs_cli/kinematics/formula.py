@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
 
 class FormulaArm(RobotArm):
-    """An arm with a closed form. `formula`: the inverse of one branch for poses that the arm's `unchanging` allows.
-    `step_names`: the variables of the formula that `render/symbols.py` shows.
+    """An arm with a closed form.
+
+    `formula`: the inverse of one branch, for poses that `unchanging` allows. `step_names`: the variables of the formula
+    that `render/symbols.py` shows.
     """
 
     formula: Branch

@@ -141,9 +141,9 @@ AT_REST = 1e-9  # [m/s, rad/s] smaller demands on a lost direction are rounding
 
 
 class Singularity(NamedTuple):
-    """Distances of a pose from the singularities, from 0 (in it) to 1 (as far as possible).
+    """The distances of a pose from the singularities, from 0 (singular) to 1 (as far as possible).
 
-    `shoulder` is |u| over the arm's length, `elbow` |sin psi|, `wrist` |sin q5|.
+    `shoulder` is |u| divided by the arm's length, `elbow` is |sin psi|, `wrist` is |sin q5|.
     """
 
     shoulder: float
@@ -156,7 +156,9 @@ class Singularity(NamedTuple):
 
 
 def beyond(rate: Twist, bias: Twist) -> Twist:
-    """Return the part of a tool's derivative that the joints' next derivative must make: the rate less the bias."""
+    """Return the part of a tool's derivative that the next derivative of the joints must produce: `rate` minus
+    `bias`.
+    """
     vx, vy, vz, wx, wy, wz = rate
     ax, ay, az, bx, by, bz = bias
     return vx - ax, vy - ay, vz - az, wx - bx, wy - by, wz - bz
@@ -170,8 +172,8 @@ Asked = tuple[tuple[int, float], ...]  # joints, by index, with their values at 
 class Walk(NamedTuple):
     """A walk along a line, from which the guides of a redundant arm follow.
 
-    `end`: the joints at its end. `weights`: one row for each guide. `margin`: the least distance of any joint from the
-    ends of its range, as a part of the range. `arrives`: whether the walk reaches the last pose.
+    `end`: the joints at the end of the walk. `weights`: one row for each guide. `margin`: the least distance of any
+    joint from the ends of its range, as a fraction of the range. `arrives`: whether the walk reaches the last pose.
     """
 
     end: Joints
@@ -219,7 +221,7 @@ ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
 
 
 class _Words(NamedTuple):
-    """Words for arm, elbow and wrist; None if a robot has no such choice."""
+    """The words for arm, elbow and wrist; None for a choice that the robot does not have."""
 
     arm: Arm | None = None
     elbow: Elbow | None = None
@@ -258,7 +260,9 @@ class Configuration(_Words):
         )
 
     def has(self, asked: Configuration) -> bool:
-        """Return whether the configuration has the words of `asked`, as far as the robot has such a choice."""
+        """Return whether the configuration has the words of `asked`. Words for choices that the robot does not have are
+        ignored.
+        """
         return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
@@ -281,7 +285,8 @@ ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in pro
 
 class Profile(Enum):
     """Velocity profiles: each word of VAL-II with its word in files and its meaning. The first profile is the default.
-    `trajectory/laws` has a file for each, of the same name.
+
+    Each profile has a file of the same name in `trajectory/laws`.
     """
 
     LSPB = "lspb", "linear with parabolic blends"

@@ -92,8 +92,8 @@ class Opening(NamedTuple):
 class LinkShape(NamedTuple):
     """A body of a link.
 
-    `opens`: for a part of the hand, the motions of the joints between the link and the part, the first joint first,
-    seen while the hand is closed.
+    `opens`: for a part of the hand, the motions of the joints between link and part, the first joint first, from the
+    closed hand on.
     """
 
     link: int
@@ -132,7 +132,7 @@ SIZE = Quantity("mm", positive=True)
 
 
 class Keys(NamedTuple):
-    """The keys that a kind of shape needs, and those that it may have."""
+    """The keys that a kind of shape must have, and the keys that it may have."""
 
     needed: tuple[str, ...]
     options: tuple[str, ...] = ()
@@ -213,9 +213,9 @@ class ShapeReader(DataReader):
         return LinkShape(link, self.body(kind, table, key), colour, opens)
 
     def openings(self, data: object, key: str) -> tuple[Opening, ...]:
-        """Return openings: [x, y, z] for a part that one joint slides, else one table for each joint.
+        """Return openings from [x, y, z] for a part that one joint slides, else from one table for each joint.
 
-        The vector of a turn is its axis, as long as the angle.
+        The vector of a turn has the direction of the axis, and the angle as its length.
         """
         tables = [data] if isinstance(data, Mapping) else data
         if not isinstance(tables, list | tuple) or not tables or not all(isinstance(one, Mapping) for one in tables):
@@ -289,12 +289,12 @@ DRIVE_KEYS: Mapping[str, Quantity] = {
 
 
 class LinkMasses(NamedTuple):
-    """Masses of a link and the drive of its joint; None for an unknown figure.
+    """The masses of a link and the drive of its joint; None for an unknown figure.
 
-    The mass [kg], its centre [m] and the inertia about the centre [kg m2], in the frame of the link. The rotor's
-    inertia [kg m2], viscous [N m s/rad] and Coulomb [N m] friction are those of the motor, which turns `gear` times for
-    one turn of the joint; `max_torque` is at the joint [N m]. A joint that slides has forces, and turns of the motor
-    [rad] for each metre.
+    Mass [kg], centre [m] and inertia about the centre [kg m2] are in the frame of the link. The inertia of the rotor
+    [kg m2], the viscous [N m s/rad] and the Coulomb friction [N m] are those of the motor, which makes `gear` turns for
+    one turn of the joint. `max_torque` is at the joint [N m]. For a joint that slides, torques at the joint are forces,
+    and `gear` is in radians of the motor for each metre.
     """
 
     mass: float | None = None

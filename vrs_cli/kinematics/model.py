@@ -102,7 +102,7 @@ def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
 
 
 class _Step(NamedTuple):
-    """Frame i and the step to it from frame i - 1, whose origin slides along its axis to `foot`."""
+    """Frame i and the step to it from frame i - 1: the origin slides along the axis of frame i - 1 to `foot` first."""
 
     x: Vector
     z: Vector
@@ -120,8 +120,9 @@ def chain_of(
 ) -> Chain | None:
     """Return links that have these axes, and T_base_flange, while all joints are 0.
 
-    With `alphas` (of all joints but the last; None for any) axes are reversed and normals chosen so that the links have
-    these alphas, and no `a` below zero between parallel axes; None if that is impossible.
+    `alphas`: the alphas of all joints but the last; None for any angle. If they are given, axes may be reversed and
+    normals are chosen so that the links have these alphas, and `a` is never below zero between parallel axes. None if
+    that is impossible.
     """
     z, origin = axes[0].direction, axes[0].point
     steps: list[_Step] = []
@@ -195,8 +196,8 @@ FEWEST = 4  # minimum number of joints of an arm whose whole pose may count, tho
 class ArmTask(Enum):
     """The part of a pose that counts for an arm. `value` is the word in a robot file.
 
-    `counts`: X, Y, Z of the robot's frame and the turns about X, Y, Z of the flange. The arm decides what does not
-    count. POINT and PLANE count in the plane X Y here; `RobotModel.counts` has the plane of a robot.
+    `counts`: whether X, Y, Z of the robot's frame and the turns about X, Y, Z of the flange count. The arm chooses the
+    parts that do not count. POINT and PLANE have the plane X Y here; `RobotModel.counts` has the plane of a robot.
     """
 
     POSE = "pose"
@@ -251,8 +252,8 @@ SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # fractions of joint ranges: poses that s
 class Origin(NamedTuple):
     """The source of a model, for people.
 
-    `base`, `tip`: the links of its file between which it is an arm. `joints`, `types`: the names and types of its
-    joints. `fingers`: the joints of its hand. `notes`: choices that the file does not determine.
+    `base`, `tip`: the links at both ends of the arm in the file. `joints`, `types`: the names and types of the joints.
+    `fingers`: the joints of the hand. `notes`: choices that the file does not determine.
     """
 
     base: str
@@ -325,8 +326,8 @@ class RobotModel(_ModelData):
     def counts(self) -> tuple[bool, ...]:
         """Return which parts of a pose count: `ArmTask.counts` in the plane of the arm.
 
-        For POINT and PLANE these are the two coordinates that tell a place in this plane, and the turn about the axis
-        of the flange that is nearest to its normal.
+        For POINT and PLANE these are the two coordinates that determine a position in this plane, and the turn about
+        the axis of the flange that is nearest to the normal of the plane.
         """
         counts, normal = self.task.counts, plane_normal(self)
         if self.task not in (ArmTask.POINT, ArmTask.PLANE) or normal is None:
@@ -416,8 +417,8 @@ def some_joints(model: RobotModel) -> Iterator[Joints]:
 def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
     """Return a point on the axis of joint 1, and for each axis the greatest distance of the flange from it [m].
 
-    Each foot (of the flange on the last axis, of that point on the axis before, ...) keeps its distance from the next
-    one, except for a slide.
+    The walk goes from the flange to its foot on the last axis, from there to the foot on the axis before, and so on.
+    The distance between two feet changes only if a joint slides.
     """
     at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
     rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)

@@ -104,7 +104,8 @@ def task_notes(model: RobotModel) -> tuple[str, ...]:
 def _mean(model: RobotModel, task: ArmTask) -> float:
     """Return how well the joints can change the part of a pose that counts, as a mean over sample poses.
 
-    It is the volume of the rows that count (or of the columns, if these are fewer), each scaled to length one.
+    The measure is the volume of the rows that count (or of the columns, if there are fewer columns), each scaled to
+    length one.
     """
     functions, (_, (reach, *_)) = formulas(model.links, model.base, model.flange), levers(model)
     total = 0.0
@@ -198,7 +199,7 @@ def from_dict(data: object, where: str = "robot model") -> RobotModel:
 
 
 class ModelReader(DataReader):
-    """Makes a model from plain data."""
+    """Makes a robot model from plain data."""
 
     def model(self, data: object) -> RobotModel:
         table = self.table(data, "the file", MODEL_KEYS, MODEL_OPTIONS)

@@ -102,7 +102,9 @@ def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Section
 
 
 def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Return the boundary of an arm in a plane: from the nearest position to the farthest, each with its mean angle."""
+    """Return the boundary of an arm that moves in a plane: from the nearest position to the farthest, each with its
+    mean angle.
+    """
     edges = np.linspace(far.min(), far.max(), CELLS + 1)
     cell = np.clip(np.digitize(far, edges) - 1, 0, CELLS - 1)
     sums = np.array([np.bincount(cell, weights, CELLS) for weights in (np.cos(angle), np.sin(angle))])
@@ -112,7 +114,9 @@ def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 
 def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Return the contour, on a grid, of the positions that are reached to at least LEVEL (marching squares)."""
+    """Return the contour of the reached positions on a grid: where the reached share of a cell is LEVEL (marching
+    squares).
+    """
     size = max(float(far.max()), float(np.ptp(z))) / CELLS
     low = float(z.min()) - 3.0 * size
     shape = int(far.max() / size) + 4, int(np.ptp(z) / size) + 7

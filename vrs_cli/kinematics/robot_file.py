@@ -16,7 +16,7 @@ ROBOTS = Path(__file__).parent / "robots"
 
 
 class Ends(NamedTuple):
-    """The links of a URDF file between which the arm is; None if the file, or a TOML file beside it, decides."""
+    """The links at both ends of the arm in a URDF file; None if the file, or a TOML file beside it, decides."""
 
     base: str | None = None
     tip: str | None = None
@@ -26,10 +26,11 @@ NO_ENDS = Ends()
 
 
 def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None = None) -> RobotModel:
-    """Return the built-in robot of this name, or the robot in a .toml or .urdf file, perhaps with another task.
+    """Return the built-in robot of this name, or the robot in a .toml or .urdf file. `task` replaces the task of the
+    file.
 
-    Raises NonexistentFile, FileError (unreadable) or FileDamaged (with file, key and what would be right), NotAvailable
-    for `ends` of a robot whose links have no names and for a task that it cannot have.
+    Raises NonexistentFile; FileError if the file cannot be read; FileDamaged with file, key and the correct form;
+    NotAvailable for `ends` of a robot whose links have no names, and for a task that the robot cannot have.
     """
     text = str(name_or_path)
     if text.lower() in robot_names():

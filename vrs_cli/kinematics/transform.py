@@ -105,14 +105,14 @@ def at_position(T: Transform, x: float, y: float, z: float) -> Transform:
 
 
 def rotate(T: Transform, v: Vector) -> Vector:
-    """Return R @ v: a direction of the inner frame, seen in the outer one."""
+    """Return R @ v: a direction of the inner frame in the outer frame."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     x, y, z = v
     return nx * x + sx * y + ax * z, ny * x + sy * y + ay * z, nz * x + sz * y + az * z
 
 
 def moved_point(T: Transform, p: Vector) -> Vector:
-    """Return R p + p_0: a point of the inner frame, seen in the outer one."""
+    """Return R p + p_0: a point of the inner frame in the outer frame."""
     nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
     x, y, z = p
     return nx * x + sx * y + ax * z + px, ny * x + sy * y + ay * z + py, nz * x + sz * y + az * z + pz
@@ -235,7 +235,7 @@ def to_oat(T: Transform) -> Vector:
 def oat_turns(o: float, a: float, t: float) -> tuple[Transform, Transform, Transform, Transform]:
     """Return the factors of the rotation of `from_oat`: Rz(O), M, Ry(A), Rz(T).
 
-    M = Rz(-90 deg) Ry(90 deg) is the tool with all angles 0: it points along -Y, and its y axis along X.
+    M = Rz(-90 deg) Ry(90 deg) is the orientation with all angles 0: the tool points along -Y, and its y axis along X.
     """
     M = Transform(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     return rotation_z(o), M, rotation_y(a), rotation_z(t)
@@ -250,9 +250,10 @@ def _half_open(angle: float) -> float:
 
 
 def axis_angle(T: Transform) -> tuple[Vector, float]:
-    """Return the axis (a unit vector) and the angle in [0, pi] of the rotation; the axis is z without a turn.
+    """Return the axis (a unit vector) and the angle in [0, pi] of the rotation; the axis is z if there is no turn.
 
-    By the quaternion, from its largest component (Shepperd 1978): as precise near 0 as near pi.
+    Both are computed from the quaternion, from its largest component first (Shepperd 1978), so they are as precise near
+    0 as near pi.
     """
     w, x, y, z = quaternion(T)
     length = hypot(x, y, z)

@@ -2,10 +2,11 @@
 
 The search is that of Levenberg and Marquardt with the damping of Sugihara (2011), a part of the squared error: far from
 the goal a step follows the gradient, near it it is Newton's. A search within the limits holds joints at a limit that
-they would leave, and may get stuck there. A search without limits does not, and three in four of its results are within
-the limits on another turn. So both are made. Starts are the near joints, then a fixed sequence of others in the joints'
-ranges, so that the same question always has the same answer: a few first, and more if these find nothing. An arm with
-fewer than six joints reaches a pose if it misses it by less than three decimals show.
+they would leave, and may get stuck there. A search without limits does not get stuck, and three in four of its results
+are within the limits on another turn. So the solver makes both searches. They start from the near joints, then from a
+fixed sequence of other joints in their ranges: from a few first, and from more if these find nothing. So the same
+location always has the same solution. An arm with fewer than six joints reaches a pose if the error is less than three
+decimals show.
 
 An arm with more joints than its task needs can be at one place in many ways. A MOVE takes the result from the joints
 where the arm is. On a straight line the joints follow guides (`numeric.arm`): they are then a function of pose and time
@@ -108,10 +109,10 @@ Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Jo
 
 @cache
 def newton(links: tuple[Link, ...], base: Transform, flange: Transform) -> Newton:
-    """Return `newton(q, T, demands, twist, rates)` for an arm: one Newton step, and the joint rates at q.
+    """Return `newton(q, T, demands, twist, rates)` for an arm, which returns one Newton step and the joint rates at q.
 
-    The step leads from q to the pose T of the flange and to the demanded sums, one for each joint beyond six; the rates
-    are those for a twist of the flange and rates of the sums. None if q is singular.
+    The step leads from q to the pose T of the flange and to the demanded sums (one for each joint beyond six). The
+    rates give the flange the twist, and the sums their rates. The result is None if q is singular.
     """
     names: dict[str, Any] = {
         "cos": cos,
@@ -185,7 +186,7 @@ class _StepWriter(compiled.Writer):
         )
 
     def _missing(self) -> tuple[compiled.Entry, ...]:
-        """Return the displacement of the origin, if it moved with the flange, and the turn to the wanted pose."""
+        """Return the displacement of the origin, as if it moved with the flange, and the turn to the wanted pose."""
         n, s, a, origin = [(f"p{i}", f"p{i + 4}", f"p{i + 8}") for i in range(4)]
         *want, p = self.product((n, s, a, origin))
         *have, o = self.flange
@@ -248,8 +249,8 @@ class Miss(NamedTuple):
 class Nearest(NamedTuple):
     """The result of a search for the nearest pose.
 
-    `gain`: how much nearer the joints are than at the start (1: there). `pressed`: for each joint -1 if its lower bound
-    holds it back, 1 if its upper one does, else 0.
+    `gain`: how much nearer the joints are than at the start (1: they reach the pose). `pressed`: for each joint -1 if
+    its lower bound stops it, 1 if its upper bound does, else 0.
     """
 
     joints: Joints
@@ -274,7 +275,9 @@ class Side(NamedTuple):
 
 
 class Aim:
-    """A pose of a tool, T_base_flange T_flange_tool, that an arm approaches; with a `side` the arm stays on it."""
+    """A pose of a tool, T_base_flange T_flange_tool, that an arm approaches. With `side` the arm stays on that side of
+    axis 1.
+    """
 
     def __init__(
         self, arm: RobotArm, T_base_flange: Transform, T_flange_tool: Transform = IDENTITY, side: Side | None = None

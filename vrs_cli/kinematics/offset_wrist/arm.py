@@ -83,7 +83,7 @@ STEPS = (  # variables of a branch, as `render/symbols.py` shows them
 def make_branch(offsets: Offsets) -> Branch:
     """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
 
-    None where the pose is out of reach. Joint 1 or joint 6 stays at `near` where it may have any value.
+    None if the pose is out of reach. Joint 1 or joint 6 keeps its value in `near` if it may have any value.
     """
     d1, a2, a3, side, d5, d6, right = offsets
     bars, twice = a2 * a2 + a3 * a3, 1.0 / (2.0 * a2 * a3)
@@ -183,10 +183,10 @@ class OffsetWristArm(FormulaArm):
     ) -> Joints:
         """Return joint rates in closed form, or by the Jacobian near a singular pose.
 
-        Joints 1 to 4 alone move the point where axes 5 and 6 meet; joint 1 alone moves it perpendicular to the plane of
-        the arm. The rest of the turn has three parts: about the normal of the plane, which joints 2 to 4 make together;
-        about axis 5; and about the third direction, X of frame 4, which joint 6 alone makes. So joint 4 moves at the
-        end of a planar arm of two bars.
+        Only joints 1 to 4 move the point where axes 5 and 6 meet, and only joint 1 moves it perpendicular to the plane
+        of the arm. The rest of the turn has three parts. Joints 2 to 4 together make the part about the normal of the
+        plane, joint 5 the part about axis 5, and joint 6 the part about the third direction, X of frame 4. So joint 4
+        moves like the end of a planar arm of two bars.
         """
         _, a2, a3, side, d5, d6, _ = self.offsets
         q1, q2, q3, q4, q5, q6 = q
@@ -219,8 +219,8 @@ class OffsetWristArm(FormulaArm):
         return qd1, qd2, qd3, turn - qd2 - qd3, s * out - c * up, qd6
 
     def clearance(self, T: Transform, configuration: Configuration) -> bounds.Clearance:
-        """Return the clearances, with joint 4 at o - d5 z: o is the wrist centre, and z is along y x a, of length sin
-        q5.
+        """Return the clearances. Joint 4 is at o - d5 z, with the wrist centre o. The vector z is along y x a, which
+        has the length sin q5.
         """
         d1, _, _, side, d5, d6, right = self.offsets
         arm, _, wrist = configuration.signs

@@ -39,10 +39,11 @@ TASKS = {
 
 @dataclass(frozen=True)
 class Bars:
-    """The arm while all joints are 0, in the plane of the first axis (z up along it).
+    """The arm while all joints are 0, in the plane of the first axis (z points up along the axis).
 
-    `turns`, `slides`: joints by index; `signs`: the sense of each. `first` and `second` bar, and `hand` from the wrist
-    to the flange [m]. `up`: -1.0 if the first axis points down, else 1.0.
+    `turns`, `slides`: the joints that turn and that slide, by index. `signs`: the sense of each joint. `first`,
+    `second`: the two bars; `hand`: from the wrist to the flange [m]. `up`: -1.0 if the first axis points down, else
+    1.0.
     """
 
     T_plane_base: Transform
@@ -179,8 +180,8 @@ class ParallelAxesArm(FormulaArm):
 
 
 def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, float]]:
-    """Return a function of T_base_flange: where the second bar ends in the plane of the arm (x, y) [m], the turn of the
-    flange since all joints were 0 [rad], and its rise since then [m].
+    """Return a function of T_base_flange. It returns the end of the second bar in the plane of the arm (x, y) [m], the
+    angle of the flange from its angle while all joints are 0 [rad], and its rise from there [m].
     """
     plane, zero, turns = bars.T_plane_base, bars.flange, len(bars.turns) > 2
     hx, hy = bars.hand.real, bars.hand.imag
@@ -229,10 +230,10 @@ def joints_in_order(bars: Bars) -> Callable[[tuple[float, ...]], Joints]:
 
 
 def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None]:
-    """Return a function of joints, twist and tool: the joint rates [rad/s, m/s], or None.
+    """Return a function of joints, twist and tool that returns the joint rates [rad/s, m/s], or None.
 
-    None next to a singular pose, and for a tip beside the wrist of an arm that does not choose the turn. The wrist
-    moves as both bars turn: v = i (w1 bar1 + w2 bar2), as complex numbers in their plane.
+    It returns None near a singular pose, and for a tip beside the wrist if the arm does not choose the turn of its
+    tool. Both bars turn and move the wrist: v = i (w1 bar1 + w2 bar2), with complex numbers for vectors in the plane.
     """
     (l1, l2), (b1, b2), plane, flange = bars.lengths, bars.bearings, bars.T_plane_base, bars.flange
     level = at_position(plane, 0.0, 0.0, 0.0) == IDENTITY

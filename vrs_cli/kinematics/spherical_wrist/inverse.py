@@ -8,8 +8,8 @@
     5   q5      0     0    +90
     6   q6      d6    0      0
 
-The closed forms think in the vertical plane of the arm. Frame 1 lies in it: with the wrist centre at (h, v)
-from joint 2, h outward and v DOWN, and at w = d2 + d3 to the side, the base sees it at
+The closed form is in the vertical plane of the arm, in which frame 1 lies. The wrist centre is at (h, v) from joint 2,
+h outward and v DOWN, and at w = d2 + d3 to the side. In the base frame it is at
 
     (c1 u - s1 w,  s1 u + c1 w,  d1 - v),      u = a1 + h.
 
@@ -19,13 +19,12 @@ give
     (h, v) = Rot(q2) (a2 + forearm cos psi,  forearm sin psi),      beta = atan2(d4, a3).
 
 Source: Lee and Ziegler (1984); Fu, Gonzalez and Lee, "Robotics" (1987), sections 2.2 and 2.3; the wrist as in
-Paul (1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin psi), WRIST = sign(sin q5): what the
-words mean for w > 0 and up as here; `swapped` tells what else they may be.
+Paul (1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin psi), WRIST = sign(sin q5). This holds
+for w > 0 and an arm that stands upright; for other arms some words are exchanged (`swapped_words`).
 
-Every branch of the inverse is solved without a sine or cosine of a joint: their ratios come from the location itself,
-and the angles from them by atan2 once. Joint 6 is read against the joint 4 just found and not, as books do, from the
-third row of the rotation: near a singular wrist that row is noise, and only together are the two joints right to the
-last bit.
+The inverse needs no sine or cosine of a joint. It computes their ratios from the location, and each angle from a ratio
+by one atan2. Joint 6 follows from joint 4, and not from the third row of the rotation as in textbooks: near a singular
+wrist that row is noise, and only together are both joints right to the last bit.
 """
 
 from __future__ import annotations
@@ -100,7 +99,9 @@ def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
 
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
-    """Return which of the eight the joints are in; on a border, rounding aside, the first word of the pair."""
+    """Return the configuration of the joints; on a border, except for rounding, the one with the first word of the
+    pair.
+    """
     _, _, _, a3, d4, _, _, forearm, _ = geometry
     _, _, q3, _, q5, _ = q
     lefty = outward(geometry, q) > SINGULAR
@@ -138,7 +139,8 @@ STEPS = (  # variables of a branch, as `render/symbols.py` shows them
 def make_branch(geometry: Geometry) -> Branch:
     """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
 
-    None where the pose is out of reach. At a singular wrist joint 4 stays at `near`, and joint 6 takes the rest.
+    None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`, and joint 6 makes the rest
+    of the turn.
     """
     d1, a1, a2, a3, d4, d6, side, forearm, beta = geometry
     side2 = side * side
@@ -192,7 +194,7 @@ def make_branch(geometry: Geometry) -> Branch:
 
 
 def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
-    """Return a function that tells whether six joints are all between two ends, to the bit."""
+    """Return a function that returns whether six joints are all between two ends, without any tolerance."""
     low1, low2, low3, low4, low5, low6 = lower
     high1, high2, high3, high4, high5, high6 = upper
 

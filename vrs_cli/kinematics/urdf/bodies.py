@@ -1,9 +1,9 @@
 """Read the looks, masses and drives of links from a URDF file, one body for each joint of the arm that moves it.
 
-A body has the masses of all its links: those fixed to it, and its closed hand. An inertia that is not given, or given
-as zeros, stays unknown. A joint's drive has the effort of its limits, and the damping and friction of its dynamics, if
-they are above zero. Looks that cannot be understood are left out, because an arm moves without them. Format:
-http://wiki.ros.org/urdf/XML/link.
+The mass of a body is the sum over the links fixed to it and its closed hand. An inertia stays unknown if the file does
+not give it, or gives zeros. The drive of a joint has the effort of its limits, and the damping and friction of its
+dynamics, if these are above zero. The reader leaves out looks that it cannot read, because an arm moves without them.
+Format: http://wiki.ros.org/urdf/XML/link.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ USUAL_COLOUR = "grey"
 
 
 class LinkPlace(NamedTuple):
-    """The place of a link: the number of its body (0 is the base), T_body_link, and its motion as the hand opens."""
+    """The position of a link: the number of its body (0 is the base), T_body_link, and its motion as the hand opens."""
 
     body: int
     T: Transform
@@ -45,8 +45,10 @@ class _Solid(NamedTuple):
 def masses_of_bodies(
     tree: Tree, joints: Sequence[Joint], places: Mapping[str, tuple[int, Transform]]
 ) -> tuple[link_data.LinkMasses, ...]:
-    """Return the masses and drives of the bodies behind the joints of an arm. `places`: in which body each link is (0
-    is the base), and T_body_link. A body is unknown where no link of it has a mass, or one has a wrong figure.
+    """Return the masses and drives of the bodies that the joints of an arm move.
+
+    `places`: for each link the number of its body (0 is the base), and T_body_link. The masses of a body are unknown if
+    no link of it has a mass, or one link has a wrong figure.
     """
     solids: list[list[_Solid | None]] = [[] for _ in range(len(joints) + 1)]
     for link in tree.robot.findall("link"):
@@ -63,7 +65,7 @@ def masses_of_bodies(
 def complete(
     masses: Sequence[link_data.LinkMasses], own: Sequence[link_data.LinkMasses]
 ) -> tuple[link_data.LinkMasses, ...]:
-    """Return the masses, with the values of `own` in place of those of the same link; empty if no mass is known."""
+    """Return the masses; the values in `own` replace those of the same link. Return no masses if none is known."""
     said = ({key: x for key, x in one._asdict().items() if x is not None} for one in own or masses)
     found = tuple(link._replace(**row) for link, row in zip(masses, said, strict=True))
     return found if any(link.mass is not None for link in found) else ()
@@ -131,9 +133,9 @@ def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
 def link_shapes(
     folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
 ) -> tuple[link_data.LinkShape, ...]:
-    """Return the looks of the links that have a place; mesh files are looked for from `folder`.
+    """Return the looks of the links in `places`. Paths of mesh files begin at `folder`.
 
-    `collision`: the shapes for contacts instead.
+    `collision`: return the shapes for contacts instead.
     """
     said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
     colours = {name: colour for name, colour in said if colour is not None}  # at any position in the file

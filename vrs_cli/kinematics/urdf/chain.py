@@ -43,7 +43,7 @@ _WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECA
 
 @dataclass(frozen=True)
 class Choice:
-    """The joints from base to tip, fixed ones too, and all joints that move the hand."""
+    """The joints from base to tip, including the fixed ones, and all joints that move the hand."""
 
     base: str
     tip: str
@@ -53,7 +53,7 @@ class Choice:
 
 
 def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
-    """Return the arm of a file between two links; a link that is not named follows from the tree of links.
+    """Return the arm of a file between two links. A link that is not named follows from the tree of links.
 
     Raises FileDamaged if there are several arms.
     """
@@ -91,7 +91,9 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
 
 
 def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
-    """Return the tips of all arms below a link that so many joints move, each with its notes."""
+    """Return the tips of all arms below a link, each with its notes. `joints`: the number of joints that move the
+    link.
+    """
     nexts = tree.nearest(link)
     while len(nexts) == 1 and not _is_hand(tree, link, joints):
         link, joints = nexts[0].child, joints + _counts(nexts[0])
@@ -133,9 +135,10 @@ def _depth(tree: Tree, joint: Joint) -> int:
 
 
 def _is_hand(tree: Tree, link: str, joints: int) -> bool:
-    """Return whether the branches on a link are fingers, with `joints` of an arm before it.
+    """Return whether the branches on a link are fingers. `joints`: the number of joints of the arm before the link.
 
-    They are by their names, if all but one mimic it, or if they are short and at the end of an arm.
+    Branches are fingers if their names say so, if all but one mimic that one, or if they are short and at the end of an
+    arm.
     """
     if not joints:
         return False
@@ -232,8 +235,9 @@ class Fingers(NamedTuple):
 def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | None = None) -> Fingers:
     """Return the fingers that these joints move, seen from the link that carries them.
 
-    A joint is closed at the end where the tips are nearer to each other; if that is the same, at the end nearer to
-    zero. `closed`, "lower" or "upper", decides it for all.
+    A joint is closed at the end of its range where the tips are nearer to each other. If both ends have the same
+    distance, it is closed at the end nearer to zero. If `closed` is given ("lower" or "upper"), it holds for all
+    joints.
     """
     own = {joint.name: ends for joint in joints if not joint.mimics and (ends := _ends(tree, joint)) is not None}
     gauge = _Gauge(tree, link, joints)
@@ -297,7 +301,7 @@ class _Gauge:
     def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
         """Return the greatest change of the distance between two tips [m], positive if they move apart; 0 for one tip.
 
-        Links of a gear beside the fingers move less.
+        The greatest change counts because links of a gear beside the fingers move less.
         """
         rows = zip(self._distances(before), self._distances(after), strict=False)
         return max((b - a for a, b in rows), key=abs, default=0.0)
@@ -341,10 +345,10 @@ _OTHERS = (
 
 
 def other_than_z(last: Vector, fingers: Iterable[Vector]) -> Turned | None:
-    """Return the axis of the tip along which the fingers point, if it is clearly not Z.
+    """Return the axis of the tip along which the fingers point, if that is clearly not Z.
 
-    They point from the last joint to their ends and to the tip. `last`: a point of the last joint; `fingers`: the ends
-    of fingers, both in the frame of the tip.
+    The fingers point from the last joint to their ends and to the tip. `last`: a point of the last joint; `fingers`:
+    the ends of the fingers, both in the frame of the tip.
     """
     ends = [transform.vector_difference(end, last) for end in fingers]
     if not ends:

@@ -1,11 +1,11 @@
 """Make a robot from a URDF file: the chain of joints between a base link and a tip link, and usual figures.
 
-It has the joints with their origins, axes and limits, the masses of links, and their looks: boxes, cylinders, spheres
-and mesh files, each fixed in a body. Transmissions are ignored, nothing is fetched. Metres, radians, seconds and
-kilograms, as in URDF.
+The robot gets the joints with their origins, axes and limits, the masses of the links, and their looks: boxes,
+cylinders, spheres and mesh files, each fixed in a body. The reader ignores transmissions, and fetches no files. Units
+are metres, radians, seconds and kilograms, as in URDF.
 
-A body is what one joint of the arm moves: all links fixed to it, those of the closed hand, and those that other joints
-move, as they are at zero.
+One joint of the arm moves one body. The body contains all links fixed to it, the links of the closed hand, and links
+behind other joints, with these joints at zero.
 
 If READY is singular or at the end of a range, as most arms are at zeros, another READY is chosen (`better_ready`). A
 pose is near singular if the isotropy of its Jacobian is small: the geometric mean of the eigenvalues of J J^T over
@@ -68,9 +68,9 @@ USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg
 class UrdfArm(NamedTuple):
     """The arm of a file.
 
-    `joints`: those that move. `scales`: how far each moves for one of its own units (a telescope more than 1). `chain`:
-    links with their axes, T_base_tip(q) = base . links . flange. `fingers`, `places`: the hand and all links that hang
-    on the arm.
+    `joints`: the joints that move. `scales`: the motion of each for one of its own units (more than 1 for a telescope).
+    `chain`: links with the axes of the joints, T_base_tip(q) = base . links . flange. `fingers`: the hand. `places`:
+    all links that the arm carries.
     """
 
     choice: Choice
@@ -142,7 +142,7 @@ def robot_of(
 
 
 def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> UrdfArm:
-    """Return the links of a chain with `flange` (T_tip_flange) behind it.
+    """Return the arm between two links of a file. `flange`: T_tip_flange.
 
     Raises FileDamaged for a joint that no arm has.
     """
@@ -170,9 +170,10 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
 def _follows(
     tree: Tree, joint: Joint, axis: AxisLine, before: Sequence[Joint], axes: Sequence[AxisLine]
 ) -> Mimic | None:
-    """Return how a telescope's joint follows the one before it; None for a joint that moves independently.
+    """Return how a joint of a telescope follows the joint before it; None for a joint that moves independently.
 
-    It follows as the file says, or equally, if it slides along the same axis with the same limits and speed.
+    The joint follows as the file says. Without such a statement it moves equally far, if it slides along the same axis
+    with the same limits and speed.
     """
     slides = before and tree.kind(joint) is tree.kind(before[0]) is JointKind.PRISMATIC
     along = transform.dot(axis.direction, axes[0].direction) if slides else 0.0
@@ -186,9 +187,9 @@ def _follows(
 
 
 def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, LinkPlace]:
-    """Return the places of the links that hang on the base, in the frames of the chain.
+    """Return the places of the links that the base and the arm carry, in the frames of the chain.
 
-    T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed; it stays so.
+    T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed. It stays so in all poses.
     """
     steps = [link_transform(link, 0.0) for link in chain.links]
     steps[-1] = transform.compose(steps[-1], chain.flange)
@@ -221,7 +222,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
 
 
 def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
-    """Return limits and rates of a joint: `own`, from a TOML file, comes before the URDF file."""
+    """Return limits and rates of a joint. Values in `own`, from a TOML file, replace those of the URDF file."""
     kind = tree.kind(joint)
     *ends, rate = (None if x is None else scale * x for x in tree.range(joint))
     if kind is JointKind.REVOLUTE:
@@ -295,7 +296,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     """Return another READY in whole steps for an arm that is singular there or has a joint at its end.
 
     None for other arms, and for an arm that is singular everywhere. The same arm always has the same READY. `ahead`:
-    where its tool points, in the frame of the flange.
+    the direction of the tool in the frame of the flange.
     """
     if model.joint_count > 12:  # maximum number of joints of an arm that gets another READY
         return None
@@ -321,7 +322,7 @@ class _Wanted:
         self.choices = [self._choices(i) for i in range(model.joint_count)]
 
     def fault(self) -> str:
-        """Return the fault of READY; empty if there is none."""
+        """Return what is wrong with READY; empty if nothing is."""
         if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
             return "the arm is singular"
         rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)

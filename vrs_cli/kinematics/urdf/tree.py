@@ -64,7 +64,7 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
 
 
 def _expand(file: str, *pairs: str) -> int:
-    """Write the text of a file without macros, or what is wrong and a hint, one line each. Return the exit status."""
+    """Write the text of a file without macros, or the error and a hint in one line each. Return the exit status."""
     with suppress(ImportError):
         import resource
 
@@ -100,14 +100,14 @@ def _behind(error: BaseException | None) -> Iterator[BaseException]:
 
 
 class _NoPackage(BaseException):
-    """A missing package; no Exception, because xacro rewords exceptions."""
+    """Raised for a missing package. It is no Exception, because xacro rewords exceptions."""
 
 
 @contextmanager
 def _packages_beside(path: Path) -> Iterator[None]:
     """While entered, let $(find PACKAGE) find folders above the file or beside one of these, then what ROS knows.
 
-    xacro asks ROS alone, by a private function that is replaced here.
+    This replaces a private function of xacro, which asks only ROS.
     """
     from xacro import substitution_args
 
@@ -130,9 +130,9 @@ def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
 
 
 def package_folder(path: Path, name: str) -> Path | None:
-    """Return the folder of a package: one above the file with that name, or beside one above it.
+    """Return the folder of a package: a folder above the file with that name, or a folder beside one above the file.
 
-    Else the folder of the package that the file itself is in, which may have another name.
+    If there is none, return the folder of the package that contains the file. It may have another name.
     """
     above = path.parents
     named = [folder for folder in above if folder.name == name]
@@ -206,7 +206,7 @@ class Range(NamedTuple):
 
 
 class Mimic(NamedTuple):
-    """How a joint follows another one: it stands at factor * leader + offset."""
+    """How a joint follows another joint: its value is factor * leader + offset."""
 
     leader: str
     factor: float
@@ -233,7 +233,7 @@ class Joint:
 
 
 class Tree:
-    """The joints of a file by their child link, which has one parent."""
+    """The joints of a file by their child links. Each link has one parent at most."""
 
     def __init__(self, file: str, robot: Element) -> None:
         self.file, self.robot, self.name = file, robot, name_of(robot) or "robot"

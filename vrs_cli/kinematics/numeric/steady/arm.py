@@ -48,7 +48,7 @@ class SteadyArm(RobotArm):
         return Unchanging()
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Accept every tool: only the place of its tip counts."""
+        """Accept every tool, because only the position of its tip counts."""
 
     @cached_property
     def batch(self) -> SteadyBatch:
@@ -89,7 +89,7 @@ class SteadyArm(RobotArm):
         return min(near_least, key=partial(self.shortest_time, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
-        """Return the error for a location: out of the range of a joint, or out of reach."""
+        """Return the error for a location that is out of the range of a joint, or out of reach."""
         found = self.batch.without_limits(T, near)
         if found:
             best = self._best_turns(found[0][0])

@@ -6,9 +6,10 @@ limits, with no joint farther than a radius. Joints at a limit are left out of t
 side of the box on which the search continues, and it converges quadratically there too. A search that turns back takes
 shorter steps.
 
-The least of the model is inside the box, on one of its sides, where one joint is at an end of its range, or on a
-corner, where two are. These are few, so all are tried at once: this finds the least also if the function does not bend
-upwards, and needs no steps from side to side (16.8 of the same book, for more than two variables).
+The minimum of the model is inside the box, on one of its sides (one joint is at an end of its range), or on a corner
+(two joints are). There are few sides and corners, so the search computes the minimum on each of them. This finds the
+minimum also if the function does not bend upwards, and needs no steps from side to side (16.8 of the same book, for
+more than two variables).
 
 The proof is that of `numeric.continuation` with other unknowns, joints and multipliers x = (q, l); F is the residual of
 the conditions (`conditions`). F is the gradient of
@@ -148,7 +149,9 @@ class SteadyBatch(SerialBatch):
         return Found(np.where(inside[:, None], joints, np.nan), np.where(inside, found.turned, np.inf))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        """Return the joints that follow from near ones, whatever the limits: by Newton's method, else downhill."""
+        """Return the joints near `near` that solve each pose, whatever the limits, by Newton's method, else by a
+        downhill search.
+        """
         conditions, near = self.conditions, np.broadcast_to(near, (len(T), self.joints))
         q = near.copy()
         found, rows = np.full_like(q, np.nan), np.arange(len(T))
@@ -186,10 +189,10 @@ class SteadyBatch(SerialBatch):
         return None if isnan(q[0]) else tuple(q)
 
     def search(self, T: Floats, near: Floats, bounded: Flags, *, steps: int = STEPS, pose: Rows | None = None) -> Found:
-        """Search poses (N, 3, 4) downhill from starts (N, n) to the least turn; rows in `bounded` (N,) within the
-        limits.
+        """Search joints for poses (N, 3, 4) downhill from starts (N, n), to the least missing turn.
 
-        `pose` (N,): numbers of poses; of searches for one pose that meet only one continues.
+        `bounded` (N,): the searches that stay within the limits. `pose` (N,): the number of the pose of each search; if
+        searches for one pose meet, only one of them continues.
         """
         lower, upper = (
             np.where(bounded[:, None], end, far) for end, far in ((self.lower, -np.inf), (self.upper, np.inf))
@@ -232,7 +235,9 @@ class SteadyBatch(SerialBatch):
         return found
 
     def _downhill(self, at: Terms, held: Flags, low: Floats, high: Floats) -> Floats:
-        """Return steps (N, n) to the least of the model between low and high; `held` joints are at a limit."""
+        """Return steps (N, n) to the minimum of the model between `low` and `high`. `held`: joints that are at a
+        limit.
+        """
         conditions, place = self.conditions, at.place
         radius = np.maximum(high, -low).max(axis=1)
         across = np.swapaxes(place, 1, 2)
@@ -272,10 +277,10 @@ def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
 
 
 def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats) -> Floats:
-    """Return steps (N, n) of the joints to the least of slope . z + z . bend z / 2, with low <= ways z <= high.
+    """Return steps (N, n) of the joints to the minimum of slope . z + z . bend z / 2, with low <= ways z <= high.
 
-    `ways` (N, n, 2): the joints' change by the two variables z. If no step stays in the box, the one that leaves it
-    least.
+    `ways` (N, n, 2): the change of the joints by the two variables z. If no step stays in the box, return the step that
+    leaves it least.
     """
     determinant = bend[:, 0, 0] * bend[:, 1, 1] - bend[:, 0, 1] ** 2
     upwards = (determinant > FLAT) & (bend[:, 0, 0] > 0.0)
@@ -337,9 +342,10 @@ PROOF_ROUNDING = 1e-12
 
 
 class SteadyGaps(NamedTuple):
-    """The gaps between neighbouring samples, by the part of their time.
+    """The gaps between neighbouring samples. Derivatives are by the fraction of the time between the samples.
 
-    `poses`: a function of the gaps `which` and parts (m,) of their time: the desired poses of the flange (k, m, 3, 4).
+    `poses`: a function of the numbers of gaps and of fractions (m,) of their time that returns the desired poses of the
+    flange (k, m, 3, 4).
     """
 
     which: Rows
@@ -358,7 +364,7 @@ class SteadyGaps(NamedTuple):
 
 
 class SteadyContinuation:
-    """The proof for one arm and one place of the tip. `sure` as in `numeric.continuation`."""
+    """The proof for one arm and one position of the tip. `sure` as in `numeric.continuation`."""
 
     sure = 0.0
 
@@ -416,8 +422,8 @@ class SteadyContinuation:
         return np.concatenate((q, multipliers), axis=1) / self.units, rate / self.units
 
     def _bounds(self, gaps: SteadyGaps, cubic: continuation.Cubic) -> tuple[Floats, Floats, Floats]:
-        """Return bounds (k,): of F's fourth derivative on the cubic, of F's third one, and of how F' changes
-        beside it.
+        """Return bounds (k,) of the fourth derivative of F on the cubic, of its third derivative, and of the change of
+        F' beside the cubic.
         """
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
         greatest = (

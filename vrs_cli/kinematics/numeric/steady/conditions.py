@@ -51,10 +51,10 @@ LEAST_CURVATURE = 1e-4  # second derivative of the cosine by the joints: below i
 
 
 class Terms(NamedTuple):
-    """Terms of the conditions for N joint vectors and poses.
+    """The terms of the conditions for N joint vectors and poses.
 
-    `place`, `turn` (N, n, 3): the effect of each joint. `away` (N, 3): the missing way [m]. `sine` (N, 3) and `mixed` =
-    R W^T (N, 3, 3): the missing turn.
+    `place`, `turn` (N, n, 3): the effect of each joint on position and orientation. `away` (N, 3): the distance to the
+    desired position [m]. `sine` (N, 3) and `mixed` = R W^T (N, 3, 3): the missing turn.
     """
 
     place: Floats
@@ -108,7 +108,7 @@ class SteadyConditions:
     def bend(self, at: Terms, multipliers: Floats) -> Floats:
         """Return the derivatives of P l - O e by the joints (N, n, n).
 
-        Of two joints the first turns the effect of the later one: d O_i / d q_k = O_k x O_i, d P_i / d q_k = O x P.
+        The first of two joints turns the effect of the later one: d O_i / d q_k = O_k x O_i, d P_i / d q_k = O x P.
         """
         moved = _cross(at.turn[:, self.first], at.place[:, self.later])
         turned = np.where(self.before, _cross(at.turn[:, None, :], at.turn[:, :, None]), 0.0)
@@ -273,9 +273,10 @@ class PlanarStarts:
         )
 
     def of(self, T: Floats) -> Floats | None:
-        """Return joints (k, n) near those that bring the tip to the place of a pose (3, 4) with the least turn.
+        """Return joints (k, n) near those that bring the tip to the position of a pose (3, 4) with the least missing
+        turn.
 
-        No rows if the place is out of reach; None if joint 1 may have any value.
+        Return no rows if the position is out of reach, and None if joint 1 may have any value.
         """
         out = T[:, :3] @ self.tip + T[:, 3] - self.point
         outward, sideways = out - self.axis * (self.axis @ out), np.cross(self.axis, out)
