@@ -7,7 +7,19 @@ from hypothesis import given
 from tests.examples import examples
 from tests.language.running import environment_with, program
 from tests.language.spaghetti import spaghetti
-from vrs_cli.language.compile.lowering import CaseBegin, CaseTest, Finish, Jump, Lowered, Mark, Perform, lower
+from vrs_cli.language.compile.lowering import (
+    MAX_BRANCH_DEPTH,
+    Branch,
+    CaseBegin,
+    CaseTest,
+    Finish,
+    Jump,
+    Lowered,
+    Mark,
+    Perform,
+    leaders_of,
+    lower,
+)
 
 
 def lowered(*lines: str) -> Lowered:
@@ -47,3 +59,25 @@ def test_an_empty_program_is_its_end() -> None:
 def test_marks_and_blank_lines_do_nothing() -> None:
     kinds = [type(op) for op in lowered("", "; only words", "DO", "UNTIL 1 == 1").ops]
     assert kinds[:3] == [Mark, Mark, Mark]
+
+
+def branched(*lines: str) -> tuple[list[int], dict[int, Branch]]:
+    return leaders_of(lowered(*lines).ops, ())
+
+
+def test_an_if_becomes_a_branch_unless_something_jumps_into_it() -> None:
+    lines = ["IF x > 0 THEN", "x = 1", "ELSE", "IF x < 0 GOTO 10", "x = 2", "10", "END", "y = 1"]
+    assert branched(*lines) == ([0], {0: Branch(range(1, 2), range(3, 6)), 3: Branch(range(4, 5), range(5, 5))})
+    assert branched(*lines, "GOTO 10") == ([0, 3, 5, 6], {3: Branch(range(4, 5), range(5, 5))})
+
+
+def test_an_if_with_a_loop_is_no_branch() -> None:
+    lines = ["IF x > 0 THEN", "WHILE y > 0 DO", "y = y-1", "END", "END"]
+    assert branched(*lines) == ([0, 1, 4], {1: Branch(range(2, 4), range(4, 4))})
+
+
+def test_branches_that_are_nested_too_deeply_are_blocks() -> None:
+    for depth, number in ((MAX_BRANCH_DEPTH, MAX_BRANCH_DEPTH), (MAX_BRANCH_DEPTH + 1, 0)):
+        leaders, branches = branched(*["IF x > 0 THEN"] * depth, *["END"] * depth)
+        assert len(branches) == number
+        assert len(leaders) == 1 + depth - number

@@ -17,8 +17,9 @@ operation's code have its number, so that an error tells where it occurred.
         finally:
             F[:] = (l0, s0)
 
-A block that jumps to itself is a `while True` of its own, so a straight loop never meets the tree. With `everywhere`
-each operation begins a block: that variant, made on demand, can be entered at any step.
+An IF whose parts nothing jumps into is an `if` of Python. A block that jumps to itself is a `while True` of its own, so
+a straight loop never meets the tree. With `everywhere` each operation begins a block: that variant, made on demand, can
+be entered at any step.
 
 A long program becomes several functions, so that its tree is never in memory as a whole: each takes the
 arguments above and returns the number of the block where another goes on, or None at the end.
@@ -62,7 +63,8 @@ class ProgramCompiler(ExpressionCompiler):
 
     `_numbers`: the number of each block, by the operation that begins it; `_here`: the blocks of the present function;
     `_inner`: the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted
-    operation; `_counted`: the last counted operation of the present block, if there is one.
+    operation; `_branches`: the operations that become an `if` of Python; `_place`: the present operation; `_counted`:
+    the last counted operation of the present block, if it is known.
     """
 
     def __init__(self, library: Library, analysis: Analysis, lowered: lowering.Lowered) -> None:
@@ -75,18 +77,20 @@ class ProgramCompiler(ExpressionCompiler):
         self._here = range(0)
         self._inner: int | None = None
         self._silent_blocks: frozenset[int] = frozenset()
+        self._branches: Mapping[int, lowering.Branch] = {}
+        self._place = 0
         self._counted: int | None = None
 
     def variant(self, everywhere: bool) -> Variant:
         ops = self._lowered.ops
-        targets = range(len(ops)) if everywhere else (op.target for op in ops if isinstance(op, lowering.Jumping))
-        leaders = sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
+        cuts = range(len(ops)) if everywhere else range(0, len(ops), OPS_A_FUNCTION)
+        leaders, self._branches = lowering.leaders_of(ops, cuts)
         self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
-        cuts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
+        firsts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
         ends = zip(leaders, [*leaders[1:], len(ops)], strict=True)
         self._silent_blocks = frozenset(k for k, cut in enumerate(ends) if all(map(is_silent, ops[slice(*cut)])))
-        parts = [self._function(range(*cut), leaders) for cut in pairwise([*cuts, len(leaders)])]
-        return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
+        parts = [self._function(range(*cut), leaders) for cut in pairwise([*firsts, len(leaders)])]
+        return Variant(parts[0] if len(parts) == 1 else _join(parts, firsts), tuple(self.arrays), numbers)
 
     def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
         """Make the function of some of the blocks. The arrays of later functions are passed on."""
@@ -119,20 +123,52 @@ class ProgramCompiler(ExpressionCompiler):
     # blocks
 
     def _block(self, number: int, leaders: list[int]) -> list[py.stmt]:
-        first = leaders[number]
-        end = leaders[number + 1] if number + 1 < len(leaders) else len(self._lowered.ops)
+        first, end = (*leaders, len(self._lowered.ops))[number : number + 2]
         ops = self._lowered.ops[first:end]
         inner = any(isinstance(op, lowering.Jumping) and op.target == first for op in ops)
         self._inner, self._counted = number if inner else None, None
-        statements: list[py.stmt] = []
-        for place, op in enumerate(ops, first):
-            statements += self._operation(place, op)
-            if type(op) in (lowering.Jump, lowering.CaseBegin):
-                break
-        else:
-            if end < len(self._lowered.ops):
-                statements += self._to(end)
+        statements, goes_on = self._operations(range(first, end))
+        if goes_on and end < len(self._lowered.ops):
+            statements += self._to(end)
         return [py.While(tree.constant(True), statements, [])] if inner else statements
+
+    def _operations(self, places: range) -> tuple[list[py.stmt], bool]:
+        """Make operations. Return also whether the program goes on after the last one."""
+        statements, place = list[py.stmt](), places.start
+        while place < places.stop:
+            op = self._lowered.ops[place]
+            statements += self._operation(place, op)
+            branch = self._branches.get(place)
+            if branch is not None:
+                self._fill(cast(py.If, statements[-1]), branch)
+            elif isinstance(op, lowering.Jump) or type(op) is lowering.CaseBegin:
+                return statements, False
+            place = place + 1 if branch is None else branch.otherwise.stop
+        return statements, True
+
+    def _fill(self, statement: py.If, branch: lowering.Branch) -> None:
+        """Make both parts of a branch. If no counted operation follows them, they store the last one of their own."""
+        stores, counted = self._ends_silently(branch.otherwise.stop), self._counted
+        parts = list[list[py.stmt]]()
+        for places in (branch.then, branch.otherwise):
+            self._counted = counted
+            statements, goes_on = self._operations(places)
+            if goes_on and stores and self._counted is not None:
+                statements.append(_store(1, self._counted))
+            parts.append(statements or [py.Pass()] * (places is branch.then))
+            for made in parts[-1]:
+                tree.place(made)
+        statement.body, statement.orelse = parts
+        self._counted = None
+
+    def _ends_silently(self, place: int) -> bool:
+        """Return whether the program may end, from an operation on, without a counted one."""
+        while place not in self._numbers:
+            op = self._lowered.ops[place]
+            if not is_silent(op) or isinstance(op, lowering.Finish):
+                return is_silent(op)
+            place = op.target if isinstance(op, lowering.Jump) else place + 1
+        return self._numbers[place] in self._silent_blocks
 
     def _to(self, op: int) -> list[py.stmt]:
         """Go to the block that begins with an operation. If it is in another function, return its number."""
@@ -147,6 +183,7 @@ class ProgramCompiler(ExpressionCompiler):
 
     def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
         self.reads = self.observes = False
+        self._place = place
         if not is_silent(op):
             self._counted = place
         statements = self._statements(op)
@@ -168,6 +205,8 @@ class ProgramCompiler(ExpressionCompiler):
     def _jump_if(self, op: lowering.JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
         first = [] if op.first is None else self._statement(op.first)
+        if self._place in self._branches:
+            return [*first, py.If(tree.not_(truth) if op.when else truth, [], [])]
         return [*first, py.If(truth if op.when else tree.not_(truth), self._to(op.target), [])]
 
     # loops and cases

@@ -81,8 +81,7 @@ class _DirectCompiler(ProgramCompiler):
     """
 
     def direct(self) -> Direct:
-        ops = self._lowered.ops
-        leaders = sorted({0, *(op.target for op in ops if isinstance(op, lowering.Jumping))})
+        leaders, self._branches = lowering.leaders_of(self._lowered.ops, ())
         self._numbers = {op: number for number, op in enumerate(leaders)}
         self._here = range(len(leaders))
         following = self._count(leaders)
@@ -99,9 +98,16 @@ class _DirectCompiler(ProgramCompiler):
         ops = self._lowered.ops
         self._runs, self._needed = Counter[int](), Counter[int]()
         following = [0] * len(ops)
+        joins, tests = set[int](), {*leaders}
+        for place, branch in self._branches.items():
+            joins |= {branch.otherwise.start, branch.otherwise.stop}
+            if any(isinstance(op, lowering.Invoke) for op in ops[place : branch.otherwise.stop]):
+                tests |= {branch.otherwise.start, branch.otherwise.stop}
         for first, end in pairwise([*leaders, len(ops)]):
             run = test = first
             for place in range(first, end):
+                run = place if place in joins else run
+                test = place if place in tests else test
                 if not is_silent(ops[place]):
                     self._runs[run] += 1
                     self._needed[test] += 1
@@ -135,8 +141,11 @@ class _DirectCompiler(ProgramCompiler):
             tree.assign("pc", tree.constant(0)),
         ]
 
+    def _ends_silently(self, _place: int) -> bool:
+        return False  # there is nothing to store
+
     def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
-        self._counted = place
+        self._place = place
         statements = self._statements(op)
         if self._runs[place]:
             count = py.BinOp(tree.name("n"), py.Sub(), tree.constant(self._runs[place]))
@@ -155,7 +164,7 @@ class _DirectCompiler(ProgramCompiler):
             arguments.append(py.Starred(tree.name("o"), py.Load()))
         slots = tree.tuple_of(map(tree.name, self.slots))
         called = tree.compare(result, py.Lt(), tree.constant(0))
-        frame = tree.tuple_of((tree.name("E"), tree.tuple_of(arguments), tree.constant(self._counted), slots, called))
+        frame = tree.tuple_of((tree.name("E"), tree.tuple_of(arguments), tree.constant(self._place), slots, called))
         return py.Return(tree.method(tree.name("X"), "break_off", result, left, frame))
 
     def _call_program(self, op: lowering.Invoke) -> list[py.stmt]:

@@ -7,7 +7,9 @@ CASE.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Collection, Sequence
+from typing import cast
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -102,6 +104,55 @@ class Lowered(Struct, frozen=True):
     entries: tuple[int, ...]
     slots: int
     calls: tuple[Invoke, ...] = ()
+
+
+class Branch(Struct, frozen=True):
+    """The operations of an IF: those carried out if its jump is not taken, and those carried out if it is."""
+
+    then: range
+    otherwise: range
+
+
+MAX_BRANCH_DEPTH = 20  # maximum number of nested branches
+
+
+def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dict[int, Branch]]:
+    """Return the operations that begin a block, with the `cuts`, and the branches by their JumpIfs. No block begins
+    within a branch.
+    """
+    branches = {place: _branch(ops, place) for place, op in enumerate(ops) if _goes_forward(op, place)}
+    stops: list[int] = []
+    for place, branch in list(branches.items()):
+        stops = [stop for stop in stops if stop > place]
+        stops.append(branch.otherwise.stop)
+        if len(stops) > MAX_BRANCH_DEPTH:
+            del branches[place]
+    while True:
+        inside = {*branches, *(branch.then.stop for branch in branches.values() if branch.otherwise)}
+        targets = (op.target for place, op in enumerate(ops) if isinstance(op, Jumping) and place not in inside)
+        leaders = sorted({0, *cuts, *targets})
+        entered = [
+            place
+            for place, branch in branches.items()
+            if bisect_left(leaders, place + 1) < bisect_left(leaders, branch.otherwise.stop)
+        ]
+        if not entered:
+            return leaders, branches
+        for place in entered:
+            del branches[place]
+
+
+def _goes_forward(op: Op, place: int) -> bool:
+    return isinstance(op, JumpIf) and op.target > place
+
+
+def _branch(ops: Sequence[Op], place: int) -> Branch:
+    """Return the parts of a jump forward. There is an ELSE if the first part ends with a jump behind the second."""
+    start = cast(JumpIf, ops[place]).target
+    last = ops[start - 1]
+    if start - 1 > place and isinstance(last, Jump) and not last.counted and last.target >= start:
+        return Branch(range(place + 1, start - 1), range(start, last.target))
+    return Branch(range(place + 1, start), range(start, start))
 
 
 def lower(analysis: Analysis) -> Lowered:
