@@ -441,9 +441,9 @@ def _take(row: R, held: OffsetNode[R], offset: float) -> None:
 # --- reading -----------------------------------------------------------------------------------------------------
 
 
-def locate(held: OffsetNode[Row], t: float) -> tuple[float, Row, int]:
-    """Find the last segment that begins by time t, or the first one: return the offset [s] of its times, its row, and
-    its index in the row.
+def locate(held: OffsetNode[Row], t: float) -> tuple[Row, int, float]:
+    """Find the last segment that begins by time t [s], or the first one: return its row, its index in the row, and how
+    long it has been in force at t [s], at most its duration.
     """
     offset, node = held
     while node.__class__ is Branch:  # not isinstance, since this is the most frequent query
@@ -453,8 +453,16 @@ def locate(held: OffsetNode[Row], t: float) -> tuple[float, Row, int]:
         node = node.nodes[place]
         offset -= node.begin
     leaf: Leaf[Row] = node  # type: ignore[assignment]  # a node that is not a branch is a leaf
-    place, first = bisect_right(leaf.row.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
-    return offset, leaf.row, place if place > first else first
+    row, first = leaf.row, leaf.first
+    starts = row.starts
+    place = bisect_right(starts, t - offset, first, leaf.last) - 1
+    place = place if place > first else first
+    start = starts[place]
+    since = t - (offset + start)  # the sum is exact, so g is the same to the bit whatever the offsets are
+    if since < 0.0:
+        return row, place, 0.0
+    duration = row.finishes[place] - start
+    return row, place, since if since < duration else duration
 
 
 def index_at(held: OffsetNode[R], t: float) -> int:

@@ -140,13 +140,13 @@ class Timeline:
         """Return the segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in
         gaps).
         """
-        offset, row, place = rope.locate(self._rope, t)
-        return row[place], _since(row, place, offset, t)
+        row, place, since = rope.locate(self._rope, t)
+        return row[place], since
 
     def path_at(self, t: float) -> tuple[Path, float]:
         """Return the path of the segment in force at t, and the time since its start."""
-        offset, row, place = rope.locate(self._rope, t)
-        return row.paths[place], _since(row, place, offset, t)
+        row, place, since = rope.locate(self._rope, t)
+        return row.paths[place], since
 
     def blocks(self, first: float, last: float) -> Iterator[RowPart]:
         """Yield the parts of rows that are in force from time `first` to `last` [s], in order. Versions share rows."""
@@ -335,18 +335,6 @@ class Timeline:
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
             events=events,
         )
-
-
-def _since(row: Row, place: int, offset: float, t: float) -> float:
-    """Return how long a segment of a row has been in force at t [s], at most its duration; `offset`: added to its
-    times.
-    """
-    start = row.starts[place]
-    since = t - (offset + start)  # the sum is exact, so g is the same to the bit whatever the offsets are
-    if since < 0.0:
-        return 0.0
-    duration = row.finishes[place] - start
-    return since if since < duration else duration
 
 
 class KeptDeltas(Protocol):
