@@ -156,9 +156,8 @@ class History:
         for step in self.done[first : first + len(columns)]:
             index = step.delta.version - columns.version
             if 0 <= index < len(columns) and columns.segments(index) == step.delta.segments:
-                delta = step.delta._replace(segments=columns.segments(index))
-                if delta.issued == delta.executed == delta.cut:  # then let one number in memory be all three
-                    delta = delta._replace(executed=delta.issued, cut=delta.issued)
+                issued, executed, cut = (step.clock if t == step.clock else t for t in step.delta[3:6])  # one object
+                delta = step.delta._replace(issued=issued, executed=executed, cut=cut, segments=columns.segments(index))
                 structs.force_setattr(step, "delta", delta)  # the step stays the same for branches, which compare it
 
     def add(self, step: HistoryStep) -> None:
