@@ -11,7 +11,7 @@ from tests.kinematics.random_arms import draw_arm
 from tests.kinematics.seven_joints import seven_joints
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.search import Aim, bounded_step, missing, newton, positive
+from vrs_cli.kinematics.numeric.search import Aim, bounded_step, missing, newton
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position
 
@@ -86,8 +86,8 @@ def corners(rows: list[list[float]], error: list[float], room: list[tuple[float,
         left = [e - sum(a * x for a, x in zip(row, d, strict=True)) for row, e in zip(rows, error, strict=True)]
         table = [[sum(row[i] * row[k] for row in rows) + (1e-3 if i == k else 0.0) for k in free] for i in free]
         wanted = [sum(row[i] * e for row, e in zip(rows, left, strict=True)) for i in free]
-        for i, x in zip(free, positive(table, wanted), strict=True):
-            d[i] = x
+        for i, x in zip(free, np.linalg.solve(table, wanted) if free else (), strict=True):
+            d[i] = float(x)
         if all(low - 1e-12 <= x <= high + 1e-12 for x, (low, high) in zip(d, room, strict=True)):
             found.append(d)
     return found

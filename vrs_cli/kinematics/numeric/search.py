@@ -19,9 +19,10 @@ Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with
 when the code is written; the others when it runs.
 
 `Aim.nearest` minimises the squared distance of the tool from a pose and, with less weight, the turn. Each step is that
-of Levenberg and Marquardt within a box, by the primal active-set method (Nocedal and Wright, "Numerical Optimization",
-2006, 16.5): joints are held at their bounds one by one, and released if they would move inwards. It never goes uphill,
-so it never jumps; it ends at the nearest pose around, so that a dragged tool slides along the edge of the reach.
+of Levenberg and Marquardt within a box, by principal pivoting (K. G. Murty, "Linear Complementarity, Linear and
+Nonlinear Programming", 1988, chapter 4): joints are held at their bounds one by one, and released if they would move
+inwards. The steps never go uphill, so the arm never jumps. They end at the nearest pose around, so that a dragged tool
+slides along the edge of the reach.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import islice
 from math import atan2, cos, hypot, sin, sqrt
+from operator import mul
 from typing import Any, NamedTuple, cast
 
 from vrs_cli.kinematics import compiled
@@ -356,54 +358,29 @@ def _move_within(q: Joints, change: Sequence[float], lower: Joints, upper: Joint
 def bounded_step(
     rows: Sequence[Sequence[float]], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
 ) -> list[float]:
-    """Return the step d with the least |rows d - error|^2 + damping |d|^2, each d within its room, which contains 0."""
+    """Return the step d with the least |rows d - error|^2 + damping |d|^2, each d within its room, which contains 0.
+
+    Joints are held at an end of their room or free. While a free joint leaves its room or a held joint would move
+    inwards, the last such joint changes from one to the other. This ends at the minimum.
+    """
     columns = list(zip(*rows, strict=True))
     table = compiled.gram(columns)
     for k, row in enumerate(table):
         row[k] += damping
-    slope = [sum([a * e for a, e in zip(column, error, strict=True)]) for column in columns]
-    n = len(columns)
-    d, held = [0.0] * n, [0] * n
-    for _ in range(4 * n):
-        free = [i for i in range(n) if not held[i]]
-        wanted = [slope[i] - sum([table[i][k] * d[k] for k in range(n) if held[k]]) for i in free]
-        best = positive([[table[i][k] for k in free] for i in free], wanted)
-        part, blocking = (
-            1.0,
-            0,
-        )  # fraction of the step inside the room, and the joint that limits it (counted from 1) with a sign
-        for i, x in zip(free, best, strict=True):
-            low, high = room[i]
-            if x < low and (low - d[i]) > part * (x - d[i]):
-                part, blocking = (low - d[i]) / (x - d[i]), -1 - i
-            elif x > high and (high - d[i]) < part * (x - d[i]):
-                part, blocking = (high - d[i]) / (x - d[i]), 1 + i
-        for i, x in zip(free, best, strict=True):
-            d[i] += part * (x - d[i])
-        if blocking:
-            held[abs(blocking) - 1] = 1 if blocking > 0 else -1
-            d[abs(blocking) - 1] = room[abs(blocking) - 1][blocking > 0]
-            continue
-        pull = [held[i] * (sum([a * b for a, b in zip(table[i], d, strict=True)]) - slope[i]) for i in range(n)]
-        inwards = max(range(n), key=lambda i: pull[i] if held[i] else 0.0)
-        if not held[inwards] or pull[inwards] <= 0.0:
+    slope = [sum(map(mul, column, error)) for column in columns]
+    held, d = [0] * len(columns), [0.0] * len(columns)  # -1: at the lower end, 1: at the upper end
+    for _ in range(2 ** len(columns)):
+        free = [i for i, side in enumerate(held) if not side]
+        d = [(low, 0.0, high)[side + 1] for side, (low, high) in zip(held, room, strict=True)]
+        wanted = [slope[i] - sum(map(mul, table[i], d)) for i in free]
+        found = compiled.solve([[table[i][k] for k in free] for i in free], wanted) if free else ()
+        for i, x in zip(free, found or wanted, strict=True):
+            d[i] = x
+        inwards = [side * (sum(map(mul, line, d)) - fall) for side, line, fall in zip(held, table, slope, strict=True)]
+        outside = [not low <= x <= high for x, (low, high) in zip(d, room, strict=True)]
+        wrong = [i for i, side in enumerate(held) if (inwards[i] > 0.0 if side else outside[i])]
+        if not wrong:
             break
-        held[inwards] = 0
-    return d
-
-
-def positive(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> list[float]:
-    """Return x with rows @ x = wanted, for a symmetric matrix that is positive definite or nearly so (Cholesky)."""
-    n = len(rows)
-    lower: list[list[float]] = []
-    y: list[float] = []
-    for i in range(n):
-        line: list[float] = []
-        for k, above in enumerate(lower):
-            line.append((rows[i][k] - sum([a * b for a, b in zip(line, above, strict=False)])) / above[k])
-        line.append(sqrt(max(rows[i][i] - sum([a * a for a in line]), compiled.LOST * rows[i][i] or compiled.LOST)))
-        lower.append(line)
-        y.append((wanted[i] - sum([a * b for a, b in zip(line, y, strict=False)])) / line[i])
-    for i in reversed(range(n)):
-        y[i] = (y[i] - sum([lower[k][i] * y[k] for k in range(i + 1, n)])) / lower[i][i]
-    return y
+        last = wrong[-1]
+        held[last] = 0 if held[last] else (d[last] > room[last][1]) - (d[last] < room[last][0])
+    return [min(max(x, low), high) for x, (low, high) in zip(d, room, strict=True)]
