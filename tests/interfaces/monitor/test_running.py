@@ -9,7 +9,7 @@ import pytest
 from tests.interfaces.monitor.people import PART, Person, at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.dialogue import Running
-from vrs_cli.interfaces.monitor.running import emergency_stop
+from vrs_cli.interfaces.monitor.programs import emergency_stop
 from vrs_cli.language.words.values import Kind
 from vrs_cli.values import replies
 

@@ -268,9 +268,17 @@ def explain(station: Station, it: ast.ExplainCommand) -> Dialogue[None]:
     elif not isinstance(asked, ast.Show):
         yield (yield from _motion(station, asked))
     elif it.topic == "OAT":
-        yield _angles(printer.expression_text(asked.expression), _pose(station, asked.expression, "OAT"))
+        T = _pose(station, asked.expression, "OAT")
+        angles, vertical = transform.to_oat(T), T.ax * T.ax + T.ay * T.ay < transform.POLE * transform.POLE
+        text = printer.expression_text(asked.expression)
+        yield results.AnglesReport(text, T, angles, transform.oat_turns(*angles), vertical=vertical)
     elif it.topic == "IK":
-        yield (yield from _inverse(station, asked.expression))
+        goal, text = (
+            commands.PoseTarget(_pose(station, asked.expression, "IK")),
+            printer.expression_text(asked.expression),
+        )
+        stand = station.engine.standpoint
+        yield (yield from beside(lambda: explaining.inverse_report(stand, goal, text)))
     else:
         yield _chain(station, asked.expression)
 
@@ -336,22 +344,6 @@ def _pose(station: Station, expression: ast.Expression, topic: str) -> transform
         return found
     text, kind = printer.expression_text(expression), values.kind_of_value(found).value
     raise TypeMismatch(f"{text} is a {kind}", f"EXPLAIN {topic} explains a transformation, as TRANS or a compound")
-
-
-def _angles(text: str, T: transform.Transform) -> results.AnglesReport:
-    angles = transform.to_oat(T)
-    return results.AnglesReport(
-        text,
-        T,
-        angles,
-        transform.oat_turns(*angles),
-        vertical=T.ax * T.ax + T.ay * T.ay < transform.POLE * transform.POLE,
-    )
-
-
-def _inverse(station: Station, expression: ast.Expression) -> Dialogue[results.InverseReport]:
-    T, stand, text = _pose(station, expression, "IK"), station.engine.standpoint, printer.expression_text(expression)
-    return (yield from beside(lambda: explaining.inverse_report(stand, commands.PoseTarget(T), text)))
 
 
 def _chain(station: Station, expression: ast.Expression) -> results.ChainReport:

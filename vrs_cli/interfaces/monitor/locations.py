@@ -1,26 +1,27 @@
-"""Commands on locations: WHERE the robot, a part or the measured robot is, PARTS, WHY a location is in reach or not,
-and HERE, POINT and TEACH, which define locations.
+"""Commands on locations and other variables: WHERE the robot, a part or the measured robot is, PARTS, WHY a location is
+in reach or not, HERE, POINT and TEACH, which define locations, and lists and deletions of variables.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import TYPE_CHECKING, cast
 
 from msgspec.structs import replace
 
 from vrs_cli.engine import comparison, position
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedName, UndefinedValue, UsageError, VrsError
-from vrs_cli.interfaces.dialogue import Dialogue, beside
+from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
 from vrs_cli.interfaces.monitor.explaining import Sight
 from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.run import runtime, variables
 from vrs_cli.language.text import ast, printer
-from vrs_cli.language.words import values
+from vrs_cli.language.words import functions, values
 from vrs_cli.values import commands, questions, replies, results
-from vrs_cli.values.numbers import count
+from vrs_cli.values.numbers import Value, count
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
@@ -263,3 +264,105 @@ def where_part(
         _part_row(course, name, t) for t in (operands.times(station, it) if over else (operands.moment(station, it),))
     )
     yield replies.PartTable(rows, it.modifiers.has_time or over)
+
+
+# --- variables -------------------------------------------------------------------------------------------------------
+
+Rows = tuple[tuple[str, Value], ...]  # names or texts, with values
+
+REALS, STRINGS = (values.Kind.REAL,), (values.Kind.STRING,)
+
+
+def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: joints.JointUnits, truth: bool = False) -> replies.Reply:
+    """Return the reply that lists variables of these kinds. `truth`: a real number stands for true or false."""
+    if kinds == REALS:
+        return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
+    if kinds == STRINGS:
+        return replies.StringTable(tuple((name, cast(str, value)) for name, value in rows))
+    named = tuple(
+        replies.NamedLocation.of(name, cast("transform.Transform | joints.Joints", value)) for name, value in rows
+    )
+    return replies.LocationTable(named, units)
+
+
+@operands.handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")
+@operands.handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
+@operands.handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
+def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...], hint: str) -> Dialogue[None]:
+    """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for another kind."""
+    rows, expressions = (
+        list[tuple[str, Value]](),
+        [argument for argument in it.arguments if argument is not None],
+    )
+    if not expressions:
+        memory = station.environment.copy()
+        rows += yield from beside(lambda: list(chain.from_iterable(map(memory.variables, kinds))))
+    for expression in expressions:
+        found = yield from _values(station, expression)
+        for name, value in found:
+            if values.kind_of_value(value) not in kinds:
+                raise TypeMismatch(f"{name} is a {values.kind_of_value(value).value}", hint)
+        rows += found
+    yield (yield from beside_if(len(rows) > operands.LONG_LIST, lambda: _table(kinds, tuple(rows), station.units)))
+
+
+def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
+    """Answer an expression that is typed alone at the prompt, as LISTR, LISTL or LISTS does."""
+    if isinstance(expression, ast.Binary) and expression.operator == "==" and isinstance(expression.left, ast.Variable):
+        left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
+        yield replies.Message(f"== compares; {left} = {right} assigns")
+    rows = yield from _values(station, expression)
+    truth = (
+        isinstance(expression, ast.Binary | ast.Unary)
+        and expression.operator in functions.RELATIONS | functions.LOGICAL
+    )
+    yield _table((values.kind_of_value(rows[0][1]),), rows, station.units, truth)
+
+
+def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
+    """Return an expression and its value; for a name alone, the simple variable and all elements of the array."""
+    rows: Rows = ()
+    if isinstance(expression, ast.Variable) and not expression.indexes:
+        if (reference := operands.own_variables(station).get(expression.key)) is not None:
+            rows = tuple(_own_elements(station, expression, reference))
+        else:
+            found = station.environment.alone(expression.key)
+            rows = yield from beside_if(
+                found.count() > operands.LONG_LIST,
+                lambda: tuple(chain.from_iterable(map(found.variables, values.Kind))),
+            )
+    return rows or ((printer.expression_text(expression), operands.evaluator(station, expression)()),)
+
+
+def _own_elements(station: Station, asked: ast.Variable, reference: variables.Reference) -> Iterator[tuple[str, Value]]:
+    """Yield the values of a local variable of the stopped program. Raises UndefinedValue."""
+    program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
+    if reference.key is not None:
+        yield f"{name} ({program})", reference.value()
+        return
+    for cells in (reference.cells, reference.locations):
+        indexes = [index for index in cells if not isinstance(index, str)]
+        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+            yield f"{name}[{variables.subscript(index)}] ({program})", cells[index]
+
+
+@operands.handles("DELETEL", "DPOINT", kinds=operands.PLACES)
+@operands.handles("DELETER", kinds=REALS)
+@operands.handles("DELETES", kinds=STRINGS)
+def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...]) -> Dialogue[None]:
+    """Delete variables of some kinds, or elements of arrays. Raises UndefinedValue, TypeMismatch."""
+    named = list[tuple[str, variables.Index | None]]()
+    for expression in it.arguments:
+        if not isinstance(expression, ast.Variable):
+            raise TypeMismatch("an expression", "the name of a variable is wanted")
+        name = expression.sigil + expression.name
+        kind = station.environment.kind_of(name)
+        if kind is None:
+            raise UndefinedValue(name, "there is nothing to delete")
+        if kind not in kinds:
+            raise TypeMismatch(f"{name} is a {kind.value}")
+        indexes = tuple(values.whole(operands.real(station, index)) for index in expression.indexes or ())
+        named.append((name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes))
+    if (yield from operands.may_delete(station, f"{', '.join(name for name, _ in named)} will be deleted.")):
+        for name, index in named:
+            station.environment.delete(name, index)

@@ -1,32 +1,29 @@
-"""Commands that list, copy, delete and edit the programs in memory, and list and delete variables."""
+"""Commands on programs: list, copy, delete, edit, start, stop and continue them, and carry them out step by step."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
-from itertools import chain
-from typing import cast
 
 from msgspec.structs import replace
 
-from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, TypeMismatch, UndefinedValue, UsageError
+from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.store import Layout, variables_used, with_called
-from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
-from vrs_cli.interfaces.editor.buffer import asked_program, list_steps, named_program, open_program
+from vrs_cli.interfaces.dialogue import Dialogue, beside_if
+from vrs_cli.interfaces.editor import buffer
 from vrs_cli.interfaces.editor.editors import Editor, ScreenDraft
 from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.kinematics.joints import Joints, JointUnits
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track, Watch
+from vrs_cli.language.run import effects, runtime, variables
 from vrs_cli.language.run.memory import StoredProgram
-from vrs_cli.language.run.variables import Index, Reference, subscript
+from vrs_cli.language.run.semantics.instructions import checked_task
 from vrs_cli.language.text import ast, printer
-from vrs_cli.language.words import functions, values
-from vrs_cli.values import numbers, questions, replies
-
-MANY = 100  # a search through at least this many programs or variables counts as long
+from vrs_cli.language.words import values
+from vrs_cli.values import questions, replies, results
+from vrs_cli.values.numbers import Value
 
 
 @operands.handles("LISTP")
@@ -38,7 +35,7 @@ def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
         yield replies.ProgramNames(())
     for one in stored:
         long = len(one.program.steps) > LONG_PROGRAM
-        steps = yield from beside_if(long, partial(list_steps, one.analysis))
+        steps = yield from beside_if(long, partial(buffer.list_steps, one.analysis))
         yield replies.ProgramText(printer.program_header(one.program), steps)
 
 
@@ -50,7 +47,7 @@ def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
     def rows() -> tuple[replies.ProgramName, ...]:
         return tuple(row for row in program_names(programs) if fnmatchcase(row.name.lower(), pattern))
 
-    yield replies.ProgramNames((yield from beside_if(len(programs) > MANY, rows)))
+    yield replies.ProgramNames((yield from beside_if(len(programs) > operands.LONG_LIST, rows)))
 
 
 def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.ProgramName]:
@@ -147,7 +144,7 @@ def _zero(station: Station, _it: ast.Instruction) -> Dialogue[None]:
 @operands.handles("EDIT")
 def _edit(station: Station, it: ast.Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
-    editor = Editor(station, (yield from open_program(station, program, step)))
+    editor = Editor(station, (yield from buffer.open_program(station, program, step)))
     station.user_state.editor, station.user_state.last_edited = editor, program.name
     yield from (yield from editor.screen())
 
@@ -158,7 +155,7 @@ def _see(station: Station, it: ast.Instruction) -> Dialogue[None]:
     user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
     if not user_state.attended:
         raise UsageError("SEE fills a terminal, and there is none", line_by_line)
-    draft = ScreenDraft(station, (yield from open_program(station, program, step)))
+    draft = ScreenDraft(station, (yield from buffer.open_program(station, program, step)))
     user_state.last_edited = program.name
     if not (yield from user_state.show(draft, questions.Editing(draft.name, draft.text, draft.row, draft.dialect))):
         raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)
@@ -174,107 +171,205 @@ def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program
     step = values.whole(operands.real_or(station, it, 1, 1.0))
     if step < 1:
         raise IllegalValue(f"step {step}", "steps count from 1")
-    program = named_program(last or "") if given is None else asked_program(given)
+    program = buffer.named_program(last or "") if given is None else buffer.asked_program(given)
     if program.name.lower().endswith((".v2", ".pg")) and program.key not in station.environment.programs:
         hint = f"LOAD {program.name} loads a file, {it.word} {program.name[:-3]} opens a program of it"
         raise UsageError(f"{it.word} takes the name of a program, not of a file", hint)
     return program, step
 
 
-# --- variables -------------------------------------------------------------------------------------------------------
-
-Rows = tuple[tuple[str, numbers.Value], ...]  # names or texts, with values
-
-REALS, STRINGS = (values.Kind.REAL,), (values.Kind.STRING,)
+# --- running programs -------------------------------------------------------------------------------------------------
 
 
-def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> replies.Reply:
-    """Return the reply that lists variables of these kinds. `truth`: a real number stands for true or false."""
-    if kinds == REALS:
-        return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
-    if kinds == STRINGS:
-        return replies.StringTable(tuple((name, cast(str, value)) for name, value in rows))
-    named = tuple(replies.NamedLocation.of(name, cast("Transform | Joints", value)) for name, value in rows)
-    return replies.LocationTable(named, units)
+@operands.handles("EXECUTE")
+def _execute(station: Station, it: ast.Instruction) -> Dialogue[None]:
+    """Run a program; with a task number, start it as a task beside the others."""
+    number = values.whole(operands.real_or(station, it, 3, 0.0))
+    if number:
+        yield from _start(station, it, checked_task(number))
+    else:
+        yield from run(station, station.begin(*(yield from asked_program(station, it))))
 
 
-@operands.handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")
-@operands.handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
-@operands.handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
-def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...], hint: str) -> Dialogue[None]:
-    """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for another kind."""
-    rows, expressions = (
-        list[tuple[str, numbers.Value]](),
-        [argument for argument in it.arguments if argument is not None],
+def asked_program(
+    station: Station, it: ast.Instruction
+) -> Dialogue[tuple[str | None, tuple[variables.Reference | None, ...], int, int]]:
+    """Compile the program that EXECUTE or a similar command names. Return its name, arguments, cycles and first step.
+    Raises UndefinedName.
+    """
+    given = operands.operand(it, 0)
+    name = None if given is None else station.environment.meant(operands.word(given)).name
+    step = values.whole(operands.real_or(station, it, 2, 1.0))
+    yield from station.compile_program(name, everywhere=step > 1)
+    expressions = given.arguments if isinstance(given, ast.ProgramCall) else ()
+    arguments = runtime.arguments_of(station.environment, station.engine, expressions)
+    return name, arguments, values.whole(operands.real_or(station, it, 1, 1.0)), step
+
+
+@operands.handles("PCEXECUTE", number=effects.PROCESS_CONTROL)
+def _start(station: Station, it: ast.Instruction, number: int) -> Dialogue[None]:
+    """Start a task beside the robot program."""
+    name, arguments, cycles, step = yield from asked_program(station, it)
+    if name is None:
+        raise NoProgramSpecified(f"task {number} needs a program", "name it")
+    station.start(number, name, arguments, cycles, step)
+
+
+def _task_number(station: Station, it: ast.Instruction) -> int:
+    """Return the number of the task that a command names; 0 (the robot program) if it names none."""
+    return checked_task(operands.real_or(station, it, 0, 0.0))
+
+
+@operands.handles("PROCEED")
+@operands.handles("RETRY", retry=True)
+@operands.handles("PCPROCEED", number=effects.PROCESS_CONTROL)
+@operands.handles("PCRETRY", number=effects.PROCESS_CONTROL, retry=True)
+def _go_on(station: Station, it: ast.Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
+    """Continue a stopped task; `retry`: with the step that failed."""
+    number = _task_number(station, it) if number is None else number
+    track = station.tasks.get(number)
+    # the task continues at another step than the next one
+    if track is not None and (retry or track.task.fault is not None):
+        yield from station.compile_program(track.task.program, everywhere=True)
+    if not number:
+        yield from run(station, station.resume(retry=retry))
+    else:
+        station.tasks.proceed(number, retry=retry)
+        station.settle()
+
+
+@operands.handles("CYCLE.END")
+@operands.handles("PCEND", number=effects.PROCESS_CONTROL)
+def _end_cycles(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
+    track = station.tasks.end_cycles(_task_number(station, it) if number is None else number)
+    yield replies.Message(f"{track.task.program} ends after its present cycle")
+
+
+operands.handles("KILL")(lambda station, it: station.tasks.kill(_task_number(station, it)))
+
+
+def run(station: Station, track: Track) -> Dialogue[None]:
+    """Wait for a program, and report how it ended. If the user goes on typing meanwhile, the report comes at the
+    end.
+    """
+    if station.user_state.lives and not station.user_state.command_files:
+        station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
+    else:
+        yield ending(station, (yield from station.wait(track)))
+
+
+def ending(station: Station, result: results.RunResult) -> replies.Reply:
+    if result.fault is not None:
+        fault = result.fault
+        return replies.ProgramStopped(fault.message, fault.program, fault.step, fault.source, replies.Tone.ERROR)
+    task = station.task
+    if result.outcome is results.RunOutcome.COMPLETED or task is None:
+        return replies.Message(result.outcome.value)
+    before = result.outcome in (results.RunOutcome.STEPPED, results.RunOutcome.BREAKPOINT, results.RunOutcome.WATCHED)
+    what = f"{result.outcome.value} {result.detail}".strip()
+    return replies.ProgramStopped(what, result.program, task.step, task.source if before else "")
+
+
+@operands.handles("ABORT")
+@operands.handles("PCABORT", number=effects.PROCESS_CONTROL)
+def _abort(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
+    """Stop a task; if none is named, the robot program and the motion."""
+    number = _task_number(station, it) if number is None else number
+    if not number:
+        return _stop(station, station.abort)
+    track = station.tasks.abort(number)
+    station.settle()
+    return [replies.Message("Nothing is running") if track is None else _abort_reply(track.task)]
+
+
+def emergency_stop(station: Station) -> Dialogue[None]:
+    """Stop the motion and all tasks now, and report what was stopped."""
+    others = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
+    said = [*_stop(station, station.stop), *map(_abort_reply, others)]
+    yield from (one for one in said if not (others and isinstance(one, replies.Message)))
+
+
+def _stop(station: Station, stop: Callable[[], None]) -> list[replies.Reply]:
+    """Call `stop`, and report what was stopped. A user who waits for the end of the program gets the report of that
+    end, and needs no reply.
+    """
+    scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
+    track = station.tasks.get(ROBOT_PROGRAM)
+    waits = running and track is not None and track.driven_by is station.user_state
+    stop()
+    if waits:
+        return []
+    if task is not None and (running or not task.is_over):
+        return [_abort_reply(task)]
+    return [replies.Message("The motion is stopped" if scheduled else "Nothing is running")]
+
+
+def _abort_reply(task: runtime.Task) -> replies.ProgramStopped:
+    return replies.ProgramStopped(results.RunOutcome.ABORTED.value, task.program, task.step)
+
+
+# --- step by step -----------------------------------------------------------------------------------------------------
+
+
+@operands.handles("PRIME")
+def _prime(station: Station, it: ast.Instruction) -> Dialogue[None]:
+    task = station.begin(*(yield from asked_program(station, it)), primed=True).task
+    yield replies.ProgramStopped("(PRIMED)", task.program, task.step)
+
+
+@operands.handles("SSTEP", "XSTEP", "NEXT")
+def _step(station: Station, it: ast.Instruction) -> Dialogue[None]:
+    """Carry out one step of the named program, or of the stopped one; XSTEP steps into called programs."""
+    if operands.operand(it, 0) is not None:
+        station.begin(*(yield from asked_program(station, it)), primed=True)
+    yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
+
+
+@operands.handles("BPT")
+def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
+    """Set or clear a breakpoint, and list all breakpoints."""
+    breakpoints, given, step = (
+        station.tasks.breakpoints,
+        operands.operand(it, 0),
+        values.whole(operands.real_or(station, it, 1, 0.0)),
     )
-    if not expressions:
-        memory = station.environment.copy()
-        rows += yield from beside(lambda: list(chain.from_iterable(map(memory.variables, kinds))))
-    for expression in expressions:
-        found = yield from _values(station, expression)
-        for name, value in found:
-            if values.kind_of_value(value) not in kinds:
-                raise TypeMismatch(f"{name} is a {values.kind_of_value(value).value}", hint)
-        rows += found
-    yield (yield from beside_if(len(rows) >= MANY, lambda: _table(kinds, tuple(rows), station.units)))
-
-
-def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
-    """Answer an expression that is typed alone at the prompt, as LISTR, LISTL or LISTS does."""
-    if isinstance(expression, ast.Binary) and expression.operator == "==" and isinstance(expression.left, ast.Variable):
-        left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
-        yield replies.Message(f"== compares; {left} = {right} assigns")
-    rows = yield from _values(station, expression)
-    truth = (
-        isinstance(expression, ast.Binary | ast.Unary)
-        and expression.operator in functions.RELATIONS | functions.LOGICAL
-    )
-    yield _table((values.kind_of_value(rows[0][1]),), rows, station.units, truth)
-
-
-def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
-    """Return an expression and its value; for a name alone, the simple variable and all elements of the array."""
-    rows: Rows = ()
-    if isinstance(expression, ast.Variable) and not expression.indexes:
-        if (reference := operands.own_variables(station).get(expression.key)) is not None:
-            rows = tuple(_own_elements(station, expression, reference))
+    if given is not None:
+        stored = station.environment.program(operands.word(given))
+        key, last = stored.program.key, len(stored.program.steps)
+        yield from station.compile_program(stored.name)
+        if abs(step) > last:
+            raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
+        if step > 0:
+            found = station.environment.executable(stored).compilation.stand(step - 1)
+            if found is None:
+                raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
+            breakpoints.add((key, found + 1))  # the first executable step from there on
         else:
-            found = station.environment.alone(expression.key)
-            rows = yield from beside_if(
-                found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, values.Kind)))
-            )
-    return rows or ((printer.expression_text(expression), operands.evaluator(station, expression)()),)
+            breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
+    for key, number in sorted(breakpoints):
+        yield replies.Message(f"Breakpoint before step {number} of {key}")
+    if not breakpoints:
+        yield replies.Message("No breakpoints")
 
 
-def _own_elements(station: Station, asked: ast.Variable, reference: Reference) -> Iterator[tuple[str, numbers.Value]]:
-    """Yield the values of a local variable of the stopped program. Raises UndefinedValue."""
-    program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
-    if reference.key is not None:
-        yield f"{name} ({program})", reference.value()
+@operands.handles("WATCH")
+def _watch(station: Station, it: ast.Instruction) -> Dialogue[None]:
+    """Watch an expression: programs stop when its value changes. Without an expression, stop watching."""
+    watches, expression = station.tasks.watches, operands.operand(it, 0)
+    if expression is None:
+        watches.clear()
+        yield replies.Message("Nothing is watched")
         return
-    for cells in (reference.cells, reference.locations):
-        indexes = [index for index in cells if not isinstance(index, str)]
-        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
-            yield f"{name}[{subscript(index)}] ({program})", cells[index]
+    units = station.units
+    text = station.environment.signals.with_names(printer.expression_text(expression))
 
+    def value_text(value: Value) -> str:
+        if isinstance(value, str):
+            return f'"{value}"'
+        numbers = (value,) if isinstance(value, float) else values.numbers_of(value, units)
+        return ", ".join(values.plain(round(number, 3)) for number in numbers)
 
-@operands.handles("DELETEL", "DPOINT", kinds=operands.PLACES)
-@operands.handles("DELETER", kinds=REALS)
-@operands.handles("DELETES", kinds=STRINGS)
-def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...]) -> Dialogue[None]:
-    """Delete variables of some kinds, or elements of arrays. Raises UndefinedValue, TypeMismatch."""
-    variables = list[tuple[str, Index | None]]()
-    for expression in it.arguments:
-        if not isinstance(expression, ast.Variable):
-            raise TypeMismatch("an expression", "the name of a variable is wanted")
-        name = expression.sigil + expression.name
-        kind = station.environment.kind_of(name)
-        if kind is None:
-            raise UndefinedValue(name, "there is nothing to delete")
-        if kind not in kinds:
-            raise TypeMismatch(f"{name} is a {kind.value}")
-        indexes = tuple(values.whole(operands.real(station, index)) for index in expression.indexes or ())
-        variables.append((name, None if not indexes else indexes[0] if len(indexes) == 1 else indexes))
-    if (yield from operands.may_delete(station, f"{', '.join(name for name, _ in variables)} will be deleted.")):
-        for name, index in variables:
-            station.environment.delete(name, index)
+    watch = Watch(text, operands.evaluator(station, expression), value_text)
+    watch.change()
+    watches.append(watch)
+    yield replies.Message(f"Programs stop when {watch.text} changes")

@@ -16,7 +16,7 @@ from vrs_cli.errors import LimitReached, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, internal_error, quietly
 from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
-from vrs_cli.interfaces.monitor.running import emergency_stop
+from vrs_cli.interfaces.monitor.programs import emergency_stop
 from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session

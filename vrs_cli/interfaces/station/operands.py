@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
 MAX_ROWS = 100_000  # maximum number of rows of a table of times
 MAX_NAMES = 10  # maximum number of programs or variables that a question lists
+LONG_LIST = 100  # number of programs or variables whose listing takes some milliseconds
 PLACES = (values.Kind.LOCATION, values.Kind.PRECISION)
 
 
