@@ -101,7 +101,7 @@ class _Search:
         self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
     ) -> None:
         self.arm, self.T_tool_flange = arm, T_tool_flange
-        self.path, self.lasting = path, lasting
+        self.path, self.states, self.lasting = path, path.states(), lasting
         self.pace = pace_of(path, lasting, hand, T_tool_flange)
         self.touches: list[Touch] = []
         self.seen: list[tuple[float, Clearance]] = []
@@ -136,7 +136,7 @@ class _Search:
         return PathSurvey(endless=begin)
 
     def look(self, s: float) -> Clearance:
-        return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
+        return self.arm.clearance(compose(self.states(s)[0], self.T_tool_flange), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))

@@ -117,7 +117,7 @@ class Follower:
             if sample is not None and self._close(last, sample):  # true for most samples
                 samples.append(sample)
             else:
-                self._refine(path, samples, until, min(finest, steps * FINEST_INTERVAL * (until - last.s)))
+                self._refine(path, samples, until, min(finest, steps * FINEST_INTERVAL * (until - last.s)), sample)
         if self.singular(samples[-1]):
             samples.pop()
             steady = len(samples) - 1
@@ -133,9 +133,12 @@ class Follower:
         """Return whether the tool rests in a singular pose. A line may begin or end there."""
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
 
-    def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
+    def _refine(
+        self, path: CartesianPath, samples: list[Sample], until: float, finest: float, far: Sample | None = None
+    ) -> None:
         """Append samples up to time `until`, halving intervals while neighbours differ too much. A sample at the end of
-        such an interval is kept until the samples before it are found.
+        such an interval is kept until the samples before it are found. `far`: the sample at `until`, if it is known to
+        differ too much from the last one.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
         short = MAX_GUESSED_PART * (until - samples[-1].s) if self.arm.guesses else inf
@@ -143,7 +146,9 @@ class Follower:
             last, (s, sample) = samples[-1], pending.pop()
             halves = s - last.s > finest
             soon = halves and s - last.s > short
-            if sample is None or not self._close(last, sample):
+            if far is not None:
+                sample, far = far, None
+            elif sample is None or not self._close(last, sample):
                 sample = self._next_sample(path, samples, s, halves=halves, soon=soon)
             if sample is not None and self._close(last, sample):
                 samples.append(sample)

@@ -61,6 +61,8 @@ class Load(Struct, frozen=True):
 
     def worse(self, other: Load) -> Load:
         """Return the greatest values of both loads, with the joint of the worse one."""
+        if other.velocity <= self.velocity and other.acceleration <= self.acceleration and other.jerk <= self.jerk:
+            return self  # true for most loads
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
         return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
@@ -87,6 +89,7 @@ class StretchLoad:
     ) -> None:
         self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
         self.arm, self.limits = follower.arm, follower.arm.model
+        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # of each joint
 
     def parabolic(self, start: Joints) -> Load:
         """Return the greatest load of a stretch with parabolic blends. A joint that is no faster than at the start of
@@ -147,8 +150,8 @@ class StretchLoad:
         if len(samples) < 5 or not all(abs(b.s - a.s - step) < EVEN_PART * step for a, b in pairwise(samples)):
             return False
         part, square = CALM_PART * step, CALM_PART * step * step
-        columns = zip(*[sample.velocity for sample in samples], strict=True)
-        for column, most, hardest in zip(columns, self.limits.max_acceleration, self.limits.max_jerk, strict=True):
+        rows = zip(self.velocities, self.limits.max_acceleration, self.limits.max_jerk, strict=True)
+        for column, most, hardest in rows:
             for u, v, w, x, y in zip(column, column[1:], column[2:], column[3:], column[4:], strict=False):
                 a, b, c, d = v - u, w - v, x - w, y - x
                 e, f, g = b - a, c - b, d - c
@@ -165,16 +168,16 @@ class StretchLoad:
 
     def _fast(self) -> bool:
         """Return whether any joint is anywhere so fast that its velocity counts."""
-        columns = zip(*[sample.velocity for sample in self.samples], strict=True)
-        rows = zip(columns, self.limits.max_velocity, strict=True)
-        return any(max(column) > FAST_PART * most or min(column) < -FAST_PART * most for column, most in rows)
+        for column, limit in zip(self.velocities, self.limits.max_velocity, strict=True):
+            if max(column) > FAST_PART * limit or min(column) < -FAST_PART * limit:
+                return True
+        return False
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
         """Return the load by velocity: at all samples but the first, whose velocity is given; between the first two
         samples; and where a joint is fastest.
         """
-        samples = self.samples
-        columns = list(zip(*[sample.velocity for sample in samples], strict=True))
+        samples, columns = self.samples, self.velocities
         fastest = [_largest(column[1:]) for column in columns]
         starting = zip(fastest, start, self.limits.max_velocity, strict=True)
         later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in starting]

@@ -39,7 +39,7 @@ class SphericalWristArm(FormulaArm):
         self.formula = self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
         self._within = inverse.make_within(model.lower, model.upper)
         lower, upper = zip(*self._nearly_limits, strict=True)
-        self._nearly_within = inverse.make_within(lower, upper)
+        self.limits_ok = inverse.make_within(lower, upper)  # type: ignore[method-assign, assignment]
         self.reach = bounds.TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, geometry.beta
@@ -61,7 +61,7 @@ class SphericalWristArm(FormulaArm):
         return () if abs(q[4]) >= WRIST_SINGULAR else (self.configuration(q).other_wrist,)
 
     def _outside(self, q: Joints) -> tuple[int, ...]:
-        return () if self._nearly_within(q) else super()._outside(q)
+        return () if self.limits_ok(q) else super()._outside(q)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
         return q if self._within(q) else super()._inside(q, near)

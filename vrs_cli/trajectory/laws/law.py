@@ -9,6 +9,7 @@ In a course the velocity changes, stays the same, and goes to zero. The laws dif
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from importlib import import_module
 from itertools import repeat
 from math import sqrt
@@ -289,8 +290,15 @@ class ToolMotion:
             R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
         return R
 
+    @cached_property
+    def whole_turn(self) -> tuple[Vector, float]:
+        """Axis and angle of the turn from the present orientation."""
+        return axis_angle(compose(inverse(self.state.pose), self.target))
+
     def turn(self, change: VelocityChange) -> tuple[Vector, float]:
         """Return axis and angle of the turn that remains after the spin has decayed."""
+        if not self.dying:
+            return self.whole_turn
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
