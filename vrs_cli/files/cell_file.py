@@ -108,13 +108,8 @@ _NAME = re.compile(r"(?i)[A-Z][A-Z0-9._]{0,63}")
 V = TypeVar("V")
 
 
-def read_scene(text: CellText, given: Mapping[str, Any]) -> world.CellScene:
-    """Read the scene of a cell. Mistakes are added to `text`."""
-    return _SceneReader(text, given).scene
-
-
 class _SceneReader:
-    """Reads a scene."""
+    """Reads the `scene` of a cell. Mistakes are added to `text`."""
 
     def __init__(self, text: CellText, given: Mapping[str, Any]) -> None:
         self._text, self._given = text, given
@@ -359,7 +354,7 @@ def parse_cell(text: str, path: str = "cell") -> Cell:
     else:
         reader.fault(reader.whole, "signals", "write [signals], and below it part.there = 1003")
     follows = [_follow(reader, entry) for entry in reader.entries("follow", given.get("follow", []), KEYS)]
-    scene = read_scene(reader, given)
+    scene = _SceneReader(reader, given).scene
     if reader.wrong:
         raise FileDamaged("\n".join(reader.wrong), f"there are {_KNOWN}")
     names = {number: name for name, number in reader.names.items()}

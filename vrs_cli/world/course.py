@@ -7,7 +7,6 @@ of the timeline only the changed remainder is computed again.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Hashable, Iterator, Mapping
 from itertools import starmap
 from math import inf, nextafter
@@ -110,10 +109,8 @@ class WorldCourse:
 
     def _grip(self, t: float) -> tuple[str | None, float]:
         """Return the name of the part in the hand at t [s], or None, and how far the fingers are open."""
-        t = self._advance(t)
-        grips = self._history.rows(GRIPS)
-        place = bisect_right(grips, t, key=lambda grip: grip[0])
-        return grips[place - 1][1:] if place else (None, 0.0)
+        grip = self._history.last(GRIPS, self._advance(t))
+        return grip[1:] if grip else (None, 0.0)
 
     def T_tool_part(self, t: float) -> Transform | None:
         """Return the pose of the held part in the tool's frame; None if the hand is empty."""
@@ -138,11 +135,11 @@ class WorldCourse:
         t = self._advance(t)
         with self._lock:
             done, found = self._standing
-            moves = self._history.rows(MOVES)
-            count = bisect_right(moves, t, key=lambda move: move[0])
+            count = self._history.count(MOVES, t)
             if count < done:
                 done, found = 0, {}
-            changed = dict.fromkeys(name for _, name in moves[done:count]) if found else self.parts()
+            moved = self._history.rows(MOVES)[done:count]
+            changed = dict.fromkeys(name for _, name in moved) if found else self.parts()
             if changed:
                 found = dict(found)
             for name in changed:
@@ -156,32 +153,27 @@ class WorldCourse:
     def moves(self, begin: float, end: float) -> list[tuple[float, str]]:
         """Return when parts begin a new span, after `begin` and up to `end` [s], and their names."""
         self._advance(end)
-        moves = self._history.rows(MOVES)
-        first, last = (bisect_right(moves, t, key=lambda move: move[0]) for t in (begin, end))
-        return list(moves[first:last])
+        return list(self._history.between(MOVES, begin, end))
 
     def last_move(self, until: float) -> float:
         """Return the last time before `until` [s] at which a part began a new span."""
-        moves = self._history.rows(MOVES)
-        place = bisect_left(moves, until, key=lambda move: move[0])
-        return float(moves[place - 1][0]) if place else self.begins
+        move = self._history.last(MOVES, nextafter(until, -inf))
+        return float(move[0]) if move else self.begins
 
     def signal(self, number: int, t: float) -> bool | None:
         """Return the state of an input at t [s]: off before the course begins, None if nothing computes it."""
         if number not in self._settings.computed:
             return None
         self._advance(t)
-        found = self._history.rows((CHANGES, number))
-        place = bisect_right(found, t, key=lambda change: change[0])
-        return bool(found[place - 1][1]) if place else False
+        change = self._history.last((CHANGES, number), t)
+        return bool(change and change[1])
 
     def next_change(self, after: float, until: float = inf) -> tuple[float, int, bool] | None:
         """Return the first change of an input after `after` and up to `until` [s]: its time, signal and state. Others
         may change at the same instant.
         """
         while True:
-            changes = self._history.rows(CHANGES)
-            place = bisect_right(changes, after, key=lambda change: change[0])
+            changes, place = self._history.rows(CHANGES), self._history.count(CHANGES, after)
             if place < len(changes):
                 found: tuple[float, int, bool] = changes[place]
                 return found if found[0] <= until else None
@@ -193,10 +185,7 @@ class WorldCourse:
     def changes_at(self, t: float) -> dict[int, bool]:
         """Return the inputs that change at t [s], and their new states."""
         self._advance(t)
-        changes = self._history.rows(CHANGES)
-        first = bisect_left(changes, t, key=lambda change: change[0])
-        last = bisect_right(changes, t, key=lambda change: change[0])
-        return {number: on for _, number, on in changes[first:last]}
+        return {number: on for _, number, on in self._history.between(CHANGES, nextafter(t, -inf), t)}
 
     def rows(self, begin: float, end: float) -> CourseRows:
         """Return the rows that begin at `begin` or later and before `end` [s]. Infinity as `end`: as far as the course
@@ -207,9 +196,8 @@ class WorldCourse:
             self._advance(nextafter(end, -inf) if end < inf else self.timeline.last)
 
         def between(key: Hashable) -> Iterator[Any]:
-            rows = self._history.rows(key)
-            first = bisect_left(rows, begin, key=lambda row: row[0]) if begin > self.begins else 0
-            return iter(rows[first : bisect_left(rows, end, key=lambda row: row[0])])
+            since = nextafter(begin, -inf) if begin > self.begins else -inf
+            return iter(self._history.between(key, since, nextafter(end, -inf)))
 
         parts = {name: tuple(between(("spans", name))) for name in self._settings.parts}
         signals = {k: tuple(starmap(StateChange, between((CHANGES, k)))) for k in sorted(self._settings.computed)}

@@ -4,9 +4,10 @@ bodies that stand in it, found by a grid, with what is below a body.
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from math import floor, inf
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 from vrs_cli.kinematics.bodies import shapes_of
@@ -61,6 +62,19 @@ class WorldHistory:
 
     def rows(self, key: Hashable) -> Sequence[Any]:
         return self._rows.get(key, ())
+
+    def count(self, key: Hashable, t: float) -> int:
+        """Return the number of rows that begin by t [s]."""
+        return bisect_right(self.rows(key), t, key=itemgetter(0))
+
+    def last(self, key: Hashable, t: float) -> Any:
+        """Return the last row that begins by t [s]; None if there is none."""
+        count = self.count(key, t)
+        return self.rows(key)[count - 1] if count else None
+
+    def between(self, key: Hashable, begin: float, end: float) -> Sequence[Any]:
+        """Return the rows that begin after `begin` and by `end` [s]."""
+        return self.rows(key)[self.count(key, begin) : self.count(key, end)]
 
     def add(self, key: Hashable, row: tuple[Any, ...]) -> None:
         """Add a row that begins with the present time."""

@@ -26,7 +26,7 @@ from vrs_cli.kinematics.transform import (
     moved_point,
     vector_difference,
 )
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, value
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, derivative_at, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.values.commands import Frames
 from vrs_cli.values.world import Beam, Proximity, Zone
@@ -183,9 +183,13 @@ class Sensing:
         path, frames, duration = segment.path, segment.motion.frames, segment.duration
         solids = self._bodies[sight.body]
         far = max(length(moved_point(sight.T, solid.middle)) + solid.reach for solid in solids)
+        tool = frames.tool if sight.at_tool else IDENTITY
+        mounted = Frames(frames.base, tool)
+
+        def pose(s: float) -> Transform:
+            return compose(world_pose(self._arm, mounted, segment_joints(self._arm, segment, s)), sight.T)
+
         if isinstance(path, JointPath):
-            tool = frames.tool if sight.at_tool else IDENTITY
-            mounted, held = Frames(frames.base, tool), sight.T
             far += length((tool.px, tool.py, tool.pz))
             links = self._arm.model.links
             arms = [
@@ -198,18 +202,9 @@ class Sensing:
             def pace(s: float) -> float:
                 return sum([lever * abs(value(rate, s)) for lever, rate in zip(arms, rates, strict=True)])
 
-            def pose(s: float) -> Transform:
-                return compose(world_pose(self._arm, mounted, path.joints(s)), held)
-
             return Way(sight.body, pose, pace, growth, duration)
         if self._arm.steady is not None:  # the tool turns differently from the path: only short steps are safe
-            tool = frames.tool if sight.at_tool else IDENTITY
-            mounted, held = Frames(frames.base, tool), sight.T
-
-            def pose_at(s: float) -> Transform:
-                return compose(world_pose(self._arm, mounted, segment_joints(self._arm, segment, s)), held)
-
-            return Way(sight.body, pose_at, lambda _: inf, 0.0, duration)
+            return Way(sight.body, pose, lambda _: inf, 0.0, duration)
         base = inverse(frames.base)
         at_tip = sight.T if sight.at_tool else compose(inverse(frames.tool), sight.T)
         far = max(length(moved_point(at_tip, solid.middle)) + solid.reach for solid in solids)
@@ -219,7 +214,7 @@ class Sensing:
 
         def tip_pace(s: float) -> float:
             vx, vy, vz, *_ = states(s)[1]
-            return sqrt(vx * vx + vy * vy + vz * vz) + far * sum(_rate(row, s) for row in angles)
+            return sqrt(vx * vx + vy * vy + vz * vz) + far * sum(abs(derivative_at(row, s, 1)) for row in angles)
 
         return Way(sight.body, lambda s: compose(compose(base, states(s)[0]), at_tip), tip_pace, growth, duration)
 
@@ -271,11 +266,6 @@ def _most(row: Polynomial, duration: float, order: int) -> float:
             factor *= power - lowered
         found += factor * duration ** (power - order)
     return found
-
-
-def _rate(row: Polynomial, s: float) -> float:
-    """Return the magnitude of the derivative of a polynomial at s."""
-    return abs(sum(power * row[power] * s ** (power - 1) for power in range(1, len(row))))
 
 
 def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:

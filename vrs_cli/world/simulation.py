@@ -4,7 +4,6 @@ sensors, and the signals that rules set.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from math import inf, sqrt
 
@@ -172,7 +171,7 @@ class Simulation:
         spans: Sequence[PartBegin] = self.history.rows(("spans", name))
         if not spans:
             raise KeyError(name)
-        return spans[max(bisect_right(spans, t, key=lambda span: span.begin) - 1, 0)]
+        return spans[max(self.history.count(("spans", name), t) - 1, 0)]
 
     def flange(self, t: float) -> Transform:
         """Return T_world_flange."""
