@@ -24,6 +24,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
+from vrs_cli.render import colours
 from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.config import state_folder
@@ -329,6 +330,21 @@ def test_before_the_tables_are_there_nothing_is_suggested_or_coloured() -> None:
     coloured = ValLexer(lambda: True).lex_document(Document("MOVE a"))(0)
     assert [fragment[1] for fragment in coloured] == ["MOVE", " ", "a"]
     assert coloured[0][0] == ink_style(Ink.INSTRUCTION)
+
+
+def test_a_line_is_coloured_once_for_each_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    scanned: list[str] = []
+
+    def scan(line: str, _variables: object) -> list[tuple[str, Ink]]:
+        scanned.append(line)
+        return [(line, Ink.TEXT)]
+
+    monkeypatch.setattr(colours, "scan", scan)
+    lexer = ValLexer(lambda: True)
+    for text in ("MOVE a", "MOVE ab"):
+        coloured = lexer.lex_document(Document(text))
+        assert coloured(0) == coloured(0)
+    assert scanned == ["MOVE a", "MOVE ab"]
 
 
 def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:

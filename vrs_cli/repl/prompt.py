@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Container, Iterator
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from prompt_toolkit.application import Application, get_app
@@ -78,7 +79,12 @@ class ValLexer(Lexer):
         from vrs_cli.render.colours import scan
 
         variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
-        return lambda number: [(self._styles[ink], text) for text, ink in scan(document.lines[number], variables)]
+
+        @cache  # prompt-toolkit asks for each line several times for each key
+        def line(number: int) -> StyleAndTextTuples:
+            return [(self._styles[ink], text) for text, ink in scan(document.lines[number], variables)]
+
+        return line
 
     def invalidation_hash(self) -> object:
         return self._ready()

@@ -194,8 +194,10 @@ WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
 }
 
 
-def _rows(table: Mapping[str, Word]) -> Candidates:
-    return ((name, explanation(word)) for name, word in table.items() if word.state is State.SUPPORTED)
+def _rows(table: Mapping[str, Word], begun: str = "") -> Candidates:
+    """Return the supported words of a table that start with `begun`."""
+    rows = ((name, word) for name, word in table.items() if name.startswith(begun))
+    return ((name, explanation(word)) for name, word in rows if word.state is State.SUPPORTED)
 
 
 def explanation(word: Word) -> str:
@@ -245,7 +247,7 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return _strings(names) if line.lstrip().startswith("$") else (*_reals(names), *_strings(names))
     first = _FIRST.match(line)
     if first is None or first.end() == len(line):
-        return _beginnings(names, in_program)
+        return _beginnings(names, in_program, prefix.upper())
     rest = line[first.end() :]
     if not rest[0].isspace():
         return _items(names)
@@ -277,14 +279,14 @@ _COMMON = "MOVE MOVES DRIVE READY APPRO DEPART WHERE HERE SPEED OPENI CLOSEI LOA
 COMMON = tuple(_COMMON.split())  # listed first
 
 
-def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
+def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates:
     usual = INSTRUCTIONS if in_program else {**INSTRUCTIONS, **monitor.COMMANDS}
-    yield from _rows({name: usual[name] for name in COMMON if name in usual})
+    yield from _rows({name: usual[name] for name in COMMON if name in usual}, begun)
     if not in_program:
-        yield from _rows(monitor.COMMANDS)
-    yield from _rows(INSTRUCTIONS)
+        yield from _rows(monitor.COMMANDS, begun)
+    yield from _rows(INSTRUCTIONS, begun)
     if in_program:
-        yield from _rows(CONTROL)
+        yield from _rows(CONTROL, begun)
         yield (".END", "the program ends here")
     else:
         yield (".PROGRAM", ".PROGRAM name: type a program, line by line, up to .END")

@@ -5,10 +5,12 @@ become replies.
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from itertools import islice
 from typing import Any
 
 from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.complete import names_of, suggestions, typed_name
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if, internal_error
@@ -21,9 +23,12 @@ from vrs_cli.interfaces.station.operands import may_replace
 from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.interfaces.users import StreamKind, UserState
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import Vector
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies
 from vrs_cli.values.tagged import UserAct
 
@@ -34,6 +39,13 @@ MANY_NAMES = 1000  # number of names whose search takes some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
+
+
+def _place(arm: RobotArm, timeline: Timeline, t: float) -> tuple[Vector, str]:
+    """Return the position of the tool tip in the world [m] at a time [s], and the words of the configuration."""
+    position = position_at(arm, timeline, t)
+    T = position.T_world_tool
+    return (T.px, T.py, T.pz), str(arm.configuration(position.joints))
 
 
 class Conversation:
@@ -50,6 +62,7 @@ class Conversation:
         self._left_out = 0  # number of lines with a mistake that were left out of the typed program
         self._pasted = ""  # programs and sections that were pasted together with the lines after them
         self._jogger = Jogger(self.session)
+        self._place = lru_cache(maxsize=1)(_place)  # the prompt shows it again after each key
 
     # --- lines ---
 
@@ -282,8 +295,8 @@ class Conversation:
         """
         session, engine = self.session, self.session.engine
         clock, now = engine.clock, engine.clock.reached
-        position = engine.position(now)
-        T, speed = position.T_world_tool, engine.settings.speed.always
+        tool, configuration = self._place(engine.arm, engine.timeline, now)
+        speed = engine.settings.speed.always
         waiting = session.driver.open_questions()
         return questions.PromptStatus(
             prompt=self.prompt or (RUNNING if session.running else session.prompt),
@@ -296,11 +309,11 @@ class Conversation:
             clock=now,
             end=engine.end,
             pace=questions.Pace(clock.rate, clock.paused) if isinstance(clock, WallClock) else None,
-            tool=(T.px, T.py, T.pz),
+            tool=tool,
             monitor_speed=engine.settings.monitor_speed,
             speed=speed.value,
             speed_unit=speed.unit.value,
-            configuration=str(engine.arm.configuration(position.joints)),
+            configuration=configuration,
             branch=session.branches.present,
         )
 
