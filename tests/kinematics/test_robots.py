@@ -288,10 +288,15 @@ def test_a_planar_arm_stays_in_its_plane() -> None:
 @pytest.mark.parametrize(
     ("name", "place", "error", "message"),
     [
-        ("cobra600", (0.7, 0.0, 0.3), LocationTooFar, r"reach 700.0 mm, it reaches 600.0 mm \(.* 100.0 mm nearer"),
+        (
+            "cobra600",
+            (0.7, 0.0, 0.3),
+            LocationTooFar,
+            r"be 700.0 mm .* reaches 600.0 mm \(.* 100.0 mm nearer",
+        ),
         ("cobra600", (0.03, 0.0, 0.3), LocationTooClose, r"no nearer than 50.0 mm \(.* 20.0 mm away"),
         ("cobra600", (0.4, 0.0, 0.1), JointOutOfRange, r"would be 287.00 mm, its range is 0.00 to 210.00 mm"),
-        ("planar3", (0.9, 0.0, 0.0), LocationTooFar, r"it reaches 500.0 mm"),
+        ("planar3", (0.9, 0.0, 0.0), LocationTooFar, r"the arm reaches 500.0 mm"),
         ("ur5e", (1.5, 0.0, 0.3), LocationTooFar, r"the arm reaches 817.2 mm"),
         ("ur5e", (0.05, 0.0, 0.3), LocationTooClose, r"nearer than 133.3 mm"),
         ("irb120", (1.5, 0.0, 0.3), LocationTooFar, r"mm nearer"),

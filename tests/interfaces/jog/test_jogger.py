@@ -152,7 +152,7 @@ def test_a_line_to_the_end_of_the_reach_ends_where_the_joints_can_follow() -> No
     session = Session(terminal, load_robot("planar2"))
     before = session.engine.position().T_world_tool
     session.perform("JOG Y, 800")
-    assert told(terminal)[0].startswith("The arm reaches no farther along Y: the arm would have to reach")
+    assert told(terminal)[0].startswith("The arm reaches no farther along Y: the wrist would be")
     assert 0.0762 < session.engine.position().T_world_tool.py - before.py < 0.0772
 
 

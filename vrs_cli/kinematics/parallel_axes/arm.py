@@ -21,7 +21,7 @@ from functools import cached_property
 from math import acos, atan2, copysign, cos, sin
 from operator import itemgetter
 
-from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
+from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
 from vrs_cli.kinematics.formula import FormulaArm
@@ -148,16 +148,8 @@ class ParallelAxesArm(FormulaArm):
         found = self._closed_rates(q, twist, T_flange_tool)
         return super().joint_velocity(q, twist, T_flange_tool, demands) if found is None else found
 
-    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        far, (l1, l2) = abs(complex(*self.wrist(T)[:2])), self.bars.lengths
-        where = f"the arm would have to reach {1000 * far:.1f} mm, "
-        if far > l1 + l2:
-            right = f"move the location {1000 * (far - l1 - l2):.1f} mm nearer"
-            return LocationTooFar(where + f"it reaches {1000 * (l1 + l2):.1f} mm", right, value=far, upper=l1 + l2)
-        least = abs(l1 - l2)
-        right = f"move the location {1000 * (least - far):.1f} mm away"
-        what = where + f"folded it comes no nearer than {1000 * least:.1f} mm"
-        return LocationTooClose(what, right, value=far, lower=least)
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
+        return self.reach.refusal(self.clearance(T, configuration), "the wrist", hint)
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same in both)
         square = abs(complex(*self.wrist(T)[:2])) ** 2
