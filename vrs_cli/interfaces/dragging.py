@@ -1,5 +1,6 @@
-"""A tool that the user drags to any pose (a wish); the arm comes as near to it as it can. The goal (the joints that
-bring the tool there) changes from wish to wish by no more than the joints do at full speed, so the arm never jumps:
+"""A tool that the user drags to any pose, the target; the arm moves the tool as near to it as possible. From target to
+target the goal (the joints that bring the tool there) changes by no more than the joints do at full speed, so the arm
+never jumps:
 
 - If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly at that pose, or on the way to
   it.
@@ -7,7 +8,7 @@ bring the tool there) changes from wish to wish by no more than the joints do at
 - If the descent ends, but another path leads to the pose, the joints take that path.
 
 The wrist may pass through its straight position, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold`
-names the limit that keeps the tool from the wish.
+names the limit that keeps the tool from the target.
 """
 
 from __future__ import annotations
@@ -30,20 +31,20 @@ from vrs_cli.trajectory.state import Target
 from vrs_cli.values.hand import Hold, Limit, Shortfall
 
 MISS_TOLERANCE = 1e-4, radians(0.05)  # distance within which the tool counts as being at its target [m, rad]
-STALL_GAIN = 1e-3  # fraction of the remaining distance: a wish that gains less leads nowhere
+STALL_GAIN = 1e-3  # fraction of the remaining distance: a target that gains less leads nowhere
 # bound on the sum of the wrist's distances from straight, before and after it passes through straight
 WRIST_PASS_SUM = sin(radians(25.0))
 # bound on the measures of `Singularity`, from 0 to 1: below it a lagging joint is reported as near one
 NEAR_SINGULAR = 0.1
 MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead`, next to the axis of joint 1
 RETREAT_FACTOR = 5.0  # ratio of the motion back from that axis to the motion by which joints would pass over it
-COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more wishes arrive
+COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more targets arrive
 FLAT_SLOPE = 1e-3  # a joint with a smaller effect is not limited near the axis of joint 1 [m/rad]
 SIDE_SHARE = 0.005  # fraction of the arm's length by which its end keeps from passing over the axis of joint 1
 ELBOW_MARGIN = 1e-4  # distance of an elbow from its stretched position, so that the elbow keeps its side [rad]
-STALLS_BEFORE_WAYS = 5  # number of wishes that lead nowhere before the arm tries another of its known paths
-STALLS_BEFORE_SEARCH = 25  # number of wishes that lead nowhere before another path is searched
-# fraction of the remaining distance: a search that gains less in one wish restarts elsewhere at the next
+STALLS_BEFORE_WAYS = 5  # number of targets that lead nowhere before the arm tries another of its known paths
+STALLS_BEFORE_SEARCH = 25  # number of targets that lead nowhere before another path is searched
+# fraction of the remaining distance: a search that gains less with one target restarts elsewhere at the next
 PROMISING_GAIN = 0.5
 SEARCH_STARTS = 16  # number of start points of a search, the nearest last to be removed first
 LAG_S = 0.1  # the time at full speed by which a joint may lag its goal without being late [s]
@@ -87,8 +88,8 @@ class JointPace(NamedTuple):
 
 
 class Search:
-    """Searches the whole ranges for joints that bring the tool to a wish by another path, for an arm without a closed
-    form. It searches a little with each wish, because a robot has no time for a long search.
+    """Searches the whole ranges for joints that bring the tool to a target by another path, for an arm without a closed
+    form. It searches a little with each target, because a robot has no time for a long search.
     """
 
     def __init__(self, model: RobotModel, within: Range) -> None:
@@ -113,8 +114,8 @@ class Search:
 
 
 class Pursuit:
-    """Follows wishes for the tool with joints, without a clock: `goal` holds the last joints [rad, m], `steady` tells
-    whether they bring the tool to the wish. `range`: the joints at which the arm keeps its configuration.
+    """Finds joints for the targets of the tool, without a clock. `goal`: the last joints [rad, m]; `steady`: whether
+    they bring the tool to the target. `range`: the joints at which the arm keeps its configuration.
     """
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
@@ -125,22 +126,22 @@ class Pursuit:
         self._side = _side_of(arm, q, self.kept)
         self.steady = True
         self._closed = arm.hand is not None  # whether there is a closed form
-        self.roundabout = False  # whether the joints go to the wish by another path than the descent
-        self._elsewhere: Joints | None = None  # joints that bring the tool to the wish, found by a search
+        self.roundabout = False  # whether the joints go to the target by another path than the descent
+        self._elsewhere: Joints | None = None  # joints that bring the tool to the target, found by a search
         self._search = Search(arm.model, self.range)
         self._finds_all = not self._closed and len(arm.ways) > 1
         if self._finds_all:
-            # called now because the first call takes the time of many wishes
+            # called now because the first call takes the time of many targets
             arm.inverse_branch(arm.forward(q), self.kept, q)
         self._stalled = 0  # number of successive targets that moved nothing
 
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
-        """Follow one more wish. `coming`: the present joints, and the joints at later times if no other wish comes."""
-        now, wish = coming[0], _possible(self.arm, T_base_flange)
-        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
-        there = self._joints_there(wish) if self._closed else self._found_again(aim)
+        """Follow one more target. `coming`: the present joints, and the later joints if no other target comes."""
+        now, pose = coming[0], _possible(self.arm, T_base_flange)
+        aim, box = Aim(self.arm, pose, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
+        there = self._joints_there(pose) if self._closed else self._found_again(aim)
         if there is not None and box.holds(there):
             self.goal, self.steady = there, True
             self.roundabout, self._elsewhere, self._stalled = False, None, 0
@@ -185,14 +186,14 @@ class Pursuit:
         """The configuration with the kept arm and elbow, and the present wrist."""
         return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
-    def _joints_there(self, wish: Transform) -> Joints | None:
+    def _joints_there(self, pose: Transform) -> Joints | None:
         """Return the joints of a pose in the present configuration; None if the pose is out of reach in this
         configuration.
         """
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
-            q = arm.inverse_branch(wish, way, goal)
+            q = arm.inverse_branch(pose, way, goal)
             if q is not None and (way is have or straight + arm.singularity(q).wrist < WRIST_PASS_SUM):
                 inside = self.range.put(q)
                 if largest_change(q, inside) <= 2.0 * ELBOW_MARGIN:
@@ -208,7 +209,7 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """Return the joints that were found by a search, adapted to a wish that has moved since."""
+        """Return the joints that were found by a search, adapted to a target that has moved since."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
@@ -218,7 +219,7 @@ class Pursuit:
 
     @staticmethod
     def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
-        """Return the shortfall for a wish in reach: the joint that lags most is the cause."""
+        """Return the shortfall for a target in reach: the joint that lags most is the cause."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
@@ -305,7 +306,7 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 
 
 class Dragging:
-    """Passes wishes for the tool to an engine. Without more wishes the arm stops."""
+    """Passes targets for the tool to an engine. Without more targets the arm stops."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -313,7 +314,7 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """Take a wish for the tool; `issued`: when the wish was given, if earlier than now. With ENABLE COLLISION the
+        """Take a target for the tool; `issued`: when the user gave it, if earlier than now. With ENABLE COLLISION the
         tool stops before a contact. Raises PowerOff.
         """
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames

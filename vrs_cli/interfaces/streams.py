@@ -37,7 +37,7 @@ class Tempo(NamedTuple):
 
 STEERING = Tempo("STEER", 0.001, 0.5)
 DRAGGING = Tempo("DRAG", 0.001, 0.1)
-DRAG_TICK = 0.02  # time from one wish for the tool to the next, and before the first [s]
+DRAG_TICK = 0.02  # time from one target for the tool to the next, and before the first [s]
 
 
 def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:

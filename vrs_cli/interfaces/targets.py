@@ -11,8 +11,8 @@ An ended stream is refused until its user has closed it. So no button or tool th
 stop. Without more targets the arm comes to rest: at the end of a step, at the end of the motion for the last joints, or
 RELEASE_AFTER_S after the last pose of a dragged tool; the next pose then goes on.
 
-Joint targets have times given by their sender. The arm follows a dragged tool at its own pace, so requested poses
-(wishes) may come late, in bursts, or not at all for a moment.
+Joint targets have times given by their sender. For a dragged tool the robot takes a step towards the last pose every
+DRAG_TICK, so poses may arrive late, in bursts, or not at all for a moment.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values import acts, hand
 
-RELEASE_AFTER_S = 0.6  # real time without a wish after which the tool is released [s]
+RELEASE_AFTER_S = 0.6  # real time without a target after which the tool is released [s]
 DRAG_TEXT = "to drag the tool"
 # the error for a target of an ended stream
 REFUSALS: Mapping[StreamKind, tuple[type[RequestRefused | UsageError], str, str]] = {
@@ -148,39 +148,39 @@ class TargetControl(NamedTuple):
 
     # --- a tool ---
 
-    def drag(self, wish: Transform | None) -> Dialogue[hand.Shortfall]:
-        """Take a requested pose (wish) as `pull` does, and return how far the tool is from it. After other motions of
-        the user the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last wish.
+    def drag(self, pose: Transform | None) -> Dialogue[hand.Shortfall]:
+        """Take a target pose as `pull` does, and return how far the tool is from it. After other motions of the user
+        the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last pose.
         """
         session, stream = self.session, self._opened(StreamKind.DRAG)
         goes_on = stream is not None and stream is session.stream and not (stream.ended or session.running)
         if goes_on and stream is not None and stream.version != session.engine.timeline.version:
             self._close(StreamKind.DRAG)
-        yield from self.pull(wish, session.user_state.issued)
+        yield from self.pull(pose, session.user_state.issued)
         stream = self._opened(StreamKind.DRAG)
         if stream is not None and stream.ended:
             self._close(StreamKind.DRAG)
             raise _refusal(stream)
         return session.pulled.held
 
-    def pull(self, wish: Transform | None, issued: float | None = None) -> Dialogue[None]:
-        """Take a requested pose of the tool (T_world_tool); None releases the tool. A pose of a drag that has ended is
-        ignored. `issued`: when the user gave this wish [s], by the user's clock. Raises RoleWanted, LeaseHeld,
+    def pull(self, pose: Transform | None, issued: float | None = None) -> Dialogue[None]:
+        """Take a target pose of the tool (T_world_tool); None releases the tool. A pose of a drag that has ended is
+        ignored. `issued`: when the user sent the pose [s], by the user's clock. Raises RoleWanted, LeaseHeld,
         RobotNotAttached, UsageError, PowerOff.
         """
         session = self.session
         try:
-            if wish is None:
+            if pose is None:
                 self._close(StreamKind.DRAG)
             elif (stream := self._open(StreamKind.DRAG)).ended:
                 self._leave(stream, stream.ended)
             else:
-                yield from self._take_wish(stream, wish, issued)
+                yield from self._take_pose(stream, pose, issued)
         finally:
             if session.stream is None or session.stream is not self._opened(StreamKind.DRAG):
                 session.pulled = structs.replace(session.pulled, issued=issued)
 
-    def _take_wish(self, stream: TargetStream, wish: Transform, issued: float | None) -> Dialogue[None]:
+    def _take_pose(self, stream: TargetStream, pose: Transform, issued: float | None) -> Dialogue[None]:
         session = self.session
         try:
             session.check_may(DRAG_TEXT, Role.DESIGNER)
@@ -188,11 +188,11 @@ class TargetControl(NamedTuple):
             if session.stream is stream:
                 self._end(stream, str(error))
             raise
-        stream.wish, stream.issued, stream.heard = acts.rotating(wish), issued, session.engine.clock.reached
+        stream.pose, stream.issued, stream.heard = acts.rotating(pose), issued, session.engine.clock.reached
         if session.stream is not stream:
             yield from session.on_branch(Role.DESIGNER, self._begin_drag(stream))
         elif not session.engine.realtime:
-            self._go_towards_wish(stream)
+            self._follow_pose(stream)
 
     def _begin_drag(self, stream: TargetStream) -> Dialogue[None]:
         from vrs_cli.interfaces.dragging import Dragging  # imported here because the import is slow
@@ -205,7 +205,7 @@ class TargetControl(NamedTuple):
         self._accept(stream)
         stream.dragging, stream.version = Dragging(session.engine), session.engine.timeline.version
         try:
-            self._go_towards_wish(stream)
+            self._follow_pose(stream)
         except VrsError:
             self._leave(stream)
             raise
@@ -213,7 +213,7 @@ class TargetControl(NamedTuple):
             session.actor.repeat(partial(self._beat, stream))
 
     def _beat(self, stream: TargetStream) -> float | None:
-        """Carry out the robot's next step towards the requested pose. Return when the next step is due [s]; None: the
+        """Carry out the robot's next step towards the last pose. Return when the next step is due [s]; None: the
         tool is released.
         """
         engine = self.session.engine
@@ -227,7 +227,7 @@ class TargetControl(NamedTuple):
         due = clock.reached
         try:
             self.session.settle()
-            self._go_towards_wish(stream)
+            self._follow_pose(stream)
         except VrsError as error:
             self._end(stream, str(error))
         except Exception:  # the tool no longer follows, so the drag of the user must end
@@ -235,15 +235,15 @@ class TargetControl(NamedTuple):
             raise
         return None if self.session.stream is not stream else max(due + DRAG_TICK, engine.now)
 
-    def _go_towards_wish(self, stream: TargetStream) -> None:
+    def _follow_pose(self, stream: TargetStream) -> None:
         session, engine = self.session, self.session.engine
         if stream.ended or engine.timeline.version != stream.version or session.running:
             self._end(stream, STOPPED)
             return
         assert stream.dragging is not None
-        assert stream.wish is not None
+        assert stream.pose is not None
         issued = None if stream.issued is None else stream.user_state.times.issue_time(stream.issued, engine.now)
-        held = stream.dragging.to(stream.wish, issued)
+        held = stream.dragging.to(stream.pose, issued)
         stream.version = engine.timeline.version
         session.pulled = hand.DragState(stream.user_state.name, held, issued=stream.issued)
         if not engine.realtime:

@@ -282,7 +282,7 @@ class TargetStream(Struct, eq=False):
     """A stream of targets that a user has opened and not closed. `ended`: why the robot follows no more targets of it;
     empty as long as the robot does. `version`: version of the timeline after the last target.
 
-    Of a dragged tool: `dragging` follows the last requested pose, `wish`, which the user sent at the time `issued` of
+    Of a dragged tool: `dragging` follows the last target `pose`, which the user sent at the time `issued` of
     the user's clock, and which arrived at the time `heard` of the robot's clock [s].
     """
 
@@ -291,7 +291,7 @@ class TargetStream(Struct, eq=False):
     ended: str = ""
     version: int = -1
     dragging: Dragging | None = None
-    wish: Transform | None = None
+    pose: Transform | None = None
     issued: float | None = None
     heard: float = 0.0
 
