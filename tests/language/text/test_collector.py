@@ -11,7 +11,13 @@ from threading import enumerate as threads
 import pytest
 
 from tests.live import PATIENCE
-from vrs_cli.language.text.collector import FREED_AT_ONCE, collect_in_small_parts, free_in_parts
+from vrs_cli.language.text.collector import (
+    FREED_AT_ONCE,
+    MANY,
+    collect_in_small_parts,
+    free_in_parts,
+    pause_collector,
+)
 
 
 class Owner:
@@ -78,6 +84,21 @@ def test_a_process_is_as_before_when_it_no_longer_serves() -> None:
             thread.join(PATIENCE)
     assert active_count() == running
     gc.freeze()  # as it was: the collection after this file would look at all that the tests have left
+
+
+@pytest.mark.parametrize(("count", "made_old"), [(MANY // 2, False), (2 * MANY, True)])
+def test_many_values_that_last_count_as_old_and_few_cost_nothing(
+    monkeypatch: pytest.MonkeyPatch, count: int, made_old: bool
+) -> None:
+    """Counting frozen objects takes as long as there are of them, for each small file that is read."""
+    asked = list[str]()
+    monkeypatch.setattr(gc, "get_freeze_count", lambda: asked.append("count") or 0)
+    monkeypatch.setattr(gc, "freeze", lambda: asked.append("freeze"))
+    monkeypatch.setattr(gc, "unfreeze", lambda: asked.append("unfreeze"))
+    with pause_collector(lasting=True):
+        values = [[] for _ in range(count)]  # type: ignore[var-annotated]
+    assert len(values) == count
+    assert asked == (["count", "freeze", "unfreeze"] if made_old else [])
 
 
 @pytest.mark.usefixtures("served")

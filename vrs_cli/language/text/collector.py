@@ -11,6 +11,7 @@ from threading import Thread
 from weakref import finalize
 
 COLLECT_AFTER, COLLECTIONS = 10_000, 5  # number of new values per collection, and of collections until values are old
+MANY = 100_000  # number of new values at which a pass of the collector takes longer than freezing
 FREED_AT_ONCE = 10_000  # number of elements of a long sequence that are freed at once (about 5 ms)
 
 
@@ -29,7 +30,7 @@ def pause_collector(*, lasting: bool = False) -> Iterator[None]:
         yield
     finally:
         if running:
-            if lasting and not gc.get_freeze_count():
+            if lasting and gc.get_count()[0] > MANY and not gc.get_freeze_count():
                 gc.freeze()
                 gc.unfreeze()  # thawed values are of the oldest generation
             gc.enable()
