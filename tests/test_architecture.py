@@ -144,6 +144,7 @@ DEFERRED = (
     Deferred(
         ("kinematics/model.py", "language/run/memory.py"), ("random",), "few programs and robots need random numbers"
     ),
+    Deferred(("kinematics/formula.py",), ("inspect",), "it loads the parts of a compiler, and short runs need none"),
     Deferred(("interfaces/dialogue.py",), ("tempfile", "traceback"), "few processes have internal errors"),
     Deferred(("interfaces/users.py",), ("vrs_cli.values.acts",), "types of arguments"),
     Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
@@ -199,6 +200,7 @@ DEFERRED = (
     Deferred(
         ("kinematics/model.py", "language/run/memory.py"), ("random",), "few programs and robots need random numbers"
     ),
+    Deferred(("kinematics/formula.py",), ("inspect",), "it loads the parts of a compiler, and short runs need none"),
     Deferred(("interfaces/dialogue.py",), ("tempfile", "traceback"), "few processes have internal errors"),
     Deferred(("interfaces/users.py",), ("vrs_cli.interfaces.dialogue",), "types: the messages of net know the lease"),
     Deferred(

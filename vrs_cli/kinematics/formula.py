@@ -10,9 +10,9 @@ import ast
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import deepcopy
 from functools import cached_property, reduce
-from inspect import getclosurevars, getsource, isfunction
 from math import inf, pi
 from textwrap import dedent
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, cast
 
 from vrs_cli.kinematics.arm import Branch, RobotArm
@@ -20,6 +20,8 @@ from vrs_cli.kinematics.joints import ARM, ELBOW, TURN, WRIST, Configuration, Jo
 from vrs_cli.kinematics.transform import Transform
 
 if TYPE_CHECKING:
+    from inspect import ClosureVars
+
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
 
@@ -103,7 +105,7 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
         "complex": lambda x, y: x + 1j * y,
     }
     names |= {"nearest_turn": lambda q, _: q, "six_turned_near": lambda q, _: q, "dist": lambda _, __: inf}
-    names |= {name: over_arrays(x) for name, x in getclosurevars(formula).nonlocals.items() if isfunction(x)}
+    names |= {name: over_arrays(x) for name, x in _scope(formula).nonlocals.items() if isinstance(x, FunctionType)}
     return _variant(formula, _OverArrays(), names)
 
 
@@ -153,7 +155,7 @@ def every_branch(
 
     results = [f"w{index}" for index in range(2 ** len(signs))]
     tree = _tree(f"def branches(T):\n    {' = '.join(results)} = None\n    return {', '.join(results)}")
-    numbers = {name: x for name, x in getclosurevars(formula).nonlocals.items() if isinstance(x, float)}
+    numbers = {name: x for name, x in _scope(formula).nonlocals.items() if isinstance(x, float)}
     tree.body[1:1] = nested(0, numbers)
     return _made(tree, formula, {"near": near})
 
@@ -194,8 +196,17 @@ def _variant(formula: Callable[..., Any], rewriter: ast.NodeTransformer, others:
 
 
 def _tree(formula: Callable[..., Any] | str) -> ast.FunctionDef:
+    from inspect import getsource  # here because it loads the parts of a compiler
+
     source = formula if isinstance(formula, str) else getsource(formula)
     return cast(ast.FunctionDef, ast.parse(dedent(source)).body[0])
+
+
+def _scope(formula: Callable[..., Any]) -> ClosureVars:
+    """Return the names that a formula sees."""
+    from inspect import getclosurevars
+
+    return getclosurevars(formula)
 
 
 class _WithNumbers(ast.NodeTransformer):
@@ -217,7 +228,7 @@ class _WithNumbers(ast.NodeTransformer):
 
 def _made(tree: ast.FunctionDef, formula: Callable[..., Any], others: dict[str, Any]) -> Callable[..., Any]:
     """Return the function of a tree, which sees the names that the formula sees, and others."""
-    scope = getclosurevars(formula)
+    scope = _scope(formula)
     names = {**scope.globals, **scope.nonlocals, **others}
     module = ast.fix_missing_locations(ast.Module([tree], []))
     exec(compile(module, f"<{tree.name}>", "exec"), names)

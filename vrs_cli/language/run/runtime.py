@@ -19,7 +19,6 @@ same wait again after the reaction.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import repeat
 from operator import methodcaller
 from typing import TYPE_CHECKING, Any, cast
@@ -188,7 +187,7 @@ class Task:
     @property
     def was_broken_off(self) -> bool:
         """Return whether an exception from outside (Ctrl-C) ended the task in the middle of a step."""
-        return getgeneratorstate(self._life) == GEN_CLOSED
+        return cast(Any, self._life).gi_frame is None  # as of a generator that has ended
 
     @property
     def between(self) -> bool:
