@@ -1,8 +1,8 @@
 """Find the first contact of an arm and of its held part, with themselves and with the things around them.
 
-The search goes from pose to pose. At each pose it asks for the distances of all near pairs. It goes on to the earliest
-time at which one of them can touch, or a pair that is not near can (`Sweep`). So it looks often where something is
-near, and seldom elsewhere. A touch must be deeper than `DEEP`, because solids are not known more exactly.
+The search goes from pose to pose. At each pose it asks for the distances of all near pairs. Then it steps to the
+earliest time at which any pair, near or not, can touch (`Sweep`). So it looks often where something is near, and seldom
+elsewhere. A touch must be deeper than `DEEP`, because solids are not known more exactly.
 
 Some pairs do not count: neighbours in the arm, links that touch at READY or at NEST, and the hand with the part that it
 grips. A pair that touches when the search begins, or when its part is taken, put down or brought, counts after it has
@@ -126,8 +126,8 @@ class Checker:
         return None
 
     def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
-        """Return the owners that touch at looks every `LOOK` seconds between two times [s], also those that touched
-        before. The hand may touch a part that it holds, or could take, when its motion begins or ends.
+        """Look every `LOOK` seconds between two times [s], and return the owners that touch, including those that
+        touched before. The hand may touch a part that it holds, or could take, when its motion begins or ends.
         """
         return {owner for one in self.touches(timeline, begin, end, course) for owner in one.owners}
 
@@ -302,7 +302,7 @@ class _Search:
         return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:
-        """Return the bounds of a solid; those of a standing one are in the base."""
+        """Return the bounds of a solid; the bounds of a standing solid are in the frame of the base."""
         known = self.checker.bounds.get(number)
         if known is None:
             known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
@@ -402,7 +402,7 @@ class _Search:
             t = min(max(self._next(t, ways, reached), t + LOOK), end)
 
     def _contact(self, t: float, pair: _SolidPair, distance: float, place: Vector) -> Contact:
-        """Return the contact that begins at t. It is followed until its pair has come apart, to find its depth."""
+        """Return the contact that begins at t. Search on until the pair has come apart, to find the depth."""
         checker, end, least, (owners, limit) = self.checker, self.stage.end, distance, (pair.owners, pair.limit)
         step = max(LOOK, (end - t) / MAX_LOOKS)
         self.physics.margin(max(limit, 0.0))
@@ -432,7 +432,7 @@ def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
 
 
 def link_names(model: RobotModel, links: Iterable[LinkSolids]) -> tuple[str, ...]:
-    """Return the names of the base and of the links: the last is the hand, where it has fingers."""
+    """Return the names of the base and of the links. The last link is called hand if it has fingers."""
     n = model.joint_count
     hand = any(one.opens for one in links)
     return ("base", *(f"link {i}" for i in range(1, n)), "hand" if hand else f"link {n}")

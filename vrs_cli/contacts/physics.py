@@ -73,7 +73,8 @@ class Standing(NamedTuple):
 
 
 class Physics:
-    """An arm in a scene. Owners are numbers: that of a link is its index, the caller counts on from there.
+    """An arm in a scene. Owners are numbers: a link has its index, and the caller gives the next numbers to other
+    bodies.
 
     `fixed`: solids that stay at their places. `kinds`: all solids that may come into one of the `slots` of the scene,
     or of the `grips` of the hand. `apart`: pairs of links that are not compared.
@@ -298,7 +299,7 @@ def _on_axis(T: Transform) -> bool:
 
 
 def around(balls: Sequence[Ball]) -> Ball:
-    """Return a ball around balls; a ball of no size at the origin if there are none."""
+    """Return a ball around balls; without balls, a ball of radius 0 at the origin."""
     if not balls:
         return Ball((0.0, 0.0, 0.0), 0.0)
     low, high = ([side(x) for x in zip(*(ball.centre for ball in balls), strict=True)] for side in (min, max))

@@ -220,8 +220,8 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
 
 
 def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:
-    """Return the greatest distance of points of a body from the axis of each joint between another link and its own
-    [m]: 1 for a joint that slides, 0 for all other joints.
+    """Return for each joint between another link and the body's link the greatest distance of the body's points from
+    the joint's axis [m]: 1 for a joint that slides, 0 for all other joints.
     """
     (link, ball), steps = body, _steps(model)
     far, found = length(ball.centre) + ball.radius, [0.0] * model.joint_count
@@ -313,7 +313,7 @@ class Sweep:
         return times[k] + (begun + way - sums[k]) / (sums[k + 1] - sums[k]) * (times[k + 1] - times[k])
 
     def place(self, t: float) -> int:
-        """Return the number of the last sample up to t; at the end that of the last but one."""
+        """Return the number of the last sample up to t; at the end, the number of the last but one."""
         return min(bisect_right(self.times, t), len(self.times) - 1) - 1
 
 

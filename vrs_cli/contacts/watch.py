@@ -66,8 +66,8 @@ class ContactWatch:
         self._tell(said)
 
     def of_change(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> tuple[Contact | None, str]:
-        """Return the first contact that a change brings, and the later motion of it as words of a sentence; None too if
-        nothing is checked.
+        """Return the first contact that a change causes, and words that name the motion if it is a later one. Return no
+        contact if nothing is checked.
         """
         if self._around()[1] is None and not settings.switch("COLLISION"):
             return None, ""
@@ -95,8 +95,8 @@ class ContactWatch:
         return checker.first_changed((before, old), (after, new), since, delta.shift)
 
     def ahead(self, move: Move) -> Contact | None:
-        """Return the first contact of a motion that would begin now, timed from now; None too if the arm cannot do the
-        motion.
+        """Return the first contact of a motion that would begin now, with its time from now. Return None also if the
+        arm cannot do the motion.
         """
         try:
             delta = self._engine.trial(move)
@@ -106,7 +106,7 @@ class ContactWatch:
         return None if found is None else structs.replace(found, t=found.t - delta.executed)
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, settings: Settings) -> Contact | None:
-        """Return the first contact between two times [s]; None too if nothing is checked."""
+        """Return the first contact between two times [s]. Return None also if nothing is checked."""
         checker = self._checker(settings) if end > begin else None
         if checker is None:
             return None
@@ -114,7 +114,7 @@ class ContactWatch:
         return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
 
     def prepare(self, checker: Checker | None = None) -> None:
-        """Load MuJoCo now: its import may start a process, which programs of others must not. `checker`: the one of
+        """Load MuJoCo now: its import may start a process, which programs of others must not. `checker`: the checker of
         another robot of the same model and scene.
         """
         if find_spec("mujoco") is not None:

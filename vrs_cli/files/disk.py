@@ -58,7 +58,7 @@ def existing(path: Path) -> Path:
 
 
 def target(old: Path, new: Path) -> Path:
-    """Return the path of a copy; without an extension it gets that of the old file. Raises FileError."""
+    """Return the path of a copy; without an extension it gets the extension of the old file. Raises FileError."""
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
     if place.exists() and place.samefile(old):

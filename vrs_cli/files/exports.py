@@ -262,7 +262,7 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
 
 
 class _Span(NamedTuple):
-    """A segment, or a time in which the robot stands still, with the accelerations [rad/s2] at its begin and end."""
+    """A segment, or a time in which the robot stands still, with the accelerations [rad/s2] at its start and end."""
 
     begin: float
     end: float

@@ -139,7 +139,7 @@ class Journal:
     """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
     `path`: the present file; `sound`: the present file is the requested one and complete. `course` returns all events
-    so far, `tell` shows a message before the next answer. `durable=False` (batch) writes in large pieces and at the
+    up to now; `tell` shows a message before the next answer. `durable=False` (batch) writes in large pieces and at the
     end. `together`: `settle` syncs several changes at once, before any of them is answered. `past`: reads older parts
     back, if old parts are dropped from memory. Raises FileError.
     """

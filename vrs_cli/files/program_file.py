@@ -101,7 +101,7 @@ def decode_program(name: str, data: bytes) -> str:
 
 def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
     """Return the file of that name, or with `.v2` or `.V2` added. `samples`: in this folder, a name without a file may
-    be that of a sample program.
+    name a sample program.
 
     Raises NonexistentFile, FileError.
     """

@@ -69,7 +69,7 @@ class LoadedTimeline:
         self._count = len(timeline)
 
     def timeline(self) -> Timeline:
-        """Return the timeline after all deltas so far."""
+        """Return the timeline after all deltas that were applied."""
         if self._version != self._timeline.version:
             self._timeline = self._timeline.append(self._appended, self._version)
             self._appended = []
@@ -104,7 +104,7 @@ class LoadedTimeline:
 
 
 class OlderHand:
-    """Makes hand events from the motions of an older file, each of which gives the opening of the hand.
+    """Makes hand events from the motions of an older file, in which each motion gives the opening of the hand.
 
     In a file with events in its deltas only the motions before the first of these are older. `found`: a motion has
     opened the hand, so a delta with events must follow if the file is continued.

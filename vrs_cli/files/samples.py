@@ -384,8 +384,8 @@ def _pose(T: Transform) -> tuple[float, ...]:
 
 
 def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
-    """Return the poses (N, 7) of the joint with index i at values (N,) [rad, m], as `model.link_transform` does; that
-    of the last joint is the pose of the flange.
+    """Return the poses (N, 7) of the joint with index i at values (N,) [rad, m], as `model.link_transform` does; the
+    last pose is the pose of the flange.
     """
     link = model.links[i]
     turns = link.kind is JointKind.REVOLUTE

@@ -21,7 +21,7 @@ from vrs_cli.values.tagged import RobotAct, TaggedValue, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
-    """The target of a motion: exactly one of the fields. `change` belongs to `joint`; `offset` is that of DEPART."""
+    """The target of a motion: exactly one of the fields. `change` belongs to `joint`, `offset` to DEPART."""
 
     pose: Transform | None = None
     joints: Joints | None = None
@@ -218,7 +218,7 @@ class Defined(TaggedValue, frozen=True):
 
 
 class Define(RobotAct[Defined], frozen=True):
-    """Store the programs and variables of a text in memory; `where` stands before the line number in messages."""
+    """Store the programs and variables of a text in memory. `where`: the text before the line number in messages."""
 
     text: str
     where: str = "line "
@@ -422,7 +422,7 @@ class Findings(TaggedValue, frozen=True):
 
 
 class ReadDraft(UserAct[Findings], frozen=True):
-    """Find the mistakes in the text of SEE; without an open SEE, in any program text."""
+    """Find the mistakes in the text of SEE; if SEE is not open, in any program text."""
 
     text: str
 
@@ -435,8 +435,8 @@ class Kept(TaggedValue, frozen=True):
 
 
 class KeepDraft(UserAct[Kept], frozen=True):
-    """Store the program of SEE; without an open SEE, store a program that is not running, in place of the program of
-    the same name.
+    """Store the program of SEE. If SEE is not open, store another program that is not running; it replaces the program
+    of the same name.
     """
 
     text: str

@@ -77,8 +77,8 @@ class Severity(Enum):
 
 
 class Diagnostic(Struct, frozen=True):
-    """A mistake found in the source. `detail` says what is wrong, `hint` what would be right. `mend`: the text that
-    replaces the span if only one correction is possible, otherwise empty.
+    """A mistake found in the source. `detail`: the mistake; `hint`: a correct form. `mend`: the text that replaces the
+    span if only one correction is possible, otherwise empty.
     """
 
     severity: Severity
@@ -103,7 +103,7 @@ class Diagnostic(Struct, frozen=True):
 
 
 class LineRefused(ProgramError):
-    """The error for a line that cannot be read; `diagnostic` says why and where."""
+    """The error for a line that cannot be read. `diagnostic`: the reason and the position."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.detail, diagnostic.hint)

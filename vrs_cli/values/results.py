@@ -134,8 +134,8 @@ class Untrue(Struct, frozen=True):
 
     `number`: the number of the reading, as `Motion.number`. `on`: the value that was read; `changed`: the signal
     changed to `on` at the instant of the reading. `time` [s]: the time of the reading on the present timeline. `place`:
-    program and step; `command`: the next motion command, empty if there is none; `name`: the name of the signal, if it
-    has one.
+    program and step; `command`: the next motion command, empty if there is none; `name`: the name of the signal, or
+    empty.
     """
 
     number: int
@@ -398,8 +398,8 @@ class MotionPlan(Struct, frozen=True):
 
 
 class MotionReport(TaggedValue, frozen=True):
-    """EXPLAIN of a motion, asked at `now` [s]: its plan, or the refusal, with the location where the motion fails if
-    known.
+    """EXPLAIN of a motion, at the time `now` [s]: its plan, or the refusal, with the location where the motion fails if
+    it is known.
     """
 
     text: str

@@ -18,8 +18,8 @@ class Act(TaggedValue, Generic[T], frozen=True):
 
 
 class RobotAct(Act[T], Generic[T], frozen=True):
-    """A request to the robot; `interfaces/session/acts.py` carries it out. The required role is that of the VAL-II word
-    with the same effect.
+    """A request to the robot; `interfaces/session/acts.py` carries it out. It requires the role of the VAL-II word with
+    the same effect.
     """
 
 

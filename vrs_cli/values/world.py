@@ -1,8 +1,8 @@
 """Define the scene around a robot (parts, fixtures, sensors, feeders, sinks), contacts, and the state of a world at one
 time.
 
-`T_world_part` is the pose of a part in the world, as VAL-II's locations are. Metres, radians, kilograms, seconds. The
-state of a world and the timeline after it determine its further course.
+`T_world_part` is the pose of a part in the world frame, like a location of VAL-II. Metres, radians, kilograms, seconds.
+The state of a world and the timeline after it determine its further course.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class SpanKind(Enum):
 
 class PartBegin(NamedTuple):
     """The state of a part from `begin` on [s]. `T`: T_world_part; for a held part T_flange_part; for a falling part its
-    pose at the begin of the fall. `on`: the bodies that the part stands on, or falls onto.
+    pose when the fall begins. `on`: the bodies that the part stands on, or falls onto.
     """
 
     begin: float
@@ -180,8 +180,8 @@ class WorldState(Struct, frozen=True):
 
 
 class ContactSpan(NamedTuple):
-    """Two bodies touch from `begin` to `end` [s]; None: for ever. Links are named base, link 1 and so on; the last one
-    is the hand if it has fingers. The surface under the robot is the floor.
+    """Two bodies touch from `begin` to `end` [s]; None: for ever. Links are named base, link 1 and so on; the last link
+    is called hand if it has fingers. The surface under the robot is the floor.
     """
 
     begin: float
@@ -278,10 +278,10 @@ class Fixture(Struct, frozen=True):
 
 
 class Gripper(Struct, frozen=True):
-    """The hand. `opening`: the distance between its open fingers, which close along the tool's Y; None: that of the
-    robot's hand. `tolerance`: the greatest distance of the tool tip from a part that it takes. `size`: of the box
-    around the fingers, which ends at the tip; sensors see it. `signal`: an input that is on while the hand holds a
-    part; 0: none.
+    """The hand. `opening`: the distance between its open fingers, which close along the tool's Y; None: the opening of
+    the robot's hand. `tolerance`: the greatest distance of the tool tip from a part that it takes. `size`: the sizes of
+    the box around the fingers, which ends at the tip and is seen by sensors. `signal`: an input that is on while the
+    hand holds a part; 0: none.
     """
 
     opening: float | None = None
@@ -334,8 +334,8 @@ class Sensor(Struct, frozen=True):
 
 class Feeder(Struct, frozen=True):
     """Each time a signal takes a state (negative: goes off), the next of `parts` appears `after` seconds later at
-    T_world_part, or at its own pose if that is None. Until then the part is absent. After the last part no more come,
-    or (`again`) the first one comes again.
+    `T_world_part`, or at the pose of the part if `T_world_part` is None. Until then the part is absent. After the last
+    part no more come, or (`again`) the first one comes again.
     """
 
     parts: tuple[str, ...]

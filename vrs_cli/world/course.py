@@ -229,7 +229,7 @@ class WorldCourse:
 
     def state_at(self, t: float) -> WorldState | None:
         """Return the state of the world just before t [s], or the state with which the course begins; None if that is
-        the scene's own.
+        the state of the scene.
         """
         if t <= self.begins:
             return self.timeline.world
@@ -238,9 +238,7 @@ class WorldCourse:
             return state_at(self._history, self._settings, t)
 
     def _advance(self, until: float) -> float:
-        """Carry out all that is due up to a time [s]. Return that time, or the beginning of the course if that is
-        later.
-        """
+        """Carry out all that is due up to a time [s]. Return the later of this time and the beginning of the course."""
         simulation = self._simulation
         if self._history.now < until or simulation.next_time <= until:
             with self._lock:

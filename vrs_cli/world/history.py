@@ -1,5 +1,5 @@
-"""The history of a world: values that are computed forward in time and can be taken back to any earlier time; and the
-bodies that stand in it, found by a grid, with what is below a body.
+"""The history of a world: values that are computed forward in time and can be taken back to any earlier time; and a
+grid that finds the standing bodies of a place and the surface below a body.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class WorldHistory:
         return self._values.get(key, default)
 
     def items(self, kind: str) -> dict[Any, Any]:
-        """Return the values whose keys are pairs of `kind` and something else, by that something."""
+        """Return the values whose keys are pairs that begin with `kind`, by the second half of the key."""
         return {key[1]: value for key, value in self._values.items() if isinstance(key, tuple) and key[0] == kind}
 
     def set(self, key: Hashable, value: Any) -> None:
@@ -141,7 +141,7 @@ class Below(NamedTuple):
 
 
 def floor_height(scene: CellScene, model: RobotModel) -> float:
-    """Return the height of the floor in the world [m]: the cell's, or that on which the robot stands."""
+    """Return the height of the floor in the world [m]: the floor of the cell, or the surface under the robot."""
     if scene.floor is not None:
         return scene.floor
     heights = [0.0]

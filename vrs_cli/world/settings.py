@@ -102,7 +102,7 @@ def part_between(
     tell: Callable[[str, str], None] | None = None,
 ) -> tuple[str, float] | None:
     """Return the part between fingers whose gap changes from one width to another, and the part's width [m]. Of several
-    parts it is the one nearest to the tip. `tell` gets the reason if there is none.
+    parts, return the part nearest to the tip. `tell` gets the reason if there is none.
     """
     tip, axis = position(tool), (tool.nx, tool.ny, tool.nz)
     tolerance, found, wide = settings.scene.gripper.tolerance, list[tuple[float, str, float]](), ""

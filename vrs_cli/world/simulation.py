@@ -69,8 +69,8 @@ class StackFalls(Happening, frozen=True):
 
 
 class Simulation:
-    """The simulation of one timeline. `history` has all that was computed so far. Only one thread may use it at a
-    time.
+    """The simulation of one timeline. `history` has everything that is computed already. Only one thread may use it at
+    a time.
     """
 
     def __init__(self, settings: WorldSettings, timeline: Timeline, history: WorldHistory) -> None:
@@ -322,7 +322,7 @@ class Simulation:
             self._note("EDGE", f"{name} rests on an edge of {on[0]}")
 
     def _plan_unstack(self) -> None:
-        """Plan the fall of what stands on the held part, for when the arm moves next."""
+        """Plan the fall of the bodies that stand on the held part, for the next time the arm moves."""
         history, timeline = self.history, self._timeline
         history.drop(lambda what: isinstance(what, StackFalls))
         t = history.now
@@ -409,8 +409,8 @@ class Simulation:
         self._pass(sight.body, passage, segment.start - since, segment.finish - since, moved=True)
 
     def _pass(self, body: str, passage: Passage, offset: float, until: float, *, moved: bool) -> None:
-        """Plan the crossings of a passage, `offset` seconds later than they say, and set the present state until
-        then.
+        """Plan the crossings of a passage, each `offset` seconds later than its time, and set the present state until
+        the first.
         """
         history = self.history
         inside = set(passage.begins_in)

@@ -51,7 +51,7 @@ Solids = tuple[Solid, ...]  # the solids of one body, in its frame
 
 
 def solids_of(shape: Shape | Beam | Zone | Proximity) -> Solids:
-    """Return the solids of a shape in its frame. For the region of a sensor that is the frame of `frame_of`."""
+    """Return the solids of a shape in its frame. For the region of a sensor, `frame_of` returns the frame."""
     match shape:
         case BoxShape() | Zone():
             x, y, z = (0.5 * side for side in shape.size)
