@@ -32,6 +32,7 @@ FINEST_INTERVAL = 2.0**-10  # finest interval, as a fraction of a stretch
 SINGULAR_MEASURE = (
     1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
 )
+NEARLY_SINGULAR = 0.1  # singular measure of a pose from which on differences of velocities show accelerations
 MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts a wrong guess is not worth a search
 MIN_INTERVAL = 1e-9  # least interval between samples, as a fraction of a stretch
 CLOSER_PARTS = tuple(
@@ -87,6 +88,7 @@ class Follower:
         self.hopeless = HOPELESS_SLOWING * slowest  # factor of the limit of a joint
         self._path: CartesianPath | None = None  # the last path, and the function that returns its states
         self._states: Callable[[float], tuple[Transform, Twist]]
+        self._judged: tuple[Joints, bool] = (), True  # the last joints of which `nearly_singular` was asked
 
     def samples(
         self,
@@ -132,6 +134,16 @@ class Follower:
     def singular(self, sample: Sample) -> bool:
         """Return whether the tool rests in a singular pose. A line may begin or end there."""
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
+
+    def nearly_singular(self, sample: Sample) -> bool:
+        """Return whether the joints may be fast for so short a moment near a sample that the differences between the
+        velocities of samples do not show their accelerations. True for arms whose singularities are not known.
+        """
+        if sample.joints is not self._judged[0]:  # a stretch begins with the last sample of the one before
+            arm = self.arm
+            near = arm.hand is None or min(arm.singularity(sample.joints)) < NEARLY_SINGULAR
+            self._judged = sample.joints, near
+        return self._judged[1]
 
     def _refine(
         self, path: CartesianPath, samples: list[Sample], until: float, finest: float, far: Sample | None = None
@@ -206,10 +218,11 @@ class Follower:
         way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + MAX_JUMP
         columns = zip(*[sample.joints for sample in samples], strict=True)
-        rows = zip(columns, self.lower, self.upper, strict=True)
-        if not all(low + far < min(column) and max(column) < high - far for column, low, high in rows):
-            for a, b in pairwise(samples):
-                self._check_between(path, a, b)
+        for column, low, high in zip(columns, self.lower, self.upper, strict=True):
+            if not (low + far < min(column) and max(column) < high - far):
+                for a, b in pairwise(samples):
+                    self._check_between(path, a, b)
+                return
 
     def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
         """Check that no joint leaves its range between two samples: the interval is halved where a joint may leave its

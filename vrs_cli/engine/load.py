@@ -38,7 +38,6 @@ CLOSER_STEPS = 8  # maximum number of halvings between two samples
 PEAK_STEPS = 14
 AS_EXPECTED = 1e-4  # precision of a peak, as a fraction of a velocity limit
 LOST_MEASURE = 1e-6  # singular measure of a pose in which joint rates are only rounding errors
-NEARLY_SINGULAR = 0.1  # singular measure of a pose from which on differences of velocities show accelerations
 EVEN_PART = 1e-3  # fraction of the step between samples by which even steps may differ
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
@@ -115,7 +114,7 @@ class StretchLoad:
         """
         clear, fast = self._clear(), self._fast()
         calm, ends = clear is self.samples and not self.closely and self._calm_by_velocities(), list[Moment]()
-        if calm and (fast or self.arm.hand is None or self._nearly_singular()):
+        if calm and (fast or self.follower.nearly_singular(clear[0]) or self.follower.nearly_singular(clear[-1])):
             ends = self._moments([clear[0], clear[-1]])
             calm = len(ends) > 1 and all(map(self._calm_at, ends))
         if calm and not fast:
@@ -129,12 +128,6 @@ class StretchLoad:
         """Return the rates at all samples that are not in a singular pose."""
         known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
-
-    def _nearly_singular(self) -> bool:
-        """Return whether the stretch begins or ends near a singular pose."""
-        return any(
-            min(self.arm.singularity(one.joints)) < NEARLY_SINGULAR for one in (self.samples[0], self.samples[-1])
-        )
 
     def _calm_at(self, moment: Moment) -> bool:
         """Return whether the accelerations and jerks of a moment are clearly below their limits."""

@@ -298,6 +298,8 @@ def _places(
     x: Polynomial, y: Polynomial, z: Polynomial
 ) -> Callable[[float], tuple[float, float, float, float, float, float]]:
     """Return a function from the time to position and velocity along each axis: x, x', y, y', z, z'."""
+    if len(x) == len(y) == len(z) == 4:
+        return _cubic_places((*x, *y, *z))
     if max(len(x), len(y), len(z)) > 3:
         return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
     (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent case
@@ -311,6 +313,20 @@ def _places(
             z0 + s * (z1 + s * z2),
             z1 + 2.0 * z2 * s,
         )
+
+    return place
+
+
+def _cubic_places(
+    coefficients: Polynomial,
+) -> Callable[[float], tuple[float, float, float, float, float, float]]:
+    """Return `_places` of three cubics, as `value_and_rate` computes them."""
+    x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3 = coefficients
+
+    def place(s: float) -> tuple[float, float, float, float, float, float]:
+        xx, yy, zz = x2 + s * x3, y2 + s * y3, z2 + s * z3
+        x, y, z = x1 + s * xx, y1 + s * yy, z1 + s * zz
+        return x0 + s * x, x + s * (xx + s * x3), y0 + s * y, y + s * (yy + s * y3), z0 + s * z, z + s * (zz + s * z3)
 
     return place
 
