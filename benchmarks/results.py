@@ -153,8 +153,9 @@ def kinematics(peers: Peers) -> Iterator[Figure]:
     took, theirs = in_turn(
         partial(robots.search_time, seven), lambda: beside("inverse", peers.figures("toolbox_peer", work))
     )
-    yield Figure("7R by search, a solution", "us", took, 250.0, theirs)
+    yield Figure("7R, a solution", "us", took, 250.0, theirs)
     panda, puma = (load_robot(name) for name in ("panda", "puma560"))
+    yield Figure("panda, a solution for a value of joint 7", "us", robots.branch_time(panda), 5.0)
     closed = robots.line(arm_for(puma), robots.places(puma))
     took = robots.line(arm_for(panda), robots.places(panda))
     yield Figure("MOVES of 200 mm, panda", "x puma560", took / closed, 0.0, f"{took:.0f} us")

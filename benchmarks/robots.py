@@ -28,6 +28,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.spherical_shoulder.arm import SphericalShoulderArm
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.commands import Motion, MotionKind, Start
 
@@ -87,6 +88,15 @@ def search_time(model: RobotModel) -> float:
     T = list(map(arm.forward, places(model)))
     solved = sum(q is not None and arm.limits_ok(q) for (q,) in map(arm.branches, T))
     return each(arm.branches, T) * len(T) / max(solved, 1)
+
+
+def branch_time(model: RobotModel) -> float:
+    """Return the time of all solutions for a value of joint 7, for each of them [us]."""
+    arm = arm_for(model)
+    assert isinstance(arm, SphericalShoulderArm)
+    q = places(model)
+    T, sevenths = list(map(arm.forward, q)), [row[6] for row in q]
+    return each(arm.branches_at, T, sevenths) * len(T) / sum(map(len, map(arm.branches_at, T, sevenths)))
 
 
 def work_of(model: RobotModel) -> dict[str, Any]:

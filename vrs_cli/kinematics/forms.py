@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 def arm_for(model: RobotModel) -> RobotArm:
     """Return the arm of a model, in the first closed form that fits its axes, else a numerical one."""
     closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
+    closed = closed or _spherical_shoulder(model)
     if closed is not None:
         return closed
     if model.task is ArmTask.STEADY:
@@ -85,6 +86,15 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
 
     bars = bars_of(model)
     return None if bars is None else ParallelAxesArm(model, bars)
+
+
+def _spherical_shoulder(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.spherical_shoulder.arm import ALPHAS, SphericalShoulderArm, has_spherical_shoulder
+
+    way = canonical(model, ALPHAS) if model.task is ArmTask.POSE else None
+    if way is None or not way.chain.base == way.chain.flange == IDENTITY or not has_spherical_shoulder(way.chain.links):
+        return None
+    return SphericalShoulderArm(model, way.chain.links)
 
 
 TOOLS = 4  # number of tools whose poses at the inner arm are cached
