@@ -66,7 +66,6 @@ SAMPLES_PER_CHUNK = 1024  # about 1.4 MB: a reader takes a chunk as a whole
 COMPRESSION = -1  # the level of zstd: a chunk is 3 % larger than at level 3, and is compressed in half the time
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_CODE, INDEX_CODE = 5, 7
-SUMMARY_CODES = (3, 4, 8, 13, 11)  # of schemas, channels, chunk indices, metadata indices, and statistics
 _MESSAGE = struct.Struct("<BQHIQQ")  # code, length, channel, sequence, two times [ns]
 _INDEX = struct.Struct("<BQHI")  # code, length, channel, length of its entries
 Times = NDArray[np.int64]  # [ns]
@@ -191,15 +190,18 @@ class _Log:
         place = self._place
         self._add(records.Metadata(name="robot", metadata={"name": model.name, "title": model.title}))
         index = records.MetadataIndex(name="robot", offset=place, length=self._place - place)
-        schemas, channels = list[Any](), list[Any]()
-        for topic, number in self.channels.items():
-            name, text = TOPICS[topic]
-            schemas.append(records.Schema(id=number, name=name, encoding="ros2msg", data=text))
-            channels.append(
+        declared = [
+            *(
+                records.Schema(id=number, name=TOPICS[topic][0], encoding="ros2msg", data=TOPICS[topic][1])
+                for topic, number in self.channels.items()
+            ),
+            *(
                 records.Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
-            )
-        self._add(*schemas, *channels)
-        self._summary = [schemas, channels, self._chunks, [index]]
+                for topic, number in self.channels.items()
+            ),
+        ]
+        self._add(*declared)
+        self._summary = [*declared, index]
 
     def _write(self, data: bytes) -> None:
         self._stream.write(data)
@@ -272,14 +274,9 @@ class _Log:
             message_end_time=max((one.message_end_time for one in self._chunks), default=0),
             channel_message_counts=self._counts,
         )
-        summary, groups = self._place, list[Any]()
-        for code, some in zip(SUMMARY_CODES, (*self._summary, [counts]), strict=True):
-            groups.append(records.SummaryOffset(code, self._place, 0))
-            self._add(*some)
-            groups[-1].group_length = self._place - groups[-1].group_start
-        offsets = self._place
-        self._add(*groups)
-        self._add(records.Footer(summary_start=summary, summary_offset_start=offsets, summary_crc=0))
+        summary = self._place
+        self._add(*self._summary, *self._chunks, counts)
+        self._add(records.Footer(summary_start=summary, summary_offset_start=0, summary_crc=0))
         self._write(MAGIC)
 
 

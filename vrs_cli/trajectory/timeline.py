@@ -505,11 +505,7 @@ class PackedSegments(Sequence[Segment]):
     def __len__(self) -> int:
         return len(self._columns.unpack(self._index))
 
-    @overload
-    def __getitem__(self, index: int) -> Segment: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Segment, ...]: ...
-    def __getitem__(self, index: int | slice) -> Segment | tuple[Segment, ...]:
+    def __getitem__(self, index: Any) -> Any:
         return self._columns.unpack(self._index)[index]
 
     def __iter__(self) -> Iterator[Segment]:
@@ -518,11 +514,10 @@ class PackedSegments(Sequence[Segment]):
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and self[:] == tuple(other)
 
-    def __hash__(self) -> int:
-        return hash(self[:])
-
     def __repr__(self) -> str:
         return repr(self[:])
+
+    __hash__ = None  # type: ignore[assignment]  # no delta is a key
 
 
 class AwayDeltas:
