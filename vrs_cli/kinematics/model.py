@@ -210,7 +210,7 @@ class ArmTask(Enum):
 
     @property
     def counts(self) -> tuple[bool, ...]:
-        return _COUNTS[self]
+        return tuple(letter == "1" for letter in _PARTS[self])
 
     @property
     def turns(self) -> bool:
@@ -238,7 +238,6 @@ _PARTS = {
     ArmTask.PLANE: "110001",
     ArmTask.POINT: "110000",
 }
-_COUNTS = {task: tuple(letter == "1" for letter in letters) for task, letters in _PARTS.items()}
 
 
 PROFILES = tuple(Profile.__members__)  # the first one is the default
@@ -361,12 +360,6 @@ class RobotModel(_ModelData):
 def joint_axes(model: RobotModel) -> tuple[AxisLine, ...]:
     """Return the axes of the joints in the base frame, while all joints are 0."""
     return tuple(map(axis_of, link_frames(model, (0.0,) * model.joint_count)[:-1]))
-
-
-def axes_parallel(model: RobotModel) -> bool:
-    """Return whether all axes are parallel, as on a SCARA."""
-    first, *others = joint_axes(model)
-    return all(max(map(abs, cross(first.direction, other.direction))) < EXACT for other in others)
 
 
 def plane_normal(model: RobotModel) -> Vector | None:

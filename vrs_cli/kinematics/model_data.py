@@ -24,7 +24,6 @@ from vrs_cli.kinematics.model import (
     ArmTask,
     Link,
     RobotModel,
-    axes_parallel,
     flange_steady,
     joint_axes,
     levers,
@@ -62,8 +61,7 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
     if count >= ALL_PARTS:
         return ArmTask.POSE
     if count < FEWEST:
-        planar = axes_parallel(model) and JointKind.PRISMATIC not in model.units.kinds
-        if planar:
+        if JointKind.PRISMATIC not in model.units.kinds and plane_normal(model) is not None:
             return {2: ArmTask.POINT, 3: ArmTask.PLANE}.get(count)
         return ArmTask.POSITION if count == sum(ArmTask.POSITION.counts) else None
     if flange_steady(model):

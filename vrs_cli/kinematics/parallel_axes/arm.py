@@ -26,7 +26,7 @@ from vrs_cli.kinematics.arm import Branch
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
 from vrs_cli.kinematics.formula import FormulaArm
 from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, JointKind, Joints, Singularity, Twist, nearest_turn
-from vrs_cli.kinematics.model import EXACT, ArmTask, RobotModel, axes_parallel, frame, joint_axes, link_frames
+from vrs_cli.kinematics.model import EXACT, ArmTask, RobotModel, frame, joint_axes, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, any_normal, at_position, compose, dot, inverse, rotate
 
 TASKS = {
@@ -70,12 +70,14 @@ def bars_of(model: RobotModel) -> Bars | None:
     kinds = model.units.kinds
     turns = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.REVOLUTE)
     slides = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.PRISMATIC)
-    if TASKS.get((len(turns), len(slides))) is not model.task or not axes_parallel(model):
+    if TASKS.get((len(turns), len(slides))) is not model.task:
         return None
     axes = joint_axes(model)
     start = axes[turns[0]]
     z = start.direction
     T_plane_base = inverse(frame(any_normal(z), z, start.point))
+    if any(max(map(abs, rotate(T_plane_base, axis.direction)[:2])) >= EXACT for axis in axes):
+        return None  # the axes are not parallel
     flange = compose(T_plane_base, link_frames(model, (0.0,) * model.joint_count)[-1])
     turning = (axes[i] for i in turns)
     across = [compose(T_plane_base, frame(any_normal(a.direction), a.direction, a.point)) for a in turning]
