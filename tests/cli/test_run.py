@@ -526,7 +526,7 @@ def test_a_limit_that_is_reached_while_a_file_is_loaded_is_told_in_json_too(
     vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "p.v2").write_text(EVER)
-    monkeypatch.setattr("vrs_cli.interfaces.station.station.parse_file", lambda *_, **__: [_ for _ in cycle((0,)) if _])
+    monkeypatch.setattr("vrs_cli.language.text.parser.parse_file", lambda *_, **__: [_ for _ in cycle((0,)) if _])
     ended = vrs("run", "p.v2", "--json", "--max-wall", "0.05")
     assert ended.status == 1
     (error,) = json.loads(ended.out)["errors"]
