@@ -18,17 +18,15 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from msgspec import Struct, field, structs
 
+from vrs_cli.cli import commands, fence
 from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_outside, chosen_robot, clock_of, teller
-from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.fence import Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, robot_of, sources_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
-from vrs_cli.files.opening import Folder
-from vrs_cli.files.program_file import programs_beside
+from vrs_cli.files import opening, program_file
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Isolation, Limits
@@ -36,15 +34,12 @@ from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.language.words.values import key_of
 from vrs_cli.render.plain import for_stream, sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
-from vrs_cli.repl.interrupt import Stoppable
-from vrs_cli.repl.piped import lines_of_pipe
+from vrs_cli.repl import interrupt, piped
 from vrs_cli.trajectory.instant import round_to_ns
+from vrs_cli.values import questions, replies, world
 from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
 from vrs_cli.values.numbers import count
-from vrs_cli.values.questions import Answer, LineWanted, Question
-from vrs_cli.values.replies import Message, Reply
 from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
-from vrs_cli.values.world import Contact
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import WorldCourse
@@ -79,18 +74,18 @@ class BatchTerminal(Struct, frozen=True):
         """Write the output of TYPE as it happens."""
         self._write(f"{text}\n" if newline else text)
 
-    def show(self, reply: Reply) -> None:
+    def show(self, reply: replies.Reply) -> None:
         """Write a reply of the session."""
         from vrs_cli.render.text import plain_text
 
         if not self.quiet:
             self._write(plain_text(reply))
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: questions.Question) -> questions.Answer:
         """Return one line of standard input. Other questions than PROMPT are not answered. Raises EndOfInput, which
         names the PROMPT.
         """
-        if not isinstance(question, LineWanted) or (question.wrong and not sys.stdin.isatty()):
+        if not isinstance(question, questions.LineWanted) or (question.wrong and not sys.stdin.isatty()):
             return None
         self._write(f"{question.wrong}\n" if question.wrong else "")
         self._write(question.text)
@@ -143,8 +138,8 @@ class Batch(Struct, frozen=True):
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
         live = options.realtime is not None or options.allow_net or options.serial  # time passes as on a wall clock
-        with memory(options.max_memory) as enough, running as progress, self._folder() as folder:
-            lines = lines_of_pipe(sys.stdin) if live else None
+        with fence.memory(options.max_memory) as enough, running as progress, self._folder() as folder:
+            lines = piped.lines_of_pipe(sys.stdin) if live else None
             output = sys.stderr if self.aside else sys.stdout  # where TYPE and PROMPT write
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)
@@ -152,13 +147,13 @@ class Batch(Struct, frozen=True):
             if lines is not None:
                 lines.robot = station.actor
             try:
-                with self._isolation(station), enough(end_by), wall(options.max_wall, end_by):
+                with self._isolation(station), enough(end_by), fence.wall(options.max_wall, end_by):
                     found = self._load(station)
                     if any(map(has_errors, found.values())):
                         return self._refuse(station, found)
                     for source, diagnostics in () if options.quiet else found.items():
                         print(source.diagnostics_text(diagnostics, most=MAX_DIAGNOSTICS), end="", file=sys.stderr)
-                    stop = Stoppable(station.interrupt)
+                    stop = interrupt.Stoppable(station.interrupt)
                     result, sound = self._execute(station, progress, stop, enough)
             except LimitReached as error:  # raised before the program began
                 if options.json:
@@ -196,7 +191,7 @@ class Batch(Struct, frozen=True):
         return Isolation()
 
     def _execute(
-        self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
+        self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, enough: fence.Enough
     ) -> tuple[RunResult, bool]:
         """Execute a program. Return its result, and whether the file of --save is complete. A limit that is reached
         within a step ends the program too.
@@ -216,14 +211,14 @@ class Batch(Struct, frozen=True):
         return result, sound()
 
     @contextmanager
-    def _folder(self) -> Iterator[Folder]:
+    def _folder(self) -> Iterator[opening.Folder]:
         """Yield the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
         from vrs_cli.files.disk import working_folder
 
-        options, given = self.options, self.options.file == STANDARD_STREAM
+        options, given = self.options, self.options.file == commands.STANDARD_STREAM
         beside, box = Path(options.file).parent, options.sandbox  # the current folder for a sample program
         if not options.apart:
-            yield Folder(beside) if box is None else Folder(Path(box), closed=True)
+            yield opening.Folder(beside) if box is None else opening.Folder(Path(box), closed=True)
             return
         name = (
             Path("standard input")
@@ -234,7 +229,7 @@ class Batch(Struct, frozen=True):
         with working_folder(source, None if kept is None else Path(kept, name), below=box is None) as folder:
             yield folder
 
-    def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
+    def _station(self, terminal: BatchTerminal, folder: opening.Folder) -> Station:
         model = chosen_robot(self.options, robot_of(self.options.prog, self.source))
         outside = chosen_outside(self.options)
         clock, limits = clock_of(self.options.realtime), self._limits()
@@ -327,7 +322,7 @@ class Batch(Struct, frozen=True):
             ]
             self._print_json(station, result, objects, wrong)
         if result.fault is None:
-            terminal.show(Message(result.outcome.value))
+            terminal.show(replies.Message(result.outcome.value))
         else:
             print(for_stream(self._fault_text(result.fault), sys.stderr), file=sys.stderr)
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
@@ -376,7 +371,7 @@ def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[
     beside: Mapping[str, str] | None = None
     for one in found:
         if source.is_file and one.code == UndefinedName.code:
-            beside = programs_beside(Path(source.path)) if beside is None else beside
+            beside = program_file.programs_beside(Path(source.path)) if beside is None else beside
             key = key_of(one.detail.split(" ")[0])
             if key in beside:
                 file = beside[key]
@@ -446,7 +441,7 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
     return found
 
 
-def _contact_object(motion: str, contact: Contact) -> Object:
+def _contact_object(motion: str, contact: world.Contact) -> Object:
     """Return a contact, with the text of its motion, for `--json`."""
     return {
         "motion": motion,

@@ -12,9 +12,8 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.bodies.scenario import Disturbance, Release, Scenario, load_scenario, read_command
+from vrs_cli.cli import main, remote
 from vrs_cli.cli.command_line import CommandLineError, teller
-from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.remote import signal_comes, token_of
 from vrs_cli.errors import IllegalValue, UsageError, VrsError
 from vrs_cli.interfaces.station.body import check_time
 from vrs_cli.kinematics.joints import JointKind, Joints
@@ -46,7 +45,7 @@ def body(options: Namespace) -> int:
 
 async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
     """Do the work until it ends, or a signal comes. Return the exit status and the number of the signal, or 0."""
-    working, heard = asyncio.create_task(work), asyncio.create_task(signal_comes())
+    working, heard = asyncio.create_task(work), asyncio.create_task(remote.signal_comes())
     done, _ = await asyncio.wait({working, heard}, return_when=asyncio.FIRST_COMPLETED)
     if working in done:
         heard.cancel()
@@ -54,12 +53,12 @@ async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
     working.cancel()
     with suppress(asyncio.CancelledError):
         await working
-    return OK, heard.result()
+    return main.OK, heard.result()
 
 
 def _client(options: Namespace) -> BodyClient:
     """Return the client of the body. Raises CommandLineError for a wrong address, FileError."""
-    token, tell = token_of(options.token_file), teller(options.prog)
+    token, tell = remote.token_of(options.token_file), teller(options.prog)
     try:
         return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
     except (UsageError, IllegalValue) as error:
@@ -125,7 +124,7 @@ async def _simulate(options: Namespace) -> int:
         arm = make_arm(body.setpoint(body.now()).joints, body.now())
         _tell_begun(tell, body, "a simulated arm")
         await _move(body, arm, make_arm, _commands(kinds, tell))
-    return OK
+    return main.OK
 
 
 async def _move(
@@ -204,7 +203,7 @@ async def _stream(options: Namespace) -> int:
             if ended.is_set():
                 break
             print(setpoint_line(form, t, body.setpoint(t), body.order.mode, units), flush=True)
-    return FAILED if wrong else OK
+    return main.FAILED if wrong else main.OK
 
 
 # --- --rosbridge: an arm of ROS 2 ------------------------------------------------------------------------------------
@@ -237,7 +236,7 @@ async def _follow_by_ros(options: Namespace) -> int:
         )
         _tell_begun(tell, body, f"an arm of ROS at {options.rosbridge}")
         await follow(body, settings, tell)
-    return OK
+    return main.OK
 
 
 KINDS: Mapping[str, Callable[[Namespace], Coroutine[Any, Any, int]]] = {

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, structs
 
+from vrs_cli.cli import commands, main
 from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_robot
-from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import (
     Source,
     are_together,
@@ -160,7 +159,7 @@ def _mended_text(text: str, mends: Iterable[Diagnostic]) -> str:
 
 def check(options: Namespace) -> int:
     """Print the diagnostics of all files; return the exit status."""
-    if STANDARD_STREAM in options.files and (options.fix or options.watch):
+    if commands.STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
     if options.diff and not options.fix:
         raise CommandLineError("--diff shows what --fix would write", "give --fix too")
@@ -184,11 +183,11 @@ def _cell(options: Namespace, source: Source) -> Cell:
 
 def _check(options: Namespace, model: RobotModel) -> int:
     """Check all files once; return the exit status."""
-    findings, before, status = list[Finding](), dict[str, str](), OK
+    findings, before, status = list[Finding](), dict[str, str](), main.OK
     for group in _groups(options):
         if isinstance(group, Unreadable):  # the other files are still checked
             print(f"{options.prog}: {group.error}", file=sys.stderr)
-            status = max(status, status_of(group.error))
+            status = max(status, main.status_of(group.error))
             if options.format != "text":
                 findings.append(group.finding)
             continue
@@ -202,7 +201,7 @@ def _check(options: Namespace, model: RobotModel) -> int:
     if options.fix and not options.diff:
         _write_mends(findings)
     wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
-    return max(status, FAILED if wrong or (options.diff and any(one.mended for one in findings)) else OK)
+    return max(status, main.FAILED if wrong or (options.diff and any(one.mended for one in findings)) else main.OK)
 
 
 class Unreadable(Struct, frozen=True):
@@ -329,7 +328,7 @@ def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
 
 def fmt(options: Namespace) -> int:
     """Print, rewrite or compare files. Return 1 if a file has mistakes, or with --check or --diff would change."""
-    if options.write and STANDARD_STREAM in options.files:
+    if options.write and commands.STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     dialect = chosen_dialect(options)
     sources = (read_source(path, samples=False) for path in program_files(options.files))
@@ -343,7 +342,7 @@ def fmt(options: Namespace) -> int:
             _tell(source, text, options)
     compared = options.check or options.diff
     wrong = any(text is None or (compared and text != source.text) for source, text in formatted)
-    return FAILED if wrong else OK
+    return main.FAILED if wrong else main.OK
 
 
 def _tell(source: Source, text: str, options: Namespace) -> None:

@@ -10,8 +10,7 @@ from urllib.parse import quote, urlsplit
 
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import FileDamaged
-from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.opening import text_at
+from vrs_cli.files import atomic, opening
 from vrs_cli.net.tokens import (
     NAME_RULE,
     OWN_ROBOTS,
@@ -58,14 +57,14 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
         if before is None:
             folder.tokens.unlink()
         else:
-            write_atomically(folder.tokens, before.decode())
+            atomic.write_atomically(folder.tokens, before.decode())
         raise CommandLineError(error.detail, error.hint) from None
     print(f"{folder.root}: {count(len(folder.students()), 'student')}; vrs class links {folder.root} tells their links")
 
 
 def _names_in(path: Path) -> list[str]:
     """Read names, one in each line. Raises FileError."""
-    return [line.strip() for line in text_at(str(path), 100_000).splitlines() if line.strip()]
+    return [line.strip() for line in opening.text_at(str(path), 100_000).splitlines() if line.strip()]
 
 
 def _print_links(folder: ClassFolder, options: Namespace) -> None:

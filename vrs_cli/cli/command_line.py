@@ -12,8 +12,7 @@ from itertools import takewhile
 from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vrs_cli.cli.commands import SUBCOMMANDS, Group, OneOf, OptionRow
-from vrs_cli.cli.kinds import float_of
+from vrs_cli.cli import commands, kinds
 from vrs_cli.errors import UsageError, nearest
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, name: str, prog: str) -> None:
-        row = SUBCOMMANDS[name]
+        row = commands.SUBCOMMANDS[name]
         super().__init__(prog=prog, description=row.description, add_help=False, allow_abbrev=False)
         self._name = name
         self.set_defaults(prog=prog)
@@ -90,7 +89,7 @@ class Parser(argparse.ArgumentParser):
         """Return the values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
         # `--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number
         pairs = zip(arguments, [*arguments[1:], ""], strict=False)
-        bare = ("--realtime=1" if one == "--realtime" and isnan(float_of(next_)) else one for one, next_ in pairs)
+        bare = ("--realtime=1" if one == "--realtime" and isnan(kinds.float_of(next_)) else one for one, next_ in pairs)
         arguments = list(bare)
         words = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", arguments))
         unknown = [word for word in words if word.startswith("--") and word not in self.options()]
@@ -132,21 +131,21 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
 
 
-def _add(container: argparse._ActionsContainer, row: OptionRow | OneOf | Group) -> None:
+def _add(container: argparse._ActionsContainer, row: commands.OptionRow | commands.OneOf | commands.Group) -> None:
     """Add an option, or several, to a parser or to a group of its help."""
-    if isinstance(row, OptionRow):
+    if isinstance(row, commands.OptionRow):
         names, described = _argparse_form(row)
         if isinstance(container, Parser):  # groups do not format each option as a test
             container = container._optionals if names[0].startswith("-") else container._positionals
         container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
         return
-    titles = (row.title, row.about) if isinstance(row, Group) else ()
+    titles = (row.title, row.about) if isinstance(row, commands.Group) else ()
     inside = container.add_argument_group(*titles) if titles else container.add_mutually_exclusive_group()
     for one in row.options:
         _add(inside, one)
 
 
-def _argparse_form(row: OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
+def _argparse_form(row: commands.OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
     """Return the names of an option, and its other arguments of `add_argument`."""
     words = row.form.split()
     names = [word for word in words if word.startswith("-")] or words[:1]

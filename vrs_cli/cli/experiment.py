@@ -16,10 +16,8 @@ from typing import NamedTuple
 
 from msgspec import Struct, structs
 
-from vrs_cli.cli import other_experiments
+from vrs_cli.cli import commands, main, other_experiments
 from vrs_cli.cli.command_line import CommandLineError, chosen_robot
-from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.other_experiments import lines_of, outcomes
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.lab.delays import Error, Strategy, Trial, TrialOutcome, outcome_of, together
@@ -27,8 +25,7 @@ from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.render.blocks import PIPE, Block, Column, Grid, line, number_column, number_columns, text_of
 from vrs_cli.render.chart import WIDTH, chart
 from vrs_cli.render.plots import Curves, check_plot, plot_panels
-from vrs_cli.values.numbers import count
-from vrs_cli.values.replies import Curve, Plot
+from vrs_cli.values import numbers, replies
 
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
@@ -105,7 +102,7 @@ def experiment(options: Namespace) -> int:
 
 def _delays(options: Namespace) -> int:
     """Try all cases and print tables. Return 1 if the flags disagree with the logs, or miss an error."""
-    picture = options.plot if options.plot != STANDARD_STREAM else None
+    picture = options.plot if options.plot != commands.STANDARD_STREAM else None
     if picture is not None:
         check_plot(picture)
     rows = _rows(options)
@@ -116,7 +113,7 @@ def _delays(options: Namespace) -> int:
         print(text_of(_report(options, rows)), end="")
     if picture is not None:
         _draw(picture, rows)
-    return OK if all(row.sound for row in rows) else FAILED
+    return main.OK if all(row.sound for row in rows) else main.FAILED
 
 
 # --- what is tried -----------------------------------------------------------------------------------------------
@@ -180,13 +177,12 @@ def _report(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block
     for name, group in groupby(rows, lambda row: row.delays):
         some = list(group)
         yield from _tables(options, name, some)
-        if options.plot == STANDARD_STREAM:
+        if options.plot == commands.STANDARD_STREAM:
             yield from _charts(some)
         yield line()
     agreed = "are" if all(row.outcome.agreed for row in rows) else "ARE NOT"
-    yield line(
-        f"The flagged times {agreed} those of the logs of both sides ({count(options.seeds * len(rows), 'trial')})"
-    )
+    trials = numbers.count(options.seeds * len(rows), "trial")
+    yield line(f"The flagged times {agreed} those of the logs of both sides ({trials})")
     outside = [row.outcome.outside for row in rows]
     degrees, mm = max(one.most_degrees for one in outside), max(one.most_mm for one in outside)
     yield line(f"At all other times the error of deltas is at most {degrees:g} deg, {mm:g} mm")
@@ -246,11 +242,11 @@ def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
         first, last = one.along[0], one.along[-1]
         even = tuple(first + (last - first) * k / (WIDTH - 1) for k in range(WIDTH))
         curves = (
-            Curve(name, CHARTED[name], tuple(_between(one.along, values, lead) for lead in even))
+            replies.Curve(name, CHARTED[name], tuple(_between(one.along, values, lead) for lead in even))
             for name, values in zip(one.names, one.columns, strict=True)
         )
         yield line()
-        yield from chart(Plot(f"Mean error over the lead, {one.title}", "deg", even, tuple(curves)), PIPE)
+        yield from chart(replies.Plot(f"Mean error over the lead, {one.title}", "deg", even, tuple(curves)), PIPE)
 
 
 def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: float) -> float:

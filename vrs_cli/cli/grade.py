@@ -12,22 +12,16 @@ from contextlib import chdir, closing
 from glob import glob
 from pathlib import Path
 
+from vrs_cli.cli import commands, main, outputs, sources
 from vrs_cli.cli.command_line import CommandLineError
-from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import check_distinct
-from vrs_cli.cli.sources import is_program
 from vrs_cli.errors import FileDamaged, FileError, FileOutside, NonexistentFile
-from vrs_cli.files.atomic import check_writable, write_atomically
-from vrs_cli.files.opening import Folder, reason
-from vrs_cli.files.program_file import decode_program
+from vrs_cli.files import atomic, opening, program_file
 from vrs_cli.render.blocks import PIPE, Block, Column, Grid, grid_lines, line, number_column, split
 from vrs_cli.render.pictures import check_page
 from vrs_cli.render.plain import for_stream
 from vrs_cli.render.progress import RunProgress
+from vrs_cli.teach import exercise_text, findings
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, find_exercise
-from vrs_cli.teach.findings import findings_of
 from vrs_cli.teach.grading import Grader, Grading, Submission, SubmissionRuns, by_student, total_of
 from vrs_cli.teach.many import Graded, core_count, grade_many, grade_on_cluster
 from vrs_cli.teach.propose import propose
@@ -83,7 +77,7 @@ def _places(name: str) -> Iterable[Path]:
             raise NonexistentFile(name, "name files, or folders with files of students")
         return (path,)
     inside = [one for one in sorted(path.iterdir()) if not one.name.startswith(".")]
-    programs, folders = [one for one in inside if is_program(one.name)], [one for one in inside if one.is_dir()]
+    programs, folders = [one for one in inside if sources.is_program(one.name)], [one for one in inside if one.is_dir()]
     if (len(programs) == 1 and not any(_programs_below(one) for one in folders)) or not (programs or folders):
         return (path,)  # the folder of one student, perhaps without a program
     return [*programs, *folders]
@@ -95,7 +89,7 @@ def _programs_below(folder: Path) -> list[Path]:
         Path(here, name)
         for here, _, names in os.walk(folder)
         for name in names
-        if is_program(name) and not Path(here).name.startswith(".")
+        if sources.is_program(name) and not Path(here).name.startswith(".")
     )
 
 
@@ -114,7 +108,7 @@ def _students(paths: list[Path]) -> list[str]:
 
 
 def _own_name(path: Path) -> str:
-    return path.stem if is_program(path.name) else path.name
+    return path.stem if sources.is_program(path.name) else path.name
 
 
 def _text_of_name(name: str) -> str:
@@ -133,19 +127,19 @@ def _read(student: str, path: Path) -> Submission:
     name = _text_of_name(path.name)
     try:
         # The text of a file
-        with Folder(path.parent, closed=True).open_to_read(path) as stream:
+        with opening.Folder(path.parent, closed=True).open_to_read(path) as stream:
             if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
                 raise FileError("it is no file")
-            data = stream.read(MAX_PROGRAM_BYTES + 1)
-        if len(data) > MAX_PROGRAM_BYTES:
-            raise FileError(f"it has more than {MAX_PROGRAM_BYTES} bytes")
-        return Submission(student, name, decode_program(path.name, data))
+            data = stream.read(exercise_text.MAX_PROGRAM_BYTES + 1)
+        if len(data) > exercise_text.MAX_PROGRAM_BYTES:
+            raise FileError(f"it has more than {exercise_text.MAX_PROGRAM_BYTES} bytes")
+        return Submission(student, name, program_file.decode_program(path.name, data))
     except FileOutside:
         why = "it is a link, a device or a pipe"
     except FileError as error:
         why = error.detail
     except OSError as error:
-        why = reason(error)
+        why = opening.reason(error)
     return Submission(student, name, "", f"the file cannot be read: {why}")
 
 
@@ -169,17 +163,17 @@ def grade(options: Namespace) -> int:
         folder, told = propose(options.new, options.exercise, options.cell)
         for text in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
             print(for_stream(text, sys.stdout))
-        return OK
+        return main.OK
     if options.cell is not None:
         raise CommandLineError("--cell is for --new: submissions run in the cell of the exercise")
     if options.exercise is None or not options.files:
         raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
 
-    exercise = read_exercise(find_exercise(options.exercise).resolve())
+    exercise = read_exercise(exercise_text.find_exercise(options.exercise).resolve())
     submissions = find_submissions(options.files)
     _check_outputs(options, len(submissions) > 1)
     gradings = _grade_all(options, exercise, submissions)
-    return FAILED if any(one.lost for one in gradings) else OK
+    return main.FAILED if any(one.lost for one in gradings) else main.OK
 
 
 def _check_exercise(options: Namespace) -> int:
@@ -187,21 +181,21 @@ def _check_exercise(options: Namespace) -> int:
     from tempfile import TemporaryDirectory
 
     try:
-        exercise = read_exercise(find_exercise(options.check).resolve())
+        exercise = read_exercise(exercise_text.find_exercise(options.check).resolve())
     except FileDamaged as error:
         print(error.detail)
         print(f"{count(error.detail.count(chr(10)) + 1, 'mistake')} ({error.hint})")
-        return FAILED
+        return main.FAILED
     mistakes = warnings = 0
     with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as folder, chdir(folder):
-        for found in findings_of(exercise, lambda it, text: SubmissionRuns(Submission("", "", text)).run(it)):
+        for found in findings.findings_of(exercise, lambda it, text: SubmissionRuns(Submission("", "", text)).run(it)):
             print(for_stream(found.text, sys.stdout), flush=True)
             mistakes, warnings = mistakes + (not found.doubtful), warnings + found.doubtful
     if not mistakes and not warnings:
         print(f"{exercise.title}: no mistakes in {count(len(exercise.checks), 'check')}")
     else:
         print(f"{count(mistakes, 'mistake')} and {count(warnings, 'warning')}")
-    return FAILED if mistakes else OK
+    return main.FAILED if mistakes else main.OK
 
 
 def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Submission]) -> tuple[Grading, ...]:
@@ -234,7 +228,7 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
     _write(options, exercise, gradings, results)
     if pages is not None:
         pages.finish(gradings, alike, results["digest"], next(iter(grader.models.values())).arm)
-    if not options.quiet and STANDARD_STREAM not in (getattr(options, name) for name in FILES):
+    if not options.quiet and commands.STANDARD_STREAM not in (getattr(options, name) for name in FILES):
         _show(exercise, gradings, alike)
         print(f"digest {results['digest']}")
     return gradings
@@ -263,16 +257,16 @@ def _texts_of_exercise(exercise: Exercise) -> Iterator[str]:
 def _check_outputs(options: Namespace, several: bool) -> None:
     """Raise the errors that writing would have later: CommandLineError, FileError, PageError."""
     named = {name: path for name in FILES if (path := getattr(options, name)) is not None}
-    if list(named.values()).count(STANDARD_STREAM) > 1:
+    if list(named.values()).count(commands.STANDARD_STREAM) > 1:
         raise CommandLineError("two outputs want standard output", "write one into a file")
-    check_distinct(path for path in named.values() if path != STANDARD_STREAM)
+    outputs.check_distinct(path for path in named.values() if path != commands.STANDARD_STREAM)
     for name, path in named.items():
         if name in FOR_ONE and several:
-            if path == STANDARD_STREAM or (os.path.lexists(path) and not os.path.isdir(path)):
+            if path == commands.STANDARD_STREAM or (os.path.lexists(path) and not os.path.isdir(path)):
                 what = f"--{name} {path} is one file, and there are several submissions"
                 raise CommandLineError(what, f"name a folder, in which each has a file: --{name} marks")
-        elif path != STANDARD_STREAM:
-            check_writable(path)
+        elif path != commands.STANDARD_STREAM:
+            atomic.check_writable(path)
     if options.html is not None:
         check_page()
 
@@ -298,10 +292,10 @@ def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], 
 
 
 def _write_text(path: str, text: str) -> None:
-    if path == STANDARD_STREAM:
+    if path == commands.STANDARD_STREAM:
         sys.stdout.write(text)
     else:
-        write_atomically(path, text)
+        atomic.write_atomically(path, text)
 
 
 def _make_folder(path: str) -> None:

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.cli.command_line import teller
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.render.console import draw_lesson_text
-from vrs_cli.repl.config import state_folder
-from vrs_cli.repl.shell import at, on_terminal
+from vrs_cli.repl import config, shell
 from vrs_cli.teach.learn import Learner, LearnerRecord, LessonStanding
 from vrs_cli.teach.lessons import (
     Lesson,
@@ -50,7 +49,7 @@ def learn(options: Namespace) -> int:
 def _progress_file() -> Path | None:
     """Return the file with the learner's progress; None if there is no home."""
     try:
-        return state_folder(os.environ) / PROGRESS
+        return config.state_folder(os.environ) / PROGRESS
     except RuntimeError:
         return None
 
@@ -121,7 +120,7 @@ class _Course:
         """Lead through one lesson. Return the exit status, and the lesson to which the learner goes on."""
         from vrs_cli.teach.classroom import Classroom, LessonPlace
 
-        tell, attended = teller(options.prog), on_terminal()
+        tell, attended = teller(options.prog), shell.on_terminal()
         standing = progress.of(lesson.key)
         with ExitStack() as stack:
             if options.view and self._page is None:
@@ -139,7 +138,7 @@ class _Course:
                     from vrs_cli.cli.view import tell_page
 
                     tell_page(options, classroom.local_robot.page(classroom.local_robot.name))
-            at(LessonPlace(classroom, learner, first=first))
+            shell.at(LessonPlace(classroom, learner, first=first))
         if learner.standing.is_finished or learner.wanted is not None:
             return OK, learner.wanted
         if not attended:

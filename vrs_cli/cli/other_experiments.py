@@ -23,17 +23,15 @@ from msgspec import structs
 
 import vrs_cli as vrs
 from vrs_cli.bodies.scenario import Disturbance, load_scenario
+from vrs_cli.cli import commands, main
 from vrs_cli.cli.command_line import CommandLineError, chosen_robot, did_you_mean
-from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.errors import RequestRefused
 from vrs_cli.extras import BUILT_PAGE
 from vrs_cli.files.atomic import check_writable, write_atomically
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.lab import bench, twin
+from vrs_cli.lab import bench, methods, twin
 from vrs_cli.lab.bench import SCENARIOS, ControllerScore, MethodOutcome, MethodTrial, ViewerScore, method_outcome
 from vrs_cli.lab.delays import Trial, mean_score
-from vrs_cli.lab.methods import CONTROLLERS, VIEWERS, Predictor, RemoteController, load_method
 from vrs_cli.lab.twin import TwinCurves, TwinRow, TwinTrial, twin_outcome, twin_row
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma, with_loss
 from vrs_cli.render.blocks import Block, Column, Grid, line, number_column, number_columns, text_of
@@ -58,16 +56,16 @@ class MethodRows(NamedTuple):
 def run_methods(options: Namespace) -> int:
     """Try all methods, and print tables. Raises MethodError for a class that fails, CommandLineError."""
     for name in options.viewer:
-        load_method(name, Predictor)
+        methods.load_method(name, methods.Predictor)
     for name in options.controller:
-        load_method(name, RemoteController)
+        methods.load_method(name, methods.RemoteController)
     rows = list(_rows_methods(options))
     if options.json:
         tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
         print(json.dumps({**tried, "rows": [_row_object_methods(row) for row in rows]}, indent=2))
     else:
         print(text_of(_report_methods(options, rows)), end="")
-    return OK
+    return main.OK
 
 
 def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
@@ -84,7 +82,7 @@ def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
         parts.setdefault((name, trial.scenario), []).append((trial, some))
     for (name, scenario), tried in parts.items():
         viewed = tried[0][1]
-        names = (*VIEWERS, *viewed[0].viewers)
+        names = (*methods.VIEWERS, *viewed[0].viewers)
         seen = {one: [it.viewers[one] for it in viewed if one in it.viewers] for one in dict.fromkeys(names)}
         scores = {
             trial.controller: [it.controller for it in some if it.controller is not None] for trial, some in tried
@@ -104,8 +102,8 @@ def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
         if scenario not in SCENARIOS:
             hint = did_you_mean(scenario, SCENARIOS, options.prog)
             raise CommandLineError(f"--scenario: no scenario is {scenario}", hint)
-    viewers = (*VIEWERS, *options.viewer)
-    controllers = (*CONTROLLERS, *options.controller)
+    viewers = (*methods.VIEWERS, *options.viewer)
+    controllers = (*methods.CONTROLLERS, *options.controller)
     for name, forward, backward in lines_of(options):
         ways = DelayWays(forward, backward, options.seed)
         for scenario in options.scenario or SCENARIOS:
@@ -194,7 +192,7 @@ def run_study(options: Namespace) -> int:
             for trial in left:
                 results.add(participant, trial, do(trial))
     _tell_results(path, as_json=options.json)
-    return OK
+    return main.OK
 
 
 def _tell_results(path: Path, *, as_json: bool) -> None:
@@ -339,7 +337,7 @@ class TwinRows(NamedTuple):
 def run_twin(options: Namespace) -> int:
     """Try all cases, print a table and draw. Return 1 if something wrong is shown without a flag."""
     if options.plot is not None:
-        if options.plot == STANDARD_STREAM or Path(options.plot).suffix.lower() != ".svg":
+        if options.plot == commands.STANDARD_STREAM or Path(options.plot).suffix.lower() != ".svg":
             raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
 
         check_writable(options.plot)
@@ -358,7 +356,7 @@ def run_twin(options: Namespace) -> int:
         print(text_of(_report_twin(options, rows)), end="")
     if options.plot is not None:
         _draw(options.plot, rows)
-    return OK if all(it.row.excess == 0.0 for it in rows) else FAILED
+    return main.OK if all(it.row.excess == 0.0 for it in rows) else main.FAILED
 
 
 def _with_seed(it: TwinTrial, number: int) -> TwinTrial:

@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from vrs_cli.cli import commands, main, sources
 from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError
-from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, check_distinct, check_moment, write_export
-from vrs_cli.cli.sources import position_object, read_recording
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
@@ -31,7 +29,7 @@ MAX_MEASURED = 500_000  # maximum number of reports that can be played
 
 def where(options: Namespace) -> None:
     """Print where the robot is at the given times."""
-    recording = read_recording(options.prog, options.file, lenient=options.lenient)
+    recording = sources.read_recording(options.prog, options.file, lenient=options.lenient)
     from vrs_cli.engine.position import position_at
     from vrs_cli.render.text import plain_text
     from vrs_cli.values.replies import Whereabouts
@@ -42,7 +40,9 @@ def where(options: Namespace) -> None:
         return
     positions = [position_at(recording.arm, recording.timeline, t) for t in options.at]
     if options.json:
-        objects = [{"time": p.time, **position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions]
+        objects = [
+            {"time": p.time, **sources.position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions
+        ]
         print("[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]")
     else:
         shown = (plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)
@@ -59,7 +59,7 @@ def _where_measured(options: Namespace, recording: Recording) -> None:
     found = [(t, measured_position(recording.arm, recording.timeline, measured, t)) for t in options.at]
     if options.json:
         objects = [
-            {"time": t, **position_object(at.measured, units), "mode": at.mode.value}
+            {"time": t, **sources.position_object(at.measured, units), "mode": at.mode.value}
             if at
             else {"time": t, "mode": None}
             for t, at in found
@@ -96,7 +96,7 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
 
 def verify(options: Namespace) -> int:
     """Print the mistakes of a file, line by line, or that there are none; return the exit status."""
-    recording = read_recording(options.prog, options.file, lenient=True, told=False)
+    recording = sources.read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.rebuild import in_lines
     from vrs_cli.files.trajectory_file import MAX_FAULTS
@@ -113,7 +113,7 @@ def verify(options: Namespace) -> int:
         held = f"{len(recording.deltas)} changes, {len(recording.timeline)} segments, {recording.timeline.end:.3f} s"
         held += f", {len(recording.measured)} measured reports" if recording.measured else ""
         print(f"{held}{'' if checksums else ', no checksums'}: {'sound' if not wrong else 'not sound'}")
-    return FAILED if wrong else OK
+    return main.FAILED if wrong else main.OK
 
 
 # --- vrs replay -----------------------------------------------------------------------------------------------------
@@ -126,7 +126,7 @@ MAX_TABLE_ROWS = 100_000
 def replay(options: Namespace) -> None:
     """Play, print or write a saved trajectory."""
     outputs = Outputs.of(options)
-    recording = read_recording(options.prog, options.file, lenient=options.lenient)
+    recording = sources.read_recording(options.prog, options.file, lenient=options.lenient)
 
     arm = recording.arm
     timeline = _measured_timeline(options, recording) if options.measured else recording.timeline
@@ -170,11 +170,11 @@ def export(options: Namespace) -> None:
     if options.cell is not None and not exporter.shows_cell:
         shown = ", ".join(one.name for one in formats().values() if one.shows_cell)
         raise CommandLineError(f"{exporter.name} has nothing of a cell", f"--cell is for {shown}")
-    if options.output != STANDARD_STREAM:
+    if options.output != commands.STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
     exporter.check()
-    recording = read_recording(options.prog, options.file, lenient=options.lenient)
+    recording = sources.read_recording(options.prog, options.file, lenient=options.lenient)
 
     timeline = recording.timeline
     if options.measured and exporter.tells_measured:

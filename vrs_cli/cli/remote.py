@@ -17,14 +17,10 @@ from pathlib import Path
 from vrs_cli.cli.command_line import CommandLineError, teller
 from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.errors import FileExists, UsageError
-from vrs_cli.files.atomic import atomically
-from vrs_cli.files.opening import unreadable
+from vrs_cli.files import atomic, opening
+from vrs_cli.net import delay_line, messages, socket_port
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.delay_line import Constant, DelayProxy, DelayWays, with_loss
-from vrs_cli.net.messages import Fetched, Get, Put, Request, ServerMessage
-from vrs_cli.net.socket_port import SocketPort
-from vrs_cli.repl.connection import Remote
-from vrs_cli.repl.interrupt import ENDINGS, SAID, Ended
+from vrs_cli.repl import connection, interrupt
 from vrs_cli.repl.shell import at, on_terminal
 
 TOKEN = "VRS_TOKEN"
@@ -42,10 +38,10 @@ def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0
         raise CommandLineError(error.detail, error.hint) from None
 
 
-def ask_once(options: Namespace, make: Callable[[int], Request]) -> ServerMessage:
+def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
     """Connect, send one request, and disconnect; return the answer. Raises the robot's refusal."""
 
-    async def once() -> ServerMessage:
+    async def once() -> messages.ServerMessage:
         client = client_of(options)
         try:
             await client.open()
@@ -79,7 +75,7 @@ async def signal_comes() -> int:
     The event loop handles the signals: a handler of Python may not run before something else wakes the loop.
     """
     loop, came = asyncio.get_running_loop(), asyncio.Queue[int]()
-    heard = [number for number in SAID if signal.getsignal(number) is not signal.SIG_IGN]
+    heard = [number for number in interrupt.SAID if signal.getsignal(number) is not signal.SIG_IGN]
     try:
         for number in heard:
             loop.add_signal_handler(number, came.put_nowait, number)
@@ -114,11 +110,11 @@ def connect(options: Namespace) -> int:
     attended = on_terminal()
     client = client_of(options, attended=attended, behind=options.behind)
     client.told = once(client.told)
-    port = SocketPort(client)
+    port = socket_port.SocketPort(client)
     try:
         if attended:
             client.told(f"{port.welcome.robot} at {client.url}; you are {port.name}, {port.welcome.role}")
-        return at(Remote(port, client.told))
+        return at(connection.Remote(port, client.told))
     finally:
         port.close()
 
@@ -145,9 +141,9 @@ def _put(options: Namespace) -> None:
     try:
         data = options.put.read_bytes()
     except OSError as error:
-        raise unreadable(options.put, error) from None
+        raise opening.unreadable(options.put, error) from None
     name = options.called or options.put.name
-    ask_once(options, lambda id: Put(id, name, data, options.replace))
+    ask_once(options, lambda id: messages.Put(id, name, data, options.replace))
 
 
 def _get(options: Namespace) -> None:
@@ -156,13 +152,13 @@ def _get(options: Namespace) -> None:
     if options.output != STANDARD_STREAM and path.exists() and not options.replace:
         raise FileExists(str(path), "--replace overwrites it, -o names another")
 
-    fetched = ask_once(options, lambda id: Get(id, options.get))
-    assert isinstance(fetched, Fetched), "it is what was asked for"
+    fetched = ask_once(options, lambda id: messages.Get(id, options.get))
+    assert isinstance(fetched, messages.Fetched), "it is what was asked for"
     if options.output == STANDARD_STREAM:
         sys.stdout.buffer.write(fetched.data)
         sys.stdout.buffer.flush()
         return
-    with atomically(path) as stream:
+    with atomic.atomically(path) as stream:
         stream.write(fetched.data)
 
 
@@ -172,16 +168,18 @@ def _get(options: Namespace) -> None:
 def delay(options: Namespace) -> None:
     """Serve a line with delays until Ctrl-C."""
     number = asyncio.run(_serve(options))
-    if number in ENDINGS:  # Ctrl-C only stops the line, other signals end the process
-        raise Ended(number)
+    if number in interrupt.ENDINGS:  # Ctrl-C only stops the line, other signals end the process
+        raise interrupt.Ended(number)
 
 
 async def _serve(options: Namespace) -> int:
     """Serve until a signal comes; return its number. Raises CommandLineError if the address cannot be used."""
-    none, tell = ("0", Constant(0.0)), partial(print, flush=True)
+    none, tell = ("0", delay_line.Constant(0.0)), partial(print, flush=True)
     (there, forward), (back, backward) = (way or none for way in (options.forward, options.backward))
-    ways = DelayWays(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)
-    proxy = DelayProxy(options.target, ways, (lambda _text: None) if options.quiet else tell)
+    ways = delay_line.DelayWays(
+        delay_line.with_loss(forward, options.loss), delay_line.with_loss(backward, options.loss), options.seed
+    )
+    proxy = delay_line.DelayProxy(options.target, ways, (lambda _text: None) if options.quiet else tell)
     try:
         at = await proxy.listen(options.listen)
     except OSError as error:

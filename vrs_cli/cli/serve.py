@@ -13,9 +13,8 @@ from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 
+from vrs_cli.cli import main, remote
 from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, tell_notes, teller
-from vrs_cli.cli.main import OK
-from vrs_cli.cli.remote import signal_comes
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.cell_file import read_cell
@@ -24,12 +23,8 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.language.text.collector import collect_in_small_parts
-from vrs_cli.net.class_board import ClassBoard
+from vrs_cli.net import class_board, http, limits, room, served_robot
 from vrs_cli.net.durable_log import Audit
-from vrs_cli.net.http import ServedPage, is_local
-from vrs_cli.net.limits import Allowance
-from vrs_cli.net.room import Hub, RobotFolders
-from vrs_cli.net.served_robot import Plan, WhenGone
 from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, TokenFile
 from vrs_cli.render.text import styled_lines
@@ -63,14 +58,14 @@ def serve(options: Namespace) -> int:
         named, tokens = (name for name, _ in options.robot), None
         if options.tokens is not None:
             tokens = TokenFile(Path(options.tokens), named, options.robots_per_token)
-        if options.insecure and not options.tls_cert and not is_local(options.host):
+        if options.insecure and not options.tls_cert and not http.is_local(options.host):
             tell("--insecure: whoever is on the way can read the tokens, and drive")
         place = ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
-        pages = ServedPage.read(cookies=True) if options.pages else None
+        pages = http.ServedPage.read(cookies=True) if options.pages else None
         server = Server(place, _allowance(options), audit, tokens, tell, pages)
         hub = _hub(options, server, audit, folder, tell)
         if folder_of_class is not None:
-            server.board = ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
+            server.board = class_board.ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
             lessons = ServedLessons(folder_of_class.lessons, server.begin_anew, tell)
             server.board.lessons, hub.planned = lessons, lessons.plan
             server.opened.append(lessons.start_at)
@@ -100,9 +95,9 @@ def _take_class(options: Namespace) -> ClassFolder | None:
     return found
 
 
-async def _run_server(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
+async def _run_server(options: Namespace, server: Server, hub: room.Hub, tell: Callable[[str], None]) -> int:
     stop = asyncio.Event()
-    ending = asyncio.create_task(signal_comes())
+    ending = asyncio.create_task(remote.signal_comes())
     ending.add_done_callback(lambda _: stop.set())
 
     def ready(address: str) -> None:
@@ -133,7 +128,7 @@ async def _run_server(options: Namespace, server: Server, hub: Hub, tell: Callab
         if publisher is not None:
             await publisher.close()
     tell("ended")
-    return OK
+    return main.OK
 
 
 # --- what is wrong with a command line ---
@@ -161,7 +156,7 @@ def _check(options: Namespace) -> None:
         raise CommandLineError("--tls-key without --tls-cert", "give both")
     if options.robots_per_token and not options.tokens:
         raise CommandLineError("--robots-per-token without --tokens", "vrs class token makes tokens")
-    if is_local(options.host):
+    if http.is_local(options.host):
         return
     if not options.tokens:
         raise CommandLineError(
@@ -189,17 +184,17 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
     return context
 
 
-def _allowance(options: Namespace) -> Allowance:
+def _allowance(options: Namespace) -> limits.Allowance:
     given = {
         "connections": options.max_connections,
         "folder": options.max_folder,
         "segments": options.max_segments,
         "steps": options.max_steps,
     }
-    return Allowance(**{name: value for name, value in given.items() if value is not None})
+    return limits.Allowance(**{name: value for name, value in given.items() if value is not None})
 
 
-def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
+def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> room.Hub:
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
     robots: Mapping[str, RobotModel] = {name: load_robot(robot, ends, options.task) for name, robot in wanted}
@@ -207,21 +202,21 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         tell_notes(tell, model, fitted=options.task is None)
     journal = None if options.journal is None else _make_folder(Path(options.journal), "--journal")
     cells = {name: read_cell(file) for name, file in options.cell}
-    usual = Plan(
+    usual = served_robot.Plan(
         load_robot(options.own_robot),
         Path(),
         realtime=options.realtime,
         causality=options.causality or "",
-        when_gone=WhenGone(options.when_driver_goes),
+        when_gone=served_robot.WhenGone(options.when_driver_goes),
         allowance=_allowance(options),
         idle=inf if options.idle is None else options.idle,
         cell=cells.pop("", None),
         styled=styled_lines,
     )
-    places, own = RobotFolders(journal, folder), options.robots_per_token
+    places, own = room.RobotFolders(journal, folder), options.robots_per_token
     idle = OWN_IDLE if options.idle is None else options.idle
     wake, grants = server.wake, server.grants
-    return Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)
+    return room.Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)
 
 
 def _make_folder(folder: Path, option: str) -> Path:

@@ -18,12 +18,10 @@ from time import monotonic
 from typing import TextIO
 
 from vrs_cli.api.control import CHUNK_S, ChunkSteering
+from vrs_cli.cli import main, remote, sources
 from vrs_cli.cli.command_line import CommandLineError, chosen_robot, clock_of
 from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, journal
-from vrs_cli.cli.remote import client_of
-from vrs_cli.cli.sources import position_object
 from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
@@ -153,7 +151,7 @@ class _Run:
         self._tell(steering)
         self.outputs.write(steering.engine.arm, steering.engine.timeline, self.options.file)
         stop.end()
-        return FAILED if failed or self.unreached or self.skipped else OK
+        return main.FAILED if failed or self.unreached or self.skipped else main.OK
 
     def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
         """Return the first target. Raises CommandLineError, or FileDamaged for a stream with only wrong lines."""
@@ -242,7 +240,7 @@ class _Run:
             "duration_s": round(engine.end, 9),
             "lag_s": {"rms": round(following.lag.rms, 6), "max": round(following.lag.worst, 6)},
             **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
-            "final": position_object(engine.position(engine.end), engine.model.units),
+            "final": sources.position_object(engine.position(engine.end), engine.model.units),
         }
 
 
@@ -252,7 +250,7 @@ class _ServedRun(_Run):
     def run(self) -> int:
         """Follow the stream and report; return the exit status."""
         stop = Stoppable(lambda: True)
-        with _lines(self.options.file) as lines, closing(SocketPort(client_of(self.options))) as port:
+        with _lines(self.options.file) as lines, closing(SocketPort(remote.client_of(self.options))) as port:
             robot = Supervisor(port)
             units = robot.arm.model.units
             targets = read_targets(
@@ -273,7 +271,7 @@ class _ServedRun(_Run):
             self._tell_served(steering, units.kinds)
         stop.end()
         followed = steering.followed
-        return FAILED if self.unreached or self.skipped or followed.lost or followed.late else OK
+        return main.FAILED if self.unreached or self.skipped or followed.lost or followed.late else main.OK
 
     def _send(
         self, steering: ChunkSteering, targets: Queue[TimedTarget | VrsError | None], clock: RobotClock, stop: Stoppable

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from vrs_cli.cli import commands, main
 from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot
-from vrs_cli.cli.commands import SUBCOMMANDS
-from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.extras import how_to_install
 
 if TYPE_CHECKING:
@@ -27,13 +26,13 @@ def config(options: Namespace) -> int:
     path = config_path(os.environ)
     if options.path:
         print(path)
-        return OK
+        return main.OK
     config = read_config(os.environ)
     print(f"# {path}{'' if path.exists() else ' (not there: these are the defaults)'}")
     print(settings_text(config), end="")
     for what in config.wrong:
         print(f"{options.prog}: {what}", file=sys.stderr)
-    return FAILED if config.wrong else OK
+    return main.FAILED if config.wrong else main.OK
 
 
 # --- vrs tools completion -------------------------------------------------------------------------------------------
@@ -52,15 +51,15 @@ def completion(options: Namespace) -> None:
     whole.add_argument("--version", action="store_true", help="the version")
     subcommands = whole.add_subparsers()
     families: dict[str, Any] = {}
-    for name, row in SUBCOMMANDS.items():
+    for name, row in commands.SUBCOMMANDS.items():
         first, _, second = name.partition(" ")
         own = Parser(name, f"vrs {name}")
         for action in own.arguments():
             _teach(action, shtab.FILE, shtab.DIRECTORY)
-        if second and first in SUBCOMMANDS:  # `class token` is completed as an argument of `class`
+        if second and first in commands.SUBCOMMANDS:  # `class token` is completed as an argument of `class`
             continue
         if second and first not in families:
-            rows = ", ".join(name.split()[1] for name in SUBCOMMANDS if name.startswith(f"{first} "))
+            rows = ", ".join(name.split()[1] for name in commands.SUBCOMMANDS if name.startswith(f"{first} "))
             families[first] = subcommands.add_parser(first, help=rows).add_subparsers()
         place = families[first] if second else subcommands
         place.add_parser(second or first, help=row.summary, parents=[own], add_help=False)

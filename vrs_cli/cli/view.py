@@ -16,9 +16,8 @@ from threading import Thread
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from vrs_cli.cli import run
+from vrs_cli.cli import remote, run
 from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot, clock_of, teller
-from vrs_cli.cli.remote import client_of, signal_comes, token_of
 from vrs_cli.cli.sources import cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import NonexistentFile, UsageError, VrsError
 from vrs_cli.extras import shipped_folder
@@ -27,21 +26,16 @@ from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import Cell
+from vrs_cli.net import far_end, http, messages, page_data, socket_port
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.far_end import Ahead, Predicted
-from vrs_cli.net.http import ServedPage
-from vrs_cli.net.messages import Abort, Activity, Done, ServerMessage, Told, Welcome
 from vrs_cli.net.mirror import WINDOW
-from vrs_cli.net.page_data import recorded_page
 from vrs_cli.net.relay import Relay
 from vrs_cli.net.server import ListenAddress
-from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.render.text import plain_text, styled_lines
-from vrs_cli.repl.config import state_folder
+from vrs_cli.repl import config, player
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import Local
-from vrs_cli.repl.player import play, watch
 from vrs_cli.repl.shell import at, on_terminal
 from vrs_cli.values.acts import Define
 from vrs_cli.wire.cells import cell_record
@@ -61,7 +55,7 @@ def view(options: Namespace) -> int:
         raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
     if is_recording(options.url):
         recording = read_recording(options.prog, options.url, lenient=options.lenient)
-        play(recording.arm, recording.timeline, options.rate, _world(options, recording.arm))
+        player.play(recording.arm, recording.timeline, options.rate, _world(options, recording.arm))
     else:
         asyncio.run(_watch(options))
     return 0
@@ -77,9 +71,9 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
 
 async def _watch(options: Namespace) -> None:
     """Watch a served robot on the terminal. Raises RequestRefused, and the server's refusals."""
-    client = client_of(options)
-    news, predicted = News(), Predicted(client.far)
-    client.far.ahead = Ahead.PRESENT if options.ahead is None else options.ahead
+    client = remote.client_of(options)
+    news, predicted = News(), far_end.Predicted(client.far)
+    client.far.ahead = far_end.Ahead.PRESENT if options.ahead is None else options.ahead
     client.told = news.cut
     client.far.news.append(news.hear)
     try:
@@ -90,7 +84,7 @@ async def _watch(options: Namespace) -> None:
             return "\n".join(line for line in (news.line(), *client.far.preview_now().lines(t)) if line)
 
         world = client.far.world or _world(options, predicted.arm)
-        await watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news), world)
+        await player.watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news), world)
     finally:
         await client.close()
 
@@ -98,7 +92,7 @@ async def _watch(options: Namespace) -> None:
 def _abort(client: Client, news: News) -> None:
     """Stop the robot, and show the result."""
     try:
-        client.begin(Abort, news.keep_answer)
+        client.begin(messages.Abort, news.keep_answer)
     except VrsError as error:
         news.cut(f"ABORT is not sent: {error}")
 
@@ -109,24 +103,24 @@ class News:
     def __init__(self) -> None:
         self._activity = self._cut = self._said = ""
 
-    def hear(self, message: ServerMessage) -> None:
+    def hear(self, message: messages.ServerMessage) -> None:
         match message:
-            case Activity(driver, programs):
+            case messages.Activity(driver, programs):
                 runs = f"{', '.join(programs) or 'no program'} {'run' if len(programs) > 1 else 'runs'}"
                 self._activity = f"{driver or 'nobody'} drives; {runs}"
                 self._said = "" if programs else self._said
-            case Welcome():
+            case messages.Welcome():
                 self._cut = ""
 
     def cut(self, why: str) -> None:
         self._cut = why
 
-    def keep_answer(self, message: ServerMessage) -> None:
+    def keep_answer(self, message: messages.ServerMessage) -> None:
         """Keep the answer to ABORT."""
         match message:
-            case Told(reply):
+            case messages.Told(reply):
                 self._said = plain_text(reply).strip()
-            case Done(refusal=refusal) if refusal is not None:
+            case messages.Done(refusal=refusal) if refusal is not None:
                 self._said = str(refusal.error())
 
     def line(self) -> str:
@@ -151,17 +145,17 @@ def show(options: Namespace) -> int:
             relay_robot(options, stack, at_page, cell)
         else:
             return run_beside(options, stack, host_robot(options, stack, at_page, chosen_robot(options), cell, None))
-        asyncio.run(signal_comes())
+        asyncio.run(remote.signal_comes())
     return 0
 
 
 def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
     """Run the shell beside the page. On a pipe, the page stays after the last line."""
-    connection = SocketPort(local_robot.client(attended=on_terminal()))
+    connection = socket_port.SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
     if not on_terminal():
-        asyncio.run(signal_comes())
+        asyncio.run(remote.signal_comes())
     return status
 
 
@@ -188,8 +182,8 @@ def page_place(options: Namespace) -> PagePlace:
     secret = new_secret()
     with suppress(RuntimeError):  # there is no home
         if options.port:
-            secret = kept_secret(state_folder(os.environ) / "view" / str(options.port))
-    return PagePlace(address, secret, ServedPage.read())
+            secret = kept_secret(config.state_folder(os.environ) / "view" / str(options.port))
+    return PagePlace(address, secret, http.ServedPage.read())
 
 
 def tell_page(options: Namespace, address: str) -> None:
@@ -253,7 +247,7 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
 
     recording = read_recording(options.prog, options.url, lenient=options.lenient)
     name = Path(options.url).name
-    shown = recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
+    shown = page_data.recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
     at.pages.add(f"/recording/{quote(name, safe='')}.json", "application/json", json.dumps(shown).encode())
     with said_of_command_line():
         server = LocalServer(at, tell=teller(options.prog))
@@ -267,9 +261,9 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
     """
     from vrs_cli.net.local_server import BROWSER, LocalServer
 
-    token, called = token_of(options.token_file), options.name or BROWSER
+    token, called = remote.token_of(options.token_file), options.name or BROWSER
     with said_of_command_line():
-        found = SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
+        found = socket_port.SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
     name, world = found.welcome.robot, found.far.world
     found.close()
     told = None if cell is None or world is not None else cell_record(cell)
@@ -283,7 +277,7 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
         token=token,
         name=called,
         ca=options.ca,
-        ahead=Ahead.PRESENT if options.ahead is None else options.ahead,
+        ahead=far_end.Ahead.PRESENT if options.ahead is None else options.ahead,
         window=options.window,
         cell=told,
     )

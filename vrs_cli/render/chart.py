@@ -10,8 +10,7 @@ from math import ceil, floor, hypot, log10, sqrt
 
 from vrs_cli.render.blocks import Page, Piece, TextLine, line
 from vrs_cli.render.colours import CURVES, Ink
-from vrs_cli.values.numbers import decimal
-from vrs_cli.values.replies import Curve, Plot
+from vrs_cli.values import numbers, replies
 
 BRAILLE = 0x2800
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
@@ -154,7 +153,7 @@ def round_figures(first: float, last: float, size: int, count: float) -> dict[in
     decimals, slack = max(0, -floor(log10(step) + 1e-9)), 1e-9 * step
     least, most = ceil((min(first, last) - slack) / step), floor((max(first, last) + slack) / step)
     values = [number * step for number in range(least, most + 1)]
-    return {round((value - first) / (last - first) * (size - 1)): decimal(value, decimals) for value in values}
+    return {round((value - first) / (last - first) * (size - 1)): numbers.decimal(value, decimals) for value in values}
 
 
 def round_step(least: float) -> float:
@@ -163,7 +162,7 @@ def round_step(least: float) -> float:
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
 
 
-def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
+def chart(plot: replies.Plot, page: Page) -> Iterator[TextLine]:
     """Yield the title, the curves, the time axis and the legend. The drawing fits the page height if possible."""
     width = WIDTH if page.width is None else max(MIN_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
     fine = page.unicode and page.colours
@@ -186,7 +185,7 @@ def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
     yield from legend
 
 
-def _draw_curves(curves: Sequence[Curve], low: float, high: float, canvas: Canvas) -> Canvas:
+def _draw_curves(curves: Sequence[replies.Curve], low: float, high: float, canvas: Canvas) -> Canvas:
     """Draw all curves. Coinciding curves share the columns of a cell in turn, so that each stays visible."""
     shared: dict[tuple[int, int], list[int]] = {}
     for number, curve in enumerate(curves):
@@ -232,13 +231,13 @@ def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:
     yield line(" " * LABEL + f"{shown} s", Ink.NOTE)
 
 
-def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[TextLine]:
+def _legend(curves: Sequence[replies.Curve], width: int, fine: bool) -> Iterator[TextLine]:
     """Yield the curves with their minimum and maximum, as many per row as fit."""
     together = max((width - LABEL) // ENTRY, 1)
     for first in range(0, len(curves), together):
         pieces: list[Piece] = [(" " * LABEL, Ink.TEXT)]
         for number, curve in enumerate(curves[first : first + together], first):
-            span = f" {decimal(min(curve.values))} to {decimal(max(curve.values))}"
+            span = f" {numbers.decimal(min(curve.values))} to {numbers.decimal(max(curve.values))}"
             label = f"{'──' if fine else curve.mark} {curve.label}"
             pieces += [(label, CURVES[number % len(CURVES)]), (f"{span:<{ENTRY - len(label)}}", Ink.NOTE)]
         yield TextLine((*pieces[:-1], (pieces[-1][0].rstrip(), Ink.NOTE)))

@@ -12,10 +12,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from vrs_cli.render import layout, plain
 from vrs_cli.render.blocks import SCREEN_ROWS, Block, Grid, Page, TextLine, grid_lines, split
 from vrs_cli.render.colours import COLOURS, Ink, Palette, ink_style
-from vrs_cli.render.layout import blocks
-from vrs_cli.render.plain import visible
 from vrs_cli.values.replies import Reply
 
 PROMPT_ROWS = 8  # rows that the next prompt needs for its toolbar and menu
@@ -51,7 +50,7 @@ class TerminalRenderer:
 
     def draw(self, reply: Reply) -> None:
         page = self.page
-        for block in blocks(reply, page):
+        for block in layout.blocks(reply, page):
             for part in (block,) if isinstance(block, TextLine) else _fit_grid(block, page):
                 shown = _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
                 self.console.print(shown)
@@ -70,7 +69,7 @@ def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
 
 
 def rich_text(line: TextLine, palette: Palette = COLOURS) -> Text:
-    return Text.assemble(*((visible(text), ink_style(ink, palette)) for text, ink in line.pieces))
+    return Text.assemble(*((plain.visible(text), ink_style(ink, palette)) for text, ink in line.pieces))
 
 
 def _table(grid: Grid, palette: Palette) -> Table:
@@ -84,7 +83,7 @@ def _table(grid: Grid, palette: Palette) -> Table:
             no_wrap=True,
         )
     for row in grid.rows:
-        table.add_row(*(Text(visible(cell)) for cell in row))
+        table.add_row(*(Text(plain.visible(cell)) for cell in row))
     return table
 
 

@@ -10,11 +10,9 @@ from math import ceil, floor
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
+from vrs_cli.render import chart, layout, plain
 from vrs_cli.render.blocks import PIPE, Block, Grid, Page, Piece, TextLine, block_lines, line
-from vrs_cli.render.chart import round_step
 from vrs_cli.render.colours import COLOURS, CURVES, GREY, RED, Ink
-from vrs_cli.render.layout import blocks
-from vrs_cli.render.plain import visible
 from vrs_cli.values.replies import Plot, Reply
 
 WIDTH, HEIGHT = 640, 300  # [px] of the picture of a plot
@@ -26,7 +24,9 @@ def html(replies: Iterable[Reply]) -> str:
     """Return replies as HTML, one below the other: tables, plots as SVG, other replies as monospaced lines. Equal
     replies give equal HTML.
     """
-    return "".join(picture(reply) if isinstance(reply, Plot) else blocks_html(blocks(reply, PIPE)) for reply in replies)
+    return "".join(
+        picture(reply) if isinstance(reply, Plot) else blocks_html(layout.blocks(reply, PIPE)) for reply in replies
+    )
 
 
 def blocks_html(shown: Iterable[Block]) -> str:
@@ -79,7 +79,7 @@ class SvgScale:
 
     def marks(self) -> Iterator[float]:
         """Yield round values along the scale."""
-        step = round_step((self.high - self.low) / LINES)
+        step = chart.round_step((self.high - self.low) / LINES)
         for number in range(ceil(self.low / step), floor(self.high / step) + 1):
             yield number * step
 
@@ -211,7 +211,7 @@ class Transcript:
         self._line(TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING))))
 
     def reply(self, reply: Reply) -> None:
-        for one in block_lines(blocks(reply, TRANSCRIPT_PAGE), TRANSCRIPT_PAGE.width):
+        for one in block_lines(layout.blocks(reply, TRANSCRIPT_PAGE), TRANSCRIPT_PAGE.width):
             self._line(one)
 
     def type(self, text: str) -> None:
@@ -227,7 +227,7 @@ class Transcript:
         self._stream.close()
 
     def _line(self, one: TextLine) -> None:
-        shown = TextLine(tuple((visible(text), ink) for text, ink in one.pieces))
+        shown = TextLine(tuple((plain.visible(text), ink) for text, ink in one.pieces))
         self._put(self._format.line(shown))
 
     def _put(self, text: str) -> None:

@@ -10,16 +10,14 @@ from typing import Any
 from vrs_cli.kinematics.joints import Configuration, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector, compose
 from vrs_cli.language.words.values import numbers_of
-from vrs_cli.render import blocks
+from vrs_cli.render import blocks, plain
 from vrs_cli.render.colours import Ink
-from vrs_cli.render.plain import sentences
 from vrs_cli.render.symbols import FAMILIES, SIGN, Family, Stage, Symbol, latex, latex_name
-from vrs_cli.values import results
+from vrs_cli.values import replies, results
 from vrs_cli.values.numbers import count, decimal, seconds
-from vrs_cli.values.replies import ReachReport
 
 
-def reach_report(reply: ReachReport, page: blocks.Page) -> Iterator[blocks.Block]:
+def reach_report(reply: replies.ReachReport, page: blocks.Page) -> Iterator[blocks.Block]:
     reach = reply.reach
     options = reach.options or ((reach.goal,) if reach.goal else ())
     joints = max((len(option.joints) for option in options if option.joints), default=0)
@@ -204,7 +202,7 @@ def _motion(reply: results.MotionReport, page: blocks.Page) -> Iterator[blocks.B
     ):
         yield blocks.Grid(blocks.number_columns(*names), (tuple(map(decimal, numbers)),), tight=True)
     if plan.displaced is not None:
-        for text in sentences(plan.displaced):
+        for text in plain.sentences(plan.displaced):
             yield from blocks.wrap_lines(text, Ink.WARNING, page)
     for text in plan.notes:
         yield from blocks.wrap_lines(text, Ink.WARNING, page)

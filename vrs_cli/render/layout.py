@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.words.values import default_form, numbers_of
+from vrs_cli.render import explained, plain
 from vrs_cli.render.arm_picture import arm_picture
 from vrs_cli.render.blocks import (
     POSE,
@@ -28,13 +29,8 @@ from vrs_cli.render.blocks import (
 )
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink, scan
-from vrs_cli.render.explained import EXPLANATIONS, reach_report
-from vrs_cli.render.plain import sentences, untrue_sentence
-from vrs_cli.values import replies
-from vrs_cli.values.diagnostics import Severity, show
-from vrs_cli.values.measured import BodyMode, alarm_text
+from vrs_cli.values import diagnostics, measured, replies, results
 from vrs_cli.values.numbers import count, decimal, seconds
-from vrs_cli.values.results import CommandRecord, Comparison, Extent
 
 TONES: Mapping[replies.Tone, Ink] = {
     replies.Tone.NOTE: Ink.NOTE,
@@ -47,10 +43,10 @@ NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
 ROWS_ALWAYS = 2  # rows of a bank of signals that are always shown; others only if a signal is on
 LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
-BODY_MODES: Mapping[BodyMode, str] = {
-    BodyMode.FOLLOWS: "follows",
-    BodyMode.HOLDS: "holds still",
-    BodyMode.STOPPED: "has stopped by itself",
+BODY_MODES: Mapping[measured.BodyMode, str] = {
+    measured.BodyMode.FOLLOWS: "follows",
+    measured.BodyMode.HOLDS: "holds still",
+    measured.BodyMode.STOPPED: "has stopped by itself",
 }
 NAMES = Column("", Ink.NAME, width=NAME_COLUMN)
 NOTHING: Mapping[type, str] = {  # messages for tables without rows
@@ -80,8 +76,8 @@ def _message(reply: replies.Message, _page: Page) -> Iterator[Block]:
 
 def _diagnostics(reply: replies.DiagnosticsReport, _page: Page) -> Iterator[Block]:
     for item in reply.items:
-        ink = Ink.ERROR if item.diagnostic.severity is Severity.ERROR else Ink.WARNING
-        first, *others = show(item.diagnostic, item.source_line, item.path).split("\n")
+        ink = Ink.ERROR if item.diagnostic.severity is diagnostics.Severity.ERROR else Ink.WARNING
+        first, *others = diagnostics.show(item.diagnostic, item.source_line, item.path).split("\n")
         yield line(first, ink)
         for text in others:
             yield line(text, ink if text.strip(" ^") == "" else Ink.TEXT)
@@ -289,7 +285,7 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
         yield line("No client is the body of this robot")
         yield from _facts(("On an alarm", reply.on_alarm.value))
         return
-    order = "to follow" if body.order is BodyMode.FOLLOWS else "to hold still"
+    order = "to follow" if body.order is measured.BodyMode.FOLLOWS else "to hold still"
     ordered = "" if body.order is body.mode else f"; it is told {order}"
     mode, counts = BODY_MODES[body.mode], body.counts
     last = "none so far" if body.last is None else f"{body.rate:.0f} a second, the last of {seconds(body.last)}"
@@ -305,7 +301,7 @@ def _body(reply: replies.BodyReport, _page: Page) -> Iterator[Block]:
         ("On an alarm", reply.on_alarm.value),
     )
     if alarm is not None:
-        yield line(alarm_text(alarm), Ink.NOTE)
+        yield line(measured.alarm_text(alarm), Ink.NOTE)
 
 
 def _resynchronisation(reply: replies.Resynchronised, _page: Page) -> Iterator[Block]:
@@ -396,7 +392,7 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
         text = f"{_segment_label(row)} stops on its way, at {seconds(row.finish)}, and goes on"
         yield from wrap_lines(text, Ink.NOTE, page)
     for reading in reply.untrue:
-        yield line(untrue_sentence(reading), Ink.WARNING)
+        yield line(plain.untrue_sentence(reading), Ink.WARNING)
     yield line(f"The clock is at {seconds(reply.clock)}", Ink.NOTE)
 
 
@@ -408,7 +404,7 @@ def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
     yield grid
 
 
-def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
+def _command_grid(commands: Sequence[results.CommandRecord]) -> Grid:
     """Return a grid of commands with their times; add the requested time if a motion begins at another time."""
     displaced = any(row.is_displaced for row in commands)
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
@@ -424,7 +420,7 @@ def _command_grid(commands: Sequence[CommandRecord]) -> Grid:
     return Grid(columns, rows, boxed=True)
 
 
-def _requested_time(record: CommandRecord | None) -> str:
+def _requested_time(record: results.CommandRecord | None) -> str:
     return "" if record is None or record.asked is None else decimal(record.asked)
 
 
@@ -488,7 +484,7 @@ def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) ->
     yield line(f"{count(compared.reports, 'report')} from {span} beside {reply.branch}{unknown}", Ink.NOTE)
 
 
-def _measures(a: Extent, b: Extent) -> Iterator[tuple[str, ...]]:
+def _measures(a: results.Extent, b: results.Extent) -> Iterator[tuple[str, ...]]:
     measures = [
         ("Cycle time", a.duration, b.duration, "s"),
         ("Tool path", a.tool_path * 1000.0, b.tool_path * 1000.0, "mm"),
@@ -520,7 +516,7 @@ def _fates(reply: replies.ComparisonTable) -> Grid:
     return Grid(columns, tuple(rows), boxed=True)
 
 
-def _times(record: CommandRecord | None) -> tuple[str, str]:
+def _times(record: results.CommandRecord | None) -> tuple[str, str]:
     if record is None:
         return "-", "-"
     return decimal(record.executed), "dropped" if record.end is None else decimal(record.end)
@@ -532,7 +528,7 @@ def _change(difference: float) -> str:
     return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
 
 
-def _apart(compared: Comparison, units: JointUnits) -> str:
+def _apart(compared: results.Comparison, units: JointUnits) -> str:
     if compared.since is None:
         return "The robot does the same on both"
     joint = compared.joints.joint
@@ -569,7 +565,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.MeasuredWhereabouts: _measured_whereabouts,
     replies.PartTable: _parts,
     replies.ArmPicture: arm_picture,
-    replies.ReachReport: reach_report,
+    replies.ReachReport: explained.reach_report,
     replies.LocationTable: _locations,
     replies.RealTable: _reals,
     replies.StringTable: _strings,
@@ -590,14 +586,16 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.HelpOverview: _help_overview,
     replies.HelpTopic: _help_topic,
     replies.HelpPage: _help_page,
-    replies.Displaced: lambda reply, _page: (line(text, Ink.WARNING) for text in sentences(reply.displacement)),
-    replies.NoLongerTrue: lambda reply, _page: (line(untrue_sentence(one), Ink.WARNING) for one in reply.readings),
+    replies.Displaced: lambda reply, _page: (line(text, Ink.WARNING) for text in plain.sentences(reply.displacement)),
+    replies.NoLongerTrue: lambda reply, _page: (
+        line(plain.untrue_sentence(one), Ink.WARNING) for one in reply.readings
+    ),
     replies.TimelineTable: _timeline,
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,
     replies.MeasuredComparisonTable: _measured_comparison,
     replies.Plot: chart,
     replies.ReplayTable: _replay,
-    **EXPLANATIONS,
+    **explained.EXPLANATIONS,
     replies.Farewell: lambda _reply, _page: iter(()),
 }

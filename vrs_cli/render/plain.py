@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TextIO
 
 from vrs_cli.engine.book import SAME_TIME
-from vrs_cli.values.numbers import count, seconds
-from vrs_cli.values.results import Displacement, Moved, Untrue
+from vrs_cli.values import numbers, results
 
 # TYPE may ring the bell (/B) and move up n lines (/U); tabs and line ends stay too
 _OBEYED = r"\x1b\[[0-9]{1,4}A"
@@ -32,24 +31,24 @@ def for_stream(text: str, stream: TextIO) -> str:
 MAX_NAMES = 5  # motions listed by name; the others are counted
 
 
-def sentences(it: Displacement) -> Iterator[str]:
+def sentences(it: results.Displacement) -> Iterator[str]:
     """Describe moved motions: `3 later motions begin 0.528 s later: AT 4, AT 6, AT 20`."""
     for moved, word in ((it.later, "later"), (it.earlier, "earlier")):
         if moved:
             begin = "begins" if len(moved) == 1 else "begin"
             times = [abs(one.later) for one in moved]
             low = "" if max(times) - min(times) <= SAME_TIME else f"{min(times):.3f} to "
-            yield f"{_count(moved, it.more)} {begin} {low}{seconds(max(times))} {word}: {_names(moved)}"
+            yield f"{_count(moved, it.more)} {begin} {low}{numbers.seconds(max(times))} {word}: {_names(moved)}"
     if it.dropped:
         verb = "is" if len(it.dropped) == 1 else "are"
         yield f"{_count(it.dropped, it.more)} {verb} dropped: {_names(it.dropped)}"
 
 
-def _count(moved: Sequence[Moved], more: bool) -> str:
-    return f"{len(moved)} later motions and more" if more else count(len(moved), "later motion")
+def _count(moved: Sequence[results.Moved], more: bool) -> str:
+    return f"{len(moved)} later motions and more" if more else numbers.count(len(moved), "later motion")
 
 
-def _names(moved: Sequence[Moved]) -> str:
+def _names(moved: Sequence[results.Moved]) -> str:
     names = ", ".join(
         (one.text or "a motion") if one.asked is None else f"AT {one.asked:.3f}".rstrip("0").rstrip(".")
         for one in moved[:MAX_NAMES]
@@ -57,7 +56,7 @@ def _names(moved: Sequence[Moved]) -> str:
     return names if len(moved) <= MAX_NAMES else f"{names} and {len(moved) - MAX_NAMES} more"
 
 
-def untrue_sentence(it: Untrue) -> str:
+def untrue_sentence(it: results.Untrue) -> str:
     """Describe a command whose reason no longer holds.
 
     Example: `MOVE b was given when 1001 came on at 3.200 s; it no longer does (pick step 4: WAIT SIG(1001))`.
@@ -66,4 +65,4 @@ def untrue_sentence(it: Untrue) -> str:
     does, verb = ("came", "does") if it.changed else ("was", "is")
     given = f"{it.command} was given" if it.command else "a program went on"
     place = f" ({it.place})" if it.place else ""
-    return f"{given} when {signal} {does} {state} at {seconds(it.time)}; it no longer {verb}{place}"
+    return f"{given} when {signal} {does} {state} at {numbers.seconds(it.time)}; it no longer {verb}{place}"

@@ -21,10 +21,8 @@ from prompt_toolkit.styles import Style
 
 from vrs_cli.engine.position import Watched
 from vrs_cli.interfaces.monitor.explaining import Sight
-from vrs_cli.render.arm_picture import ArmDrawing
+from vrs_cli.render import arm_picture, colours, console
 from vrs_cli.render.blocks import Page, TextLine
-from vrs_cli.render.colours import Ink, ink_style
-from vrs_cli.render.console import has_unicode
 from vrs_cli.repl.prompt import colour_depth
 from vrs_cli.values.replies import ArmPicture
 
@@ -38,11 +36,11 @@ MIN_PICTURE_ROWS = 10  # minimum height of a picture [rows]; a smaller one is le
 
 NEAR = 4  # maximum number of unchanged cells between two changed ones that are rewritten
 
-STYLES = {ink: ink_style(ink) for ink in Ink}
+STYLES = {ink: colours.ink_style(ink) for ink in colours.Ink}
 ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
-BLANK = " ", Ink.TEXT
+BLANK = " ", colours.Ink.TEXT
 
-Cell = tuple[str, Ink]
+Cell = tuple[str, colours.Ink]
 
 
 class ArmWindow(Container):
@@ -53,8 +51,8 @@ class ArmWindow(Container):
 
     def __init__(self, look: Callable[[], ArmPicture], below: Callable[[], int]) -> None:
         self._look, self._below = look, below
-        self._drawing = ArmDrawing()
-        self._unicode = has_unicode(os.environ)
+        self._drawing = arm_picture.ArmDrawing()
+        self._unicode = console.has_unicode(os.environ)
         self._where: tuple[int, int, int, int] | None = None
         self._lines: list[TextLine] = []  # the lines on the screen
 

@@ -10,9 +10,8 @@ from contextlib import suppress
 from msgspec import Struct
 
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.interfaces import dialogue, users
 from vrs_cli.interfaces.port.port import Port
-from vrs_cli.interfaces.users import Requested, notice_text
 from vrs_cli.net.messages import Announced, At, Drive, Lease, LeaseAct, LessonText, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import BANNER
@@ -31,7 +30,7 @@ class Remote(Struct):
     remote = lives = waits = True
     banner = BANNER
 
-    def front_end(self, terminal: Terminal) -> FrontEnd:
+    def front_end(self, terminal: dialogue.Terminal) -> FrontEnd:
         return ConnectionWords(FrontEnd(terminal, self.port, self.told)).front_end
 
 
@@ -85,8 +84,8 @@ class ConnectionWords:
                 by = f"{message.by}: " if isinstance(message, Announced) else ""
                 self._told(by + "".join(one for one in text if one.isprintable() or one == "\n"))
             case Lease(holder, notice) if self._attended:
-                text = notice_text(notice, self._port.name) or self._driver_text(holder)
-                if isinstance(notice, Requested) and notice.of == self._port.name:
+                text = users.notice_text(notice, self._port.name) or self._driver_text(holder)
+                if isinstance(notice, users.Requested) and notice.of == self._port.name:
                     text += f": /give {notice.by}"
                 self._told(text)
 

@@ -8,19 +8,15 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from vrs_cli.engine.feed import Inbox
-from vrs_cli.engine.position import Watched
+from vrs_cli.engine import feed, position
 from vrs_cli.errors import RequestRefused
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.conversation.complete import Signature, signature
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, check_end
-from vrs_cli.repl.loop import Exchange
-from vrs_cli.repl.piped import KEEPING_UP, MIN_WAIT_S, RESTING
-from vrs_cli.values.acts import Findings, KeepDraft, Kept, ReadDraft
-from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.repl import loop, piped
+from vrs_cli.values import acts, diagnostics, questions
 from vrs_cli.values.hand import Look, Seen
-from vrs_cli.values.questions import Editing, Jogging, Playing, PromptStatus, Suggestion
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import At, Done, Refused, ServerMessage
 
@@ -28,16 +24,16 @@ AT_ONCE = 1.0  # [s] that a key waits for an answer
 COMING_BACK = 60.0  # [s] that a file may take to arrive
 
 
-class FrontEnd(Exchange):
+class FrontEnd(loop.Exchange):
     """The exchange of a shell, with what a prompt and full screens ask the robot for: suggestions, status, pictures."""
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         super().__init__(terminal, port, told)
-        self._status = PromptStatus()
+        self._status = questions.PromptStatus()
 
     # --- while a line is typed ---
 
-    def status(self) -> PromptStatus:
+    def status(self) -> questions.PromptStatus:
         self._status = self.port.status()
         return self._status
 
@@ -45,7 +41,7 @@ class FrontEnd(Exchange):
         """Return the signature of the word that is typed last. `steps`: always as in a program."""
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
-    def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
+    def suggestions(self, text: str, everything: bool) -> list[questions.Suggestion]:
         """Return words that may follow a text. If the robot is in this process, its internal errors are raised."""
         end = self.end_of(lambda id: messages.Complete(id, text, everything))
         if isinstance(end, Refused):
@@ -55,7 +51,7 @@ class FrontEnd(Exchange):
     def end_of(self, make: MakeRequest, seconds: float = AT_ONCE) -> ServerMessage | None:
         """Send a request without showing its answers. Return the final answer, or None if that does not arrive in
         time."""
-        found: Inbox[ServerMessage] = Inbox()
+        found: feed.Inbox[ServerMessage] = feed.Inbox()
         try:
             self.port.begin(make, found.put)
         except RequestRefused:
@@ -65,11 +61,11 @@ class FrontEnd(Exchange):
     def rest(self) -> float:
         """Return the time until something visible happens [s], unless a message arrives."""
         now = self.status()
-        return min(max(self.port.due, MIN_WAIT_S), KEEPING_UP if now.clock < now.end else RESTING)
+        return min(max(self.port.due, piped.MIN_WAIT_S), piped.KEEPING_UP if now.clock < now.end else piped.RESTING)
 
     # --- what fills the screen ---
 
-    def hand(self, question: Jogging) -> FarHand:
+    def hand(self, question: questions.Jogging) -> FarHand:
         """Return the arm of JOG. Raises RequestRefused if the robot does not answer."""
         seen = self.end_of(lambda id: At(id, Look()))
         if not isinstance(seen, Done) or not isinstance(seen.found, Seen):
@@ -83,7 +79,7 @@ class FrontEnd(Exchange):
         self.after()
         return id
 
-    def recording(self, question: Playing) -> Recording:
+    def recording(self, question: questions.Playing) -> Recording:
         """Return the trajectory of REPLAY. Its file is fetched unless the robot is in this process."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
@@ -95,7 +91,7 @@ class FrontEnd(Exchange):
             path.write_bytes(fetched.data)
             return read_trajectory(path)
 
-    def watched_robot(self) -> Watched | None:
+    def watched_robot(self) -> position.Watched | None:
         """Return the robot to watch while it moves; None if it cannot be seen."""
         try:
             return self.port.follow()
@@ -103,13 +99,13 @@ class FrontEnd(Exchange):
             return None
 
 
-Found = Callable[[tuple[Diagnostic, ...]], None]  # is called with the mistakes in a text
+Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # is called with the mistakes in a text
 
 
 class DraftPage:
     """The program of SEE while it is edited. Only one text is checked at a time, and then the latest one."""
 
-    def __init__(self, question: Editing, front_end: FrontEnd) -> None:
+    def __init__(self, question: questions.Editing, front_end: FrontEnd) -> None:
         self.name, self.text, self.row, self.dialect = question.name, question.text, question.row, question.dialect
         self._front_end = front_end
         self._latest: tuple[str, Found] | None = None
@@ -127,22 +123,22 @@ class DraftPage:
 
         def hear(end: ServerMessage) -> None:
             self._looking = False
-            if isinstance(end, Done) and isinstance(end.found, Findings):
+            if isinstance(end, Done) and isinstance(end.found, acts.Findings):
                 found(end.found.findings)
             if self._latest is not None:
                 self._send()
 
         try:
-            self._front_end.begin(lambda id: At(id, ReadDraft(text)), hear)
+            self._front_end.begin(lambda id: At(id, acts.ReadDraft(text)), hear)
         except RequestRefused:  # no connection: the next change of the text is checked
             self._looking = False
 
     def save(self, text: str) -> str:
         """Store the program. Return the robot's message. Raises VrsError."""
-        end = self._front_end.end_of(lambda id: At(id, KeepDraft(text)), COMING_BACK)
+        end = self._front_end.end_of(lambda id: At(id, acts.KeepDraft(text)), COMING_BACK)
         if end is not None:
             check_end(end)
-        if not isinstance(end, Done) or not isinstance(end.found, Kept):
+        if not isinstance(end, Done) or not isinstance(end.found, acts.Kept):
             raise RequestRefused("the robot does not answer", "store it again")
         self._front_end.after()
         self.name = end.found.name

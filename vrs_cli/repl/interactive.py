@@ -32,9 +32,8 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.patch_stdout import patch_stdout
 
+from vrs_cli.repl import interrupt, piped
 from vrs_cli.repl.config import Config, open_history, read_config, state_folder
-from vrs_cli.repl.interrupt import Ended, aborting, stoppable
-from vrs_cli.repl.piped import KEEPING_UP, QUESTION, RESTING
 from vrs_cli.repl.place import Place
 from vrs_cli.repl.prompt import (
     GAP,
@@ -183,7 +182,7 @@ class Shell:
             print(self.place.banner)
         for note in self.notes:
             print(note)
-        with without_echo(signals=False), aborting(self._send_abort):
+        with without_echo(signals=False), interrupt.aborting(self._send_abort):
             if self.place.waits:
                 terminal = self.terminal_maker.wait()
                 with _interruptible(terminal):
@@ -212,11 +211,11 @@ class Shell:
             try:
                 status = self._look()
                 if self.place.lives and status is not None and status.asked:
-                    return QUESTION
+                    return piped.QUESTION
                 line = self._prompt(self.prompts, self._message, default="" if status is None else status.indent)
                 self._pages = "\n" not in line
                 return line
-            except Ended:
+            except interrupt.Ended:
                 raise
             except KeyboardInterrupt:
                 if self.prompts.default_buffer.text.strip():
@@ -265,13 +264,13 @@ class Shell:
             terminal = self.terminal_maker.ready
             if terminal is not None:
                 terminal.screens.wake = partial(_soon, loop, woken.set)
-            await wait_or_wake(woken, KEEPING_UP if terminal is None else terminal.screens.rest())
+            await wait_or_wake(woken, piped.KEEPING_UP if terminal is None else terminal.screens.rest())
             if terminal is not None:
                 terminal.screens.keep_up()
                 self._turn_to_question(terminal.screens, prompts)
             self._look()
             state, now = self._state().partition(GAP)[2], monotonic()
-            if state != shown or now - drawn >= RESTING:
+            if state != shown or now - drawn >= piped.RESTING:
                 shown, drawn = state, now
                 self._redraw()
 
@@ -281,7 +280,7 @@ class Shell:
         withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:
             prompts.app.erase_when_done = True
-            prompts.app.exit(result=QUESTION if idle else "")
+            prompts.app.exit(result=piped.QUESTION if idle else "")
 
     def _send_abort(self) -> None:
         """Stop the robot, whatever it does. Safe in a signal handler."""
@@ -370,7 +369,7 @@ class Shell:
 @contextmanager
 def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
     """Let Ctrl-C stop the command that is being carried out for the user."""
-    with stoppable(terminal.interrupt), without_echo(signals=True):
+    with interrupt.stoppable(terminal.interrupt), without_echo(signals=True):
         yield
 
 

@@ -13,24 +13,19 @@ from typing import TYPE_CHECKING
 from vrs_cli.devices.device import Outside
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
-from vrs_cli.files.journal import Journal, keep_journal, take_up
-from vrs_cli.files.program_file import Recovery, left_files
+from vrs_cli.files import journal, program_file
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.monitor.files import TORN, load
-from vrs_cli.interfaces.port.local import LocalPort
-from vrs_cli.interfaces.port.port import Console
+from vrs_cli.interfaces.port import local, port
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.operands import name_some
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.text import ast, parser
 from vrs_cli.render.progress import reading
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.values.diagnostics import Dialect
-from vrs_cli.values.numbers import count
-from vrs_cli.values.questions import Answer, Confirmation, OnScreen, Question
+from vrs_cli.values import diagnostics, numbers, questions
 from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
 
 if TYPE_CHECKING:
@@ -53,11 +48,11 @@ class ShellRobot:
         clock: RobotClock | None,
         recovery: Path | None,
         outside: Outside | None,
-        dialect: Dialect | None,
+        dialect: diagnostics.Dialect | None,
         cell: str | None,
     ) -> None:
         self._file, self._terminal = file, LoggedTerminal(terminal)
-        console = Console(terminal.attended)
+        console = port.Console(terminal.attended)
         console.progress = terminal.progress
         limits = OWN if clock is None and not terminal.attended else ATTENDED
         session = Session(console, model, clock=clock, limits=limits, outside=outside)
@@ -68,7 +63,7 @@ class ShellRobot:
             from vrs_cli.files.cell_file import read_cell
 
             session.driver.surround(read_cell(cell))
-        self.port = LocalPort(session, console)
+        self.port = local.LocalPort(session, console)
         self.port.typed = self._log_typed
         self.front_end = FrontEnd(self._terminal, self.port, lambda text: terminal.show(Message(text, Tone.ERROR)))
         self.front_end.driven = self.port
@@ -164,9 +159,9 @@ class LoggedTerminal:
     def progress(self, doing: Running | Reading) -> None:
         self._terminal.progress(doing)
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: questions.Question) -> questions.Answer:
         answer = self._terminal.ask(question)
-        if not isinstance(question, OnScreen):
+        if not isinstance(question, questions.OnScreen):
             said = answer if isinstance(answer, str) else "Y" if answer else "N"
             self._keep(lambda transcript: transcript.add_typed(f"{question.text} ", said))
         return answer
@@ -202,7 +197,7 @@ class Keeper:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._conversation, self._folder, self._terminal, self._clock = conversation, folder, terminal, clock
-        self._recovery = Recovery(folder)
+        self._recovery = program_file.Recovery(folder)
         self._kept: object = None
         self._not_before = 0.0
 
@@ -232,13 +227,15 @@ class Keeper:
     def offer(self) -> None:
         """Ask whether to load the recovery files of other shells."""
         session, terminal = self._conversation.session, self._terminal
-        for one in left_files(self._folder):
+        for one in program_file.left_files(self._folder):
             first, _, rest = one.text.partition("\n")
             robot, text = (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", one.text)
             whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
             today = one.written.date() == datetime.now().date()
             when = f"{one.written:%H:%M}" if today else f"{one.written:%d %b %Y %H:%M}"
-            if not terminal.ask(Confirmation(f"Recovered from {when}{whose}: {_contents(text)}. Load (Y/N)?")):
+            if not terminal.ask(
+                questions.Confirmation(f"Recovered from {when}{whose}: {_contents(text)}. Load (Y/N)?")
+            ):
                 terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
                 continue
             terminal.show(report(session.load_text(text), text))
@@ -250,11 +247,11 @@ class Keeper:
 
 def _contents(text: str) -> str:
     """Return the contents of a text in words: `programs pick, place, 2 locations`."""
-    parts = parse_file(text)[0].parts
-    programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))
+    parts = parser.parse_file(text)[0].parts
+    programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, ast.Program)))
     said = [name_some("program", programs)] if programs else []
     nouns = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
-    said += [count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, Section)]
+    said += [numbers.count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, ast.Section)]
     return ", ".join(said) or "nothing"
 
 
@@ -268,10 +265,10 @@ class Recorder:
 
     def __init__(self, path: str) -> None:
         self.path = path
-        self._journal: Journal | None = None
+        self._journal: journal.Journal | None = None
         self._show: Callable[[Reply], None] | None = None  # shows errors
         with reading(path) as progress:
-            self._taken = take_up(Path(path), progress)
+            self._taken = journal.take_up(Path(path), progress)
 
     @property
     def model(self) -> RobotModel | None:
@@ -284,11 +281,11 @@ class Recorder:
         """
         engine, recording = session.engine, self._taken.recording
         self._show, self._terminal = session.terminal.show, terminal
-        self._journal = keep_journal(self._taken, session.engine, self._tell)
+        self._journal = journal.keep_journal(self._taken, session.engine, self._tell)
         session.journal = self._journal.path
         if recording is None:
             return Message(f"{self.path} is begun")
-        commands = count(engine.book.history.commands, "command")
+        commands = numbers.count(engine.book.history.commands, "command")
         torn = (TORN,) if recording.dropped_tail else ()
         wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
         return Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")

@@ -24,11 +24,9 @@ from vrs_cli.render.plain import for_stream
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.piped import QUESTION, Driven, lines_of_pipe
-from vrs_cli.values import replies
-from vrs_cli.values.acts import Attend, LeaveEntry, Say, StopProgram
+from vrs_cli.values import acts, replies, tagged
 from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Question, end_of_input
 from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, refusal
-from vrs_cli.values.tagged import Act
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, ServerMessage
 
@@ -258,7 +256,7 @@ class Exchange:
 
     def answer(self) -> None:
         """Ask the questions that programs have."""
-        self.act(Attend())
+        self.act(acts.Attend())
 
     def was_cut(self) -> bool:
         """Return whether the connection was cut since the last line was taken. Lines that were typed meanwhile must not
@@ -279,25 +277,25 @@ class Exchange:
     def leave_entry(self, why: str = "") -> None:
         """Forget the program that is being typed, unless the user, who is asked, wants to go on with it."""
         if self.port.open:  # after a cut the server forgets the entry
-            self.act(LeaveEntry(why))
+            self.act(acts.LeaveEntry(why))
 
     def leave(self) -> None:
         """Leave as with EXIT, at Ctrl-D. No error keeps the user. A robot behind a connection goes on for others, so
         nothing is lost.
         """
-        end = None if self.port.name else self.do(lambda id: At(id, Say("EXIT")), None)
+        end = None if self.port.name else self.do(lambda id: At(id, acts.Say("EXIT")), None)
         if end is None or end.refusal is not None:
             self.terminal.show(Farewell())
 
     def stop_program(self) -> None:
         """Stop the program that runs beside an empty prompt. Its end is told when the arm stands."""
-        self.act(StopProgram())
+        self.act(acts.StopProgram())
 
     def abort(self) -> None:
         """Stop the robot before all other requests; `keep_up` shows what was stopped. Safe in a signal handler."""
         self.port.post(Abort, self.come)
 
-    def act(self, act: Act[None]) -> None:
+    def act(self, act: tagged.Act[None]) -> None:
         self.do(lambda id: At(id, act))
 
     def do(self, make: MakeRequest, line: str | None = "") -> Done | Refused | None:

@@ -19,8 +19,7 @@ from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.interfaces.roles.supervisor import RecordedRobot
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.arm_window import ArmScreen
-from vrs_cli.repl.prompt import ABORT
+from vrs_cli.repl import arm_window, prompt
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.hand import CARTESIAN, Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.replies import Whereabouts
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 BAR = 30  # length of the bar [characters]
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
 STANDS = 1.0  # [s] after its last motion the arm counts as at rest
-LIVE_KEYS = f"{ABORT}   any other key ends the picture, not the motion"
+LIVE_KEYS = f"{prompt.ABORT}   any other key ends the picture, not the motion"
 
 
 class Action(NamedTuple):
@@ -99,17 +98,17 @@ class Player(Struct):
 
     def _keys(self) -> str:
         shown = [action.shown for action in self._actions() if action.shown]
-        rows = (shown[:-3], [*shown[-3:], ABORT]) if self.live else (shown,)
+        rows = (shown[:-3], [*shown[-3:], prompt.ABORT]) if self.live else (shown,)
         return "\n".join("  ".join(row) for row in rows)
 
     def _actions(self) -> list[Action]:
         return [action for action in PLAYER_ACTIONS if self.live or not action.live]
 
-    def screen(self) -> ArmScreen:
+    def screen(self) -> arm_window.ArmScreen:
         """Return the application that plays on the terminal until the user leaves."""
         keys = {key: action.change for action in self._actions() for key in action.keys}
         actions = {key: None if change is None else partial(self._change, change) for key, change in keys.items()}
-        return ArmScreen(
+        return arm_window.ArmScreen(
             self.watched,
             lambda: self.playback.at(self.wall()),
             self.text,
@@ -161,12 +160,12 @@ def show_motion(
         return watched.now > watched.timeline.end + STANDS
 
     with patch_stdout(raw=True):
-        ArmScreen(watched, None, text, {"<any>": None}, over, abort, world).run()
+        arm_window.ArmScreen(watched, None, text, {"<any>": None}, over, abort, world).run()
 
 
 JOG_KEYS = f"""\
 up/down move   left/right, 1 to 9 axis   m joints/world/tool
-[ ] step   + - speed   space stop   {ABORT}   q leave"""
+[ ] step   + - speed   space stop   {prompt.ABORT}   q leave"""
 
 
 class JogPanel(Struct):
@@ -239,11 +238,11 @@ class JogPanel(Struct):
             f"t {now:.2f} s{paused}, {doing}\n{where}{seen.said}\n{JOG_KEYS}"
         )
 
-    def screen(self) -> ArmScreen:
+    def screen(self) -> arm_window.ArmScreen:
         """Return the application that shows the panel."""
         actions = {key: partial(act, self) for key, act in JOG_ACTIONS.items()} | dict.fromkeys(LEAVING_KEYS)
         abort = None if self.abort is None else partial(self._stop_robot, self.abort)
-        return ArmScreen(self.watched, None, self.text, actions, abort=abort, world=self.world)
+        return arm_window.ArmScreen(self.watched, None, self.text, actions, abort=abort, world=self.world)
 
     def _stop_robot(self, abort: Callable[[], None]) -> None:
         """Stop the robot. The user has let the keys of JOG go for that, so the next one moves the arm."""

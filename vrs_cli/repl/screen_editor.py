@@ -39,8 +39,7 @@ from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
 from vrs_cli.repl.prompt import ABORT, STYLE, ValLexer, asked_about, colour_depth, signature_row, vi_mode
-from vrs_cli.values.diagnostics import Diagnostic, Severity
-from vrs_cli.values.questions import Editing, Suggestion
+from vrs_cli.values import diagnostics, questions
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")
@@ -54,7 +53,7 @@ UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 class WordCompleter(Completer):
     """Suggests words for Tab."""
 
-    def __init__(self, suggested: Callable[[Document], list[Suggestion]]) -> None:
+    def __init__(self, suggested: Callable[[Document], list[questions.Suggestion]]) -> None:
         self._suggestions = suggested
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:  # noqa: ARG002
@@ -84,10 +83,12 @@ class Underlined(Processor):
 class ScreenEditor:
     """Edits one program on the screen."""
 
-    def __init__(self, question: Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False) -> None:
+    def __init__(
+        self, question: questions.Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False
+    ) -> None:
         self.page, self._screens = (page := DraftPage(question, screens)), screens
         self.message = ""
-        self.findings: tuple[Diagnostic, ...] = ()
+        self.findings: tuple[diagnostics.Diagnostic, ...] = ()
         self._draws = False  # True while the editor is on the screen
         self._quiet = False  # True while the editor itself changes the text
         self._touched: int | None = None  # the row that was typed in; it is formatted when the cursor leaves it
@@ -143,7 +144,7 @@ class ScreenEditor:
         if not self._quiet:
             self._touched, self.message = self._row, ""
 
-    def _take_findings(self, findings: tuple[Diagnostic, ...]) -> None:
+    def _take_findings(self, findings: tuple[diagnostics.Diagnostic, ...]) -> None:
         """Show the findings of this text. Over a connection they may be of a slightly older one."""
         self.findings = findings
         if self._draws:
@@ -254,7 +255,7 @@ class ScreenEditor:
         found = self._screens.signature(document.current_line_before_cursor, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
-    def _suggestions(self, document: Document) -> list[Suggestion]:
+    def _suggestions(self, document: Document) -> list[questions.Suggestion]:
         """Return words that may come next: those of the robot, and the names in this text."""
         line = document.current_line_before_cursor
         found = self._screens.suggestions(line, True) if document.cursor_position_row else []
@@ -262,7 +263,7 @@ class ScreenEditor:
         word = begun[0] if begun is not None else ""
         names = dict.fromkeys(_NAME.findall(document.text)) if word.islower() else ()
         known = {one.text for one in found} | {word}
-        own = [Suggestion(name, len(word)) for name in names if name.startswith(word) and name not in known]
+        own = [questions.Suggestion(name, len(word)) for name in names if name.startswith(word) and name not in known]
         return [*own, *found]
 
     def _message(self) -> StyleAndTextTuples:
@@ -272,7 +273,7 @@ class ScreenEditor:
         if not self.findings:
             return []
         here = [one for one in self.findings if one.span.line == self._row + 1]
-        errors = [one for one in self.findings if one.severity is Severity.ERROR]
+        errors = [one for one in self.findings if one.severity is diagnostics.Severity.ERROR]
         shown = (here or errors or list(self.findings))[0]
         place = "" if here else f"step {shown.span.line - 1}: "
         return [(f"class:message.{shown.severity.value}", f" {place}{shown.message}")]

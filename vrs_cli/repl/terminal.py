@@ -15,9 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.render.blocks import shorten
-from vrs_cli.render.colours import COLOURS
-from vrs_cli.render.plain import visible
+from vrs_cli.render import blocks, colours, plain
 from vrs_cli.repl.interrupt import Ended
 from vrs_cli.repl.loop import WANTED, yes_or_no
 from vrs_cli.values import replies
@@ -64,7 +62,7 @@ class ShellTerminal:
         self._stream = stream
         self.pager = ""  # a command for long replies
         self.pages = False  # True if long replies may go through the pager
-        self.palette = COLOURS
+        self.palette = colours.COLOURS
         self.vi = False  # True for the keys of vi
         self.screens: FrontEnd
         self.leaving = False
@@ -119,7 +117,7 @@ class ShellTerminal:
             self._later.append(partial(self.type, text, newline))
             return
         self._clear_progress()
-        self._begun += visible(text) + ("\n" if newline else "")
+        self._begun += plain.visible(text) + ("\n" if newline else "")
         if self.whole_lines and not self._begun.endswith("\n"):
             return
         self.stream.write(self._begun)
@@ -232,7 +230,7 @@ class ShellTerminal:
             return
         self._refreshed = now
         self._progress_shown = True
-        self.stream.write(f"{CLEAR_LINE}{shorten(text, (self._renderer().page.width or len(text)) - 1)}")
+        self.stream.write(f"{CLEAR_LINE}{blocks.shorten(text, (self._renderer().page.width or len(text)) - 1)}")
         self.stream.flush()
 
     def end_progress(self) -> None:
