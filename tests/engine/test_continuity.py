@@ -18,7 +18,7 @@ from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
-from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps
+from vrs_cli.kinematics.numeric.batch import Continuation, Cubic, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position, compose, position, rotation_x
 from vrs_cli.values.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed

@@ -17,7 +17,7 @@ from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.position import flange_poses, guide_values
 from vrs_cli.kinematics.arm import LineProof
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps, fourth_of_turn
+from vrs_cli.kinematics.numeric.batch import Continuation, Cubic, Gaps, fourth_of_turn
 from vrs_cli.kinematics.transform import position
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath

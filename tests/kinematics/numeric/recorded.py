@@ -16,7 +16,7 @@ from tests.by_hand import command
 from tests.recording import numbers, write_record
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps
+from vrs_cli.kinematics.numeric.batch import Continuation, Cubic, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 

@@ -43,8 +43,7 @@ from vrs_cli.kinematics.numeric.search import newton
 from vrs_cli.kinematics.transform import Transform, position
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.numeric.batch import NumericBatch
-    from vrs_cli.kinematics.numeric.continuation import Continuation
+    from vrs_cli.kinematics.numeric.batch import Continuation, NumericBatch
 
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # parts of the gradient over the whole walk
@@ -279,7 +278,7 @@ class NumericArm(RobotArm):
 
     @cached_property
     def continuation(self) -> Continuation:  # type: ignore[override] # made on demand because it loads numpy
-        from vrs_cli.kinematics.numeric.continuation import Continuation
+        from vrs_cli.kinematics.numeric.batch import Continuation
 
         return Continuation(self.batch)
 

@@ -11,7 +11,7 @@ The minimum of the model is inside the box, on one of its sides (one joint is at
 minimum also if the function does not bend upwards, and needs no steps from side to side (16.8 of the same book, for
 more than two variables).
 
-The proof is that of `numeric.continuation` with other unknowns, joints and multipliers x = (q, l); F is the residual of
+The proof is that of `numeric.batch` with other unknowns, joints and multipliers x = (q, l); F is the residual of
 the conditions (`conditions`). F is the gradient of
 
     G(q, l) = l . (p(q) - p) + 1 - cos phi,   cos phi = (trace(W^T R) - 1) / 2,
@@ -38,7 +38,7 @@ from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.clearance import Unchanging
 from vrs_cli.kinematics.joints import NONE, Configuration, Joints
 from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, levers
-from vrs_cli.kinematics.numeric import continuation
+from vrs_cli.kinematics.numeric.batch import LENGTH, MAX_KANTOROVICH, Cubic, fourth_of_turn, inverse_bound, inverses
 from vrs_cli.kinematics.numeric.search import LARGEST_STEP
 from vrs_cli.kinematics.numeric.steady.conditions import (
     FIRST_SAMPLES,
@@ -364,7 +364,7 @@ class SteadyGaps(NamedTuple):
 
 
 class SteadyContinuation:
-    """The proof for one arm and one position of the tip. `sure` as in `numeric.continuation`."""
+    """The proof for one arm and one position of the tip. `sure` as in `numeric.batch`."""
 
     sure = 0.0
 
@@ -372,7 +372,7 @@ class SteadyContinuation:
         self.conditions, batch = conditions, conditions.batch
         self.n, turning = conditions.joints, batch.turning
         reached = np.array(levers(batch.model)[1]) + length(position(conditions.tool))
-        self.length = continuation.LENGTH * reached[0]
+        self.length = LENGTH * reached[0]
         sliding = np.cumsum(~turning[::-1])[::-1]  # joints up to a length beyond their ranges
         self.levers = np.where(turning, reached / self.length + sliding, 1.0)
         i = np.arange(self.n)
@@ -388,7 +388,7 @@ class SteadyContinuation:
         poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
         ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
         (a, v), (b, w) = (self._state(*end) for end in ends)
-        cubic = continuation.Cubic(a, b, v, w)
+        cubic = Cubic(a, b, v, w)
         x, conditions, n = cubic.at(parts), self.conditions, self.n
         rows = (x * self.units).reshape(-1, x.shape[2])
         at = conditions.terms(rows[:, :n], gaps.poses(gaps.which, parts).reshape(-1, 3, 4))
@@ -396,12 +396,9 @@ class SteadyContinuation:
         table = conditions.system(at, conditions.bend(at, rows[:, n:])) * self.units * self.units[:, None]
         table = table.reshape(*x.shape[:2], *table.shape[1:])
         fourth, bend, curved = self._bounds(gaps, cubic)
-        A = continuation.inverse_or_nan(0.5 * (table[:, 1:] + table[:, :-1]))
-        size = continuation.norm(A)
-        lost = 0.5 * continuation.norm(A @ (table[:, 1:] - table[:, :-1])) + size * (bend / (8.0 * pieces**2))[:, None]
-        beta = size / np.where(lost < continuation.LOST, 1.0 - lost, np.nan)
+        beta = inverse_bound(table, bend / (8.0 * pieces**2))
         off = np.maximum(missed[:, 1:], missed[:, :-1]) + (CHORD * fourth / pieces**2)[:, None] + PROOF_ROUNDING
-        return np.asarray((beta * beta * curved[:, None] * off <= continuation.MAX_KANTOROVICH).all(axis=1))
+        return np.asarray((beta * beta * curved[:, None] * off <= MAX_KANTOROVICH).all(axis=1))
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (none)
         """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
@@ -409,7 +406,7 @@ class SteadyContinuation:
         at = conditions.terms(q, T)
         bend = conditions.bend(at, conditions.multipliers(at))
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
-        step = continuation.inverse_or_nan(conditions.system(at, bend)) @ wanted[:, :, None]
+        step = inverses(conditions.system(at, bend)) @ wanted[:, :, None]
         return np.asarray(q + step[:, : self.n, 0])
 
     def _state(self, q: Floats, T: Floats, twist: Floats) -> tuple[Floats, Floats]:
@@ -418,10 +415,10 @@ class SteadyContinuation:
         at = conditions.terms(q, T)
         multipliers = conditions.multipliers(at)
         table = conditions.system(at, conditions.bend(at, multipliers))
-        rate = (continuation.inverse_or_nan(table) @ conditions.wanted_rates(at, twist)[:, :, None])[:, :, 0]
+        rate = (inverses(table) @ conditions.wanted_rates(at, twist)[:, :, None])[:, :, 0]
         return np.concatenate((q, multipliers), axis=1) / self.units, rate / self.units
 
-    def _bounds(self, gaps: SteadyGaps, cubic: continuation.Cubic) -> tuple[Floats, Floats, Floats]:
+    def _bounds(self, gaps: SteadyGaps, cubic: Cubic) -> tuple[Floats, Floats, Floats]:
         """Return bounds (k,) of the fourth derivative of F on the cubic, of its third derivative, and of the change of
         F' beside the cubic.
         """
@@ -451,5 +448,5 @@ def _of_turn(angles: list[Floats]) -> list[Floats]:
         first,
         square + second,
         first * square + 3.0 * first * second + third,
-        continuation.fourth_of_turn(first, second, third, last),
+        fourth_of_turn(first, second, third, last),
     ]
