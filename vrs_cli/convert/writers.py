@@ -36,27 +36,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle, scaled_vector, to_oat, unit_quaternion
 from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.language.run.operations import trans
-from vrs_cli.values.commands import (
-    FIRST_INPUT,
-    Break,
-    Delay,
-    Frames,
-    JointTarget,
-    MotionKind,
-    Move,
-    PoseTarget,
-    Request,
-    SetAcceleration,
-    SetBase,
-    SetDuration,
-    SetParameter,
-    SetSpeed,
-    SetTool,
-    SpeedUnit,
-    Stamp,
-    Start,
-    Target,
-)
+from vrs_cli.values import commands
 
 SLOW = 0.2  # fraction of the maximum joint velocity for the motion to the start of the run
 UNNAMED = re.compile(r"\W+", re.ASCII)
@@ -179,8 +159,8 @@ class StepWriter:
         if motion.text:
             self.say(f"{self.remark} {motion.text}")
         told = {
-            "follows a stream of targets: written as one motion to its end": motion.kind is MotionKind.STEERED,
-            f"begins at {move.time:.3f} s: written without the time": motion.start is Start.AT,
+            "follows a stream of targets: written as one motion to its end": motion.kind is commands.MotionKind.STEERED,
+            f"begins at {move.time:.3f} s: written without the time": motion.start is commands.Start.AT,
             f"is cut short at {move.end:.3f} s: written up to there, with a stop": move.cut,
         }
         for what, holds in told.items():
@@ -203,13 +183,13 @@ class StepWriter:
     def say(self, line: str) -> None:
         self.lines.append(line.replace("\n", " "))
 
-    def setting(self, name: str, line: str, request: Request | None = None) -> None:
+    def setting(self, name: str, line: str, request: commands.Request | None = None) -> None:
         """Write a setting if it has changed."""
         if self.told.get(name) != line:
             self.told[name] = line
             self.do(line, request)
 
-    def do(self, line: str, request: Request | None = None) -> None:  # noqa: ARG002 (Python looks at it)
+    def do(self, line: str, request: commands.Request | None = None) -> None:  # noqa: ARG002 (Python looks at it)
         self.say(line)
 
     # --- what each language says in its own way ---
@@ -228,7 +208,7 @@ class StepWriter:
         """Return the address of an output or input; `place` counts from 0."""
         return (place + 1,)
 
-    def set_frames(self, before: Frames) -> None:
+    def set_frames(self, before: commands.Frames) -> None:
         for word, old, new in (("tool", before.tool, self.frames.tool), ("base", before.base, self.frames.base)):
             if word in self.words and old != new:
                 self.say(self.words[word].format(self.frame(new)))
@@ -237,7 +217,7 @@ class StepWriter:
         self.say(self.words["wait"].format(number(step.seconds)))
 
     def input(self, step: InputStep) -> None:
-        place = step.number - FIRST_INPUT
+        place = step.number - commands.FIRST_INPUT
         if self.signal_count is not None and place >= self.signal_count:
             self.cannot(f"{self.title} has no input {step.number}")
             return
@@ -444,7 +424,7 @@ class RapidWriter(StepWriter):
             word, kind, value = "MoveL", "robtarget", robtarget(self.arm, step.T_world_tool, step.joints)
         self.say(f"{word} {self._datum(kind, value)}, {speed}, {zone}, {self._tool(self.frames)};")
 
-    def _tool(self, frames: Frames) -> str:
+    def _tool(self, frames: commands.Frames) -> str:
         return (
             f"{self._datum('tooldata', tooldata(frames.tool))}\\WObj:={self._datum('wobjdata', wobjdata(frames.base))}"
         )
@@ -547,7 +527,7 @@ class PythonWriter(StepWriter):
             "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",
         }
         self.signals = list[str]()  # the changes of inputs, as arguments for the robot
-        for request in (SetTool(run.frames.tool), SetBase(run.frames.base)):
+        for request in (commands.SetTool(run.frames.tool), commands.SetBase(run.frames.base)):
             self.engine.perform(request)
 
     def around(self) -> tuple[list[str], list[str]]:
@@ -560,32 +540,32 @@ class PythonWriter(StepWriter):
             "",
             f'robot = Robot("{self.arm.model.name}"{start}{given})',
         ]
-        head += [f"robot.do({line!r})" for line in frames_lines(Frames(), self.run.frames)]
+        head += [f"robot.do({line!r})" for line in frames_lines(commands.Frames(), self.run.frames)]
         return head, []
 
     def move(self, step: MoveStep) -> None:
         motion, engine = step.motion, self.engine
         profile, rising = motion.profile.name, 100.0 * motion.acceleration
-        self.setting("PROFILE", f"PARAMETER PROFILE = {profile}", SetParameter("PROFILE", profile))
-        self.setting("ACCEL", f"ACCEL {number(rising)}", SetAcceleration(rising))
+        self.setting("PROFILE", f"PARAMETER PROFILE = {profile}", commands.SetParameter("PROFILE", profile))
+        self.setting("ACCEL", f"ACCEL {number(rising)}", commands.SetAcceleration(rising))
         if motion.duration:
-            self.do(f"DURATION {number(motion.duration, 9)}", SetDuration(motion.duration))
+            self.do(f"DURATION {number(motion.duration, 9)}", commands.SetDuration(motion.duration))
         target, percent = self.joint_texts(motion.goal or step.joints), number(min(100.0 * motion.speed, 100.0), 6)
-        goal: Target = JointTarget(self.units.read(map(float, target)))
+        goal: commands.Target = commands.JointTarget(self.units.read(map(float, target)))
         how, fraction = [f"speed={percent}"], float(percent) / 100.0
         if step.straight:
             six = oat_numbers(step.T_world_tool)
-            target, goal = [f"trans({', '.join(six)})"], PoseTarget(trans(*map(float, six)))
+            target, goal = [f"trans({', '.join(six)})"], commands.PoseTarget(trans(*map(float, six)))
         if step.straight and motion.tip_speed is not None:
             mmps = number(1000.0 * motion.tip_speed, 6)
             turning = None if motion.rotation is None else number(100.0 * motion.rotation, 6)
-            speed = SetSpeed(float(mmps), None if turning is None else float(turning), SpeedUnit.MMPS)
+            speed = commands.SetSpeed(float(mmps), None if turning is None else float(turning), commands.SpeedUnit.MMPS)
             self.do(f"DO SPEED {mmps}{'' if turning is None else f', {turning}'} MMPS", speed)
             how = []
         stamp = self._stamp(step)
         begins = max(engine.now, engine.end) if stamp is None else stamp
-        at = None if stamp is None else Stamp(stamp)
-        engine.perform(Move(goal, step.straight, None, fraction if how else None, at))
+        at = None if stamp is None else commands.Stamp(stamp)
+        engine.perform(commands.Move(goal, step.straight, None, fraction if how else None, at))
         self._tell_inputs(step.time)
         self.later = begins - step.time
         how += [] if stamp is None else [f"at={stamp!r}"]
@@ -605,15 +585,15 @@ class PythonWriter(StepWriter):
             t, signal, on = self.inputs.pop(0)
             self.signals.append(f"({number(t + self.later, 9)}, {signal}, {on})")
 
-    def do(self, line: str, request: Request | None = None) -> None:
+    def do(self, line: str, request: commands.Request | None = None) -> None:
         self.say(f"robot.do({line!r})")
         if request is not None:
             self.engine.perform(request)
 
-    def set_frames(self, before: Frames) -> None:
+    def set_frames(self, before: commands.Frames) -> None:
         for line in frames_lines(before, self.frames):
             self.do(line)
-        for request in (SetTool(self.frames.tool), SetBase(self.frames.base)):
+        for request in (commands.SetTool(self.frames.tool), commands.SetBase(self.frames.base)):
             self.engine.perform(request)
 
     def wait(self, step: WaitStep) -> None:
@@ -621,7 +601,7 @@ class PythonWriter(StepWriter):
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:
-            self.do(f"DELAY {number(left, 9)}", Delay(left))
+            self.do(f"DELAY {number(left, 9)}", commands.Delay(left))
 
     def input(self, step: InputStep) -> None:
         if step.late:
@@ -645,7 +625,7 @@ class PythonWriter(StepWriter):
         if step.duration:
             self.setting("HAND.TIME", f"PARAMETER HAND.TIME = {number(step.duration, 9)}")
         if time is None and following is None and step.duration:
-            self.do(f"{word}I{how_far}", Delay(step.duration))
+            self.do(f"{word}I{how_far}", commands.Delay(step.duration))
             self.taken = step.duration
         elif time is None and following is not None and not step.duration:
             self.do(f"{word}{how_far}")
@@ -660,7 +640,7 @@ class PythonWriter(StepWriter):
             return max(self._begins(following) + step.late, 0.0)
         if self.engine.now < self.engine.end:
             self.say("robot.wait()")
-            self.engine.perform(Break())
+            self.engine.perform(commands.Break())
         return None
 
     def _begins(self, following: MoveStep | None) -> float:
@@ -669,7 +649,7 @@ class PythonWriter(StepWriter):
         return max(self.engine.now, self.engine.end) if stamp is None else stamp
 
 
-def frames_lines(before: Frames, frames: Frames) -> Iterator[str]:
+def frames_lines(before: commands.Frames, frames: commands.Frames) -> Iterator[str]:
     """Yield the lines of the prompt that set TOOL and BASE, if they have changed."""
     if frames.tool != before.tool:
         yield f"TOOL TRANS({', '.join(oat_numbers(frames.tool))})"

@@ -27,22 +27,8 @@ from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.rope import Leaf, OffsetNode
 from vrs_cli.trajectory.row import EventRow, Row
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
+from vrs_cli.wire import lines as wire
 from vrs_cli.wire.codec import decode
-from vrs_cli.wire.lines import (
-    CHECKPOINT,
-    REPORTS,
-    CheckpointRecord,
-    Checksums,
-    HeaderRecord,
-    PartRecord,
-    decode_delta,
-    decode_events,
-    decode_reports,
-    decode_row,
-    has_delta,
-    has_reports,
-    is_object,
-)
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
@@ -157,7 +143,7 @@ class Past:
     @lru_cache(CACHED_ROWS)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
     def row(self, place: int) -> Row:
         """Return the row whose line begins at a file position. Raises FileError."""
-        return self._read(lambda: Row(decode_row(_line(self.file, place).record, self.form)))
+        return self._read(lambda: Row(wire.decode_row(_line(self.file, place).record, self.form)))
 
     @lru_cache(CACHED_ROWS)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
@@ -193,8 +179,8 @@ class Past:
         """Yield deltas. Raises RecordError."""
         number = first
         for line in lines(self.file, self.places[first // PART]) if first < last else ():
-            if has_delta(line.record):
-                yield decode_delta(line.record, motions, self.form)
+            if wire.has_delta(line.record):
+                yield wire.decode_delta(line.record, motions, self.form)
                 number += 1
                 if number == last:
                     return
@@ -224,7 +210,7 @@ def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
             end = begin + len(line) + 1
             yield JournalLine(checksums.open(line), begin, end)
             begin = end
-    if data and is_object(data):
+    if data and wire.is_object(data):
         yield JournalLine(checksums.open(data), begin, begin + len(data))
 
 
@@ -236,11 +222,11 @@ def _line(file: GrowingFile, place: int) -> JournalLine:
     return line
 
 
-def _checksums(file: GrowingFile, place: int) -> Checksums:
+def _checksums(file: GrowingFile, place: int) -> wire.Checksums:
     """Return the checksums for the lines from a file position on. Raises RecordError if the line before has no
     checksum.
     """
-    return Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
+    return wire.Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
 
 
 # --- going on ---------------------------------------------------------------------------------------------------
@@ -266,10 +252,10 @@ def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
     """
     try:
         place = _last_checkpoint(file)
-        after = 0 if place is None else sum(has_delta(line.record) for line in lines(file, place))
+        after = 0 if place is None else sum(wire.has_delta(line.record) for line in lines(file, place))
         version = None  # the version of the following checkpoint
         while place is not None:
-            record = decode(_line(file, place).record, CheckpointRecord)
+            record = decode(_line(file, place).record, wire.CheckpointRecord)
             after += 0 if version is None else version - record.checkpoint
             if after >= changes:
                 older = not record.events and _has_older_hand(file)
@@ -282,7 +268,7 @@ def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
 
 def _last_checkpoint(file: GrowingFile) -> int | None:
     """Return the file position of the last complete checkpoint."""
-    mark, begin, overlap, last_end = b"\n" + CHECKPOINT, file.size, b"", -1
+    mark, begin, overlap, last_end = b"\n" + wire.CHECKPOINT, file.size, b"", -1
     while begin:
         size = min(begin, CHUNK)
         begin -= size
@@ -312,11 +298,11 @@ def _has_older_hand(file: GrowingFile) -> bool:
     return False
 
 
-def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
+def _resume_at(file: GrowingFile, place: int, record: wire.CheckpointRecord) -> Resumed:
     data = b""
     while b"\n" not in data and (chunk := file.read(len(data), CHUNK)):
         data += chunk
-    header = decode(data[: data.index(b"\n")], HeaderRecord)
+    header = decode(data[: data.index(b"\n")], wire.HeaderRecord)
     model = from_dict(header.robot, f"{file.path}, line 1: robot")
     form = Form.of(arm_for(model))
     past, motions, measured = Past(file, form, record.deltas, place), Motions(), MeasuredRecord(form.joint_count)
@@ -324,15 +310,15 @@ def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resum
     parts, more = divmod(record.checkpoint, PART)
     begin = past.places[parts] if more else place
     for reports in _reports_before(file, begin):
-        measured.add_columns(decode_reports(reports, form))
+        measured.add_columns(wire.decode_reports(reports, form))
     for line in lines(file, begin):
         size = line.end
-        if line.record.startswith(CHECKPOINT):
+        if line.record.startswith(wire.CHECKPOINT):
             past.checkpoint = line.place
-        elif has_reports(line.record):
-            measured.add_columns(decode_reports(line.record, form))
-        elif has_delta(line.record):
-            delta = decode_delta(line.record, motions, form)
+        elif wire.has_reports(line.record):
+            measured.add_columns(wire.decode_reports(line.record, form))
+        elif wire.has_delta(line.record):
+            delta = wire.decode_delta(line.record, motions, form)
             (known if line.place < place else new).append(delta)
             if line.place > place and not delta.version % PART:
                 past.places.append(line.place)
@@ -360,14 +346,14 @@ def _resume_at(file: GrowingFile, place: int, record: CheckpointRecord) -> Resum
 
 def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
     """Yield the lines of reports that begin before a file position, without reading other lines. Raises RecordError."""
-    mark, begin = b"\n" + REPORTS, 0
+    mark, begin = b"\n" + wire.REPORTS, 0
     while begin < end:
         found = file.read(begin, CHUNK + len(mark)).find(mark)
         if found < 0:
             begin += CHUNK
             continue
         for line in lines(file, begin + found + 1):
-            if line.place >= end or not has_reports(line.record):
+            if line.place >= end or not wire.has_reports(line.record):
                 break
             begin = line.end - 1  # the mark of the next line includes the newline before it
             yield line.record
@@ -377,7 +363,7 @@ def _reports_before(file: GrowingFile, end: int) -> Iterator[bytes]:
             return
 
 
-def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row]]:
+def _parts(record: wire.CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row]]:
     rows: dict[int, Row] = {}
     for it in record.parts:
         row = rows.get(it.place)
@@ -386,22 +372,22 @@ def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row]]:
         yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
 
 
-def _event_parts(record: CheckpointRecord, file: GrowingFile) -> Iterator[OffsetNode[EventRow]]:
+def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[OffsetNode[EventRow]]:
     """Read the events, which all stay in memory. Raises RecordError."""
     rows: dict[int, EventRow] = {}
     for it in record.events:
         row = rows.get(it.place)
         if row is None:
-            row = rows[it.place] = EventRow(decode_events(_line(file, it.place).record))
+            row = rows[it.place] = EventRow(wire.decode_events(_line(file, it.place).record))
             row.closed, row.kept = True, it.place
         if len(row) != it.count:
             raise RecordError("a row of events is not as long as it was")
         yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
 
 
-def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> PartRecord:
+def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> wire.PartRecord:
     """Return the record of a part of a row in a journal; the timeline has its times `offset` [s] later."""
     kept = leaf.row.kept
     place = kept.place if isinstance(kept, KeptRow) else kept
     assert isinstance(place, int), "the row is in a journal"
-    return PartRecord(place, len(leaf.row), leaf.first, leaf.last, leaf.begin, leaf.end, offset)
+    return wire.PartRecord(place, len(leaf.row), leaf.first, leaf.last, leaf.begin, leaf.end, offset)

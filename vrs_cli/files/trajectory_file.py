@@ -28,20 +28,8 @@ from vrs_cli.trajectory.measured import MeasuredRecord, MeasuredTimeline
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
 from vrs_cli.version import __version__
+from vrs_cli.wire import lines as wire
 from vrs_cli.wire.codec import decode
-from vrs_cli.wire.lines import (
-    FORMAT,
-    START,
-    Checksums,
-    HeaderRecord,
-    LineEncoder,
-    Marks,
-    decode_delta,
-    decode_reports,
-    has_delta,
-    has_reports,
-    is_object,
-)
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
@@ -71,10 +59,10 @@ def trajectory_lines(
     initial: Iterable[Segment],
     deltas: Iterable[TimelineDelta],
     measured: MeasuredTimeline | None = None,
-    lines: LineEncoder | None = None,
+    lines: wire.LineEncoder | None = None,
 ) -> Iterator[bytes]:
     """Yield the lines of a trajectory file: the header, the deltas, and the reports. `lines` encodes them."""
-    lines = lines or LineEncoder()
+    lines = lines or wire.LineEncoder()
     yield lines.header(model, initial)
     yield from map(lines.delta, deltas)
     for columns, first, last in () if measured is None else measured.parts():
@@ -148,7 +136,7 @@ class _Reader:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
         record = _header_record(path, first)
         self._laws = record.laws
-        self._checksums = Checksums(None if record.crc is None else START)
+        self._checksums = wire.Checksums(None if record.crc is None else wire.START)
         self._motions, self._deltas = Motions(), list[TimelineDelta]()
         self._numbers, self._places = array("L"), list[int]()
         try:
@@ -171,11 +159,11 @@ class _Reader:
         """
         try:
             record = self._open_line(number, line)
-            if has_reports(record):
-                self._measured.add_columns(decode_reports(record, self._form))
-            if not has_delta(record):
+            if wire.has_reports(record):
+                self._measured.add_columns(wire.decode_reports(record, self._form))
+            if not wire.has_delta(record):
                 return True
-            delta = self._hand.read(self._timeline, decode_delta(record, self._motions, self._form))
+            delta = self._hand.read(self._timeline, wire.decode_delta(record, self._motions, self._form))
             self._timeline.apply(delta)
         except RecordError as error:
             if not self._lenient:
@@ -237,14 +225,14 @@ class _Lines:
         line = self._stream.readline(MAX_HEADER_BYTES)
         if len(line) == MAX_HEADER_BYTES:
             raise _no_header(path)
-        if not line.endswith(b"\n") and not is_object(line):
+        if not line.endswith(b"\n") and not wire.is_object(line):
             raise FileDamaged(f"{path} has no whole first line", GUIDE, in_python=GUIDE_IN_PYTHON)
         self.whole = len(line)
         return line
 
     def __iter__(self) -> Iterator[bytes]:
         for number, line in enumerate(self._stream):
-            if not line.endswith(b"\n") and not is_object(line):
+            if not line.endswith(b"\n") and not wire.is_object(line):
                 self.torn = bool(line.strip())
                 return
             self.whole += len(line)
@@ -253,19 +241,19 @@ class _Lines:
                 self._progress(min(self.whole / self._size, 1.0))
 
 
-def _header_record(path: Path, line: bytes) -> HeaderRecord:
+def _header_record(path: Path, line: bytes) -> wire.HeaderRecord:
     try:
-        marks = decode(line, Marks)
+        marks = decode(line, wire.Marks)
     except RecordError:
         raise _no_header(path) from None
-    if marks.vrst != FORMAT:
+    if marks.vrst != wire.FORMAT:
         writer = f" of vrs {marks.vrs}" if marks.vrs else ""
         raise FileDamaged(
             f"{path}, line 1: version {marks.vrst} of the file format{writer}",
-            f"this vrs {__version__} reads version {FORMAT}",
+            f"this vrs {__version__} reads version {wire.FORMAT}",
         )
     try:
-        return decode(line, HeaderRecord)
+        return decode(line, wire.HeaderRecord)
     except RecordError as error:
         raise _damage_error(path, 1, str(error)) from None
 

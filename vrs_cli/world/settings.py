@@ -12,19 +12,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, Vector, dot, moved_point, position, translation, vector_difference
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.values import INPUTS, INTERNAL
-from vrs_cli.values.world import (
-    BodyCrosses,
-    BoxShape,
-    CertainHappening,
-    DueHappening,
-    FingersArrive,
-    PartComes,
-    PartLands,
-    PartsGo,
-    ScenePart,
-    SpanKind,
-    WorldState,
-)
+from vrs_cli.values import world
 from vrs_cli.world.history import CHANGES, FALLS, GRIPS, SEES, WorldHistory, below_in, floor_height, lift, put
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
 from vrs_cli.world.solids import Solids, point_apart, solids_of, spread
@@ -44,7 +32,7 @@ class WorldSettings:
         self.arm, self.scene = arm, scene
         self.opening = scene.gripper.opening or arm.model.hand_width or OPENING
         self.floor = floor_height(scene, arm.model)
-        self.parts: dict[str, ScenePart] = {part.name: part for part in scene.parts}
+        self.parts: dict[str, world.ScenePart] = {part.name: part for part in scene.parts}
         self.solids: dict[str, Solids] = {part.name: solids_of(part.shape) for part in scene.parts}
         self.fed = frozenset(name for feeder in scene.feeders for name in feeder.parts)
         self.solids |= {one.name: solids_of(one.shape) for one in scene.fixtures}
@@ -55,7 +43,7 @@ class WorldSettings:
             put(self.at_start, name, self.solids[name], self.parts[name].T_world_part)
         self._stood_on: dict[str, str] = {}
         self.hand = SeenBody(FINGERS, translation(0.0, 0.0, -0.5 * scene.gripper.size[2]), at_tool=True)
-        bodies = {**self.solids, FINGERS: solids_of(BoxShape(scene.gripper.size))}
+        bodies = {**self.solids, FINGERS: solids_of(world.BoxShape(scene.gripper.size))}
         self.sensing = Sensing(arm, bodies, tuple(Region.of(sensor.region) for sensor in scene.sensors))
         self.sinks = [(sink.zone.T_world_zone, Region.of(sink.zone)) for sink in scene.sinks]
         self.rules = defaultdict[int, list[tuple[int, Follow]]](list)
@@ -66,14 +54,14 @@ class WorldSettings:
         followed = {abs(rule.sets or 0) for rules in self.rules.values() for _, rule in rules}
         self.computed = frozenset(self.sensed | followed)
 
-    def fits(self, state: WorldState) -> bool:
+    def fits(self, state: world.WorldState) -> bool:
         """Return whether a state belongs to this cell."""
-        named = {one.what.part if isinstance(one.what, PartLands) else "" for one in state.due} | {state.held or ""}
-        bodies = named | {*state.stack, *state.inside}
+        falling = {one.what.part for one in state.due if isinstance(one.what, world.PartLands)}
+        bodies = falling | {state.held or FINGERS, *state.stack, *state.inside}
         regions = [region for several in state.inside.values() for region in several]
-        regions += [one.what.region for one in state.due if isinstance(one.what, BodyCrosses)]
-        feeders = [*state.fed, *(one.what.feeder for one in state.due if isinstance(one.what, PartComes))]
-        sinks = [one.what.sink for one in state.due if isinstance(one.what, PartsGo)]
+        regions += [one.what.region for one in state.due if isinstance(one.what, world.BodyCrosses)]
+        feeders = [*state.fed, *(one.what.feeder for one in state.due if isinstance(one.what, world.PartComes))]
+        sinks = [one.what.sink for one in state.due if isinstance(one.what, world.PartsGo)]
         return (
             state.parts.keys() == self.parts.keys()
             and bodies <= {*self.parts, FINGERS}
@@ -135,12 +123,14 @@ def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
     if name is not None:
         opening = max(opening, history.get("width") / settings.opening)
     for due in history.due:
-        if isinstance(due.what, FingersArrive):
+        if isinstance(due.what, world.FingersArrive):
             opening = max(opening, due.what.before / settings.opening)
     history.add(GRIPS, (history.now, name, opening))
 
 
-def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector) -> tuple[float, float, float]:
+def _hold_of(
+    part: world.ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector
+) -> tuple[float, float, float]:
     """Return the distance of the tool's tip from where a part can be taken, and the part's extent along the closing
     axis there: both ends, seen from the tip [m].
     """
@@ -159,11 +149,11 @@ def _hold_of(part: ScenePart, solids: Solids, T: Transform, tip: Vector, axis: V
 ALONE = ("hand", "held", "width", "stack")  # values of equal names in history and state
 
 
-def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldState:
+def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> world.WorldState:
     """Return the state just before a time that the history has reached [s]."""
     history = history.copy()
     history.back_to(t)
-    return WorldState(
+    return world.WorldState(
         t,
         parts={name: history.rows(("spans", name))[-1] for name in settings.parts},
         on=tuple(sorted(number for number, on in history.items("signal").items() if on)),
@@ -171,15 +161,15 @@ def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> WorldS
         used=history.items("used"),
         fed=history.items("fed"),
         due=tuple(
-            DueHappening(due.time, due.what)
+            world.DueHappening(due.time, due.what)
             for due in history.due
-            if isinstance(due.what, CertainHappening) and not due.what.follows_arm
+            if isinstance(due.what, world.CertainHappening) and not due.what.follows_arm
         ),
         **{key: history.get(key) for key in ALONE},
     )
 
 
-def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -> None:
+def restore(history: WorldHistory, settings: WorldSettings, state: world.WorldState) -> None:
     """Begin a new history with a state. The history has all bodies as at the start of the scene."""
     history.now = state.time
     for key in ALONE:
@@ -187,7 +177,7 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
     for name, span in state.parts.items():
         lift(history, name)
         history.add(("spans", name), span)
-        if span.kind is SpanKind.RESTS:
+        if span.kind is world.SpanKind.RESTS:
             put(history, name, settings.solids[name], span.T)
     for number in state.on:
         history.set(("signal", number), True)
@@ -202,7 +192,7 @@ def restore(history: WorldHistory, settings: WorldSettings, state: WorldState) -
         for place, count in counts.items():
             history.set((kind, place), count)
     for time, what in state.due:
-        if isinstance(what, PartLands):
+        if isinstance(what, world.PartLands):
             put(history, what.part, settings.solids[what.part], what.T)  # parts that fall later can land on it
         history.plan(time, what)
     add_grip(history, settings)

@@ -12,19 +12,8 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse, moved_poin
 from vrs_cli.trajectory.instant import on_grid, up_to_grid
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values import world
 from vrs_cli.values.commands import HAND, Event, Frames
-from vrs_cli.values.world import (
-    BodyCrosses,
-    FingersArrive,
-    Happening,
-    PartBegin,
-    PartComes,
-    PartLands,
-    PartsGo,
-    SignalSwitches,
-    SpanKind,
-    WorldState,
-)
 from vrs_cli.world.history import (
     CHANGES,
     FALLS,
@@ -49,7 +38,7 @@ STANDS = 1e-7  # [m] a part that would fall less stands
 MAX_AT_ONE_INSTANT = 1000  # maximum number of happenings at one instant; stops rules that trigger each other
 
 
-class ArmEnters(Happening, frozen=True):
+class ArmEnters(world.Happening, frozen=True):
     """The arm enters a segment, given by its index. The part of the segment after `since` [s] counts."""
 
     segment: int
@@ -60,7 +49,7 @@ class ArmEnters(Happening, frozen=True):
         return 2
 
 
-class StackFalls(Happening, frozen=True):
+class StackFalls(world.Happening, frozen=True):
     """The bodies that stood on the held part fall, because the arm moves away with it."""
 
     @property
@@ -114,16 +103,16 @@ class Simulation:
         for key, value in (("hand", 0.0), ("held", None), ("width", 0.0), ("stack", ())):
             history.set(key, value)
         for name, part in settings.parts.items():
-            kind = SpanKind.ABSENT if name in settings.fed else SpanKind.RESTS
-            history.add(("spans", name), PartBegin(start, kind, part.T_world_part))
-            if kind is SpanKind.RESTS:
+            kind = world.SpanKind.ABSENT if name in settings.fed else world.SpanKind.RESTS
+            history.add(("spans", name), world.PartBegin(start, kind, part.T_world_part))
+            if kind is world.SpanKind.RESTS:
                 self._stand(name, part.T_world_part)
         for region, sensor in enumerate(settings.scene.sensors):
             if not history.get(("region", region)):
                 self._show(sensor.signal, False)
         self.follow_arm()
 
-    def resume(self, state: WorldState) -> None:
+    def resume(self, state: world.WorldState) -> None:
         """Begin with a state at the start of the timeline."""
         restore(self.history, self._settings, state)
         self.history.set("events", self._timeline.events_by(state.time, before=True))
@@ -138,20 +127,20 @@ class Simulation:
         if history.get("stack"):
             self._plan_unstack()
 
-    def _happen(self, what: Happening) -> None:
+    def _happen(self, what: world.Happening) -> None:
         match what:
-            case FingersArrive(before, after):
+            case world.FingersArrive(before, after):
                 self._arrive(before, after)
-            case SignalSwitches(signal, on):
+            case world.SignalSwitches(signal, on):
                 self._switch(signal, on)
-            case PartComes(feeder):
+            case world.PartComes(feeder):
                 self._feed(feeder)
-            case PartsGo(sink):
+            case world.PartsGo(sink):
                 self._clear(sink)
-            case PartLands(part, T, on):
+            case world.PartLands(part, T, on):
                 self.history.drop(_crossing(part))
                 self._come_to_rest(part, T, on)
-            case BodyCrosses(body, region, inside):
+            case world.BodyCrosses(body, region, inside):
                 before = self.history.get(("in", body), frozenset[int]())
                 self._see(body, before | {region} if inside else before - {region})
             case ArmEnters(segment, since):
@@ -166,9 +155,9 @@ class Simulation:
 
     # --- where things are ---
 
-    def span(self, name: str, t: float) -> PartBegin:
+    def span(self, name: str, t: float) -> world.PartBegin:
         """Return the span of a part at a time [s], or its first known span. Raises KeyError."""
-        spans: Sequence[PartBegin] = self.history.rows(("spans", name))
+        spans: Sequence[world.PartBegin] = self.history.rows(("spans", name))
         if not spans:
             raise KeyError(name)
         return spans[max(self.history.count(("spans", name), t) - 1, 0)]
@@ -195,12 +184,12 @@ class Simulation:
         history, opening = self.history, self._settings.opening
         gap = history.get("hand") * opening
         for due in history.due:
-            if isinstance(due.what, FingersArrive):  # fingers that move close further
+            if isinstance(due.what, world.FingersArrive):  # fingers that move close further
                 gap = due.what.before
         history.set("hand", event.value)
-        history.drop(lambda what: isinstance(what, FingersArrive))
+        history.drop(lambda what: isinstance(what, world.FingersArrive))
         if event.value * opening < gap:
-            history.plan(event.time + event.duration, FingersArrive(gap, event.value * opening))
+            history.plan(event.time + event.duration, world.FingersArrive(gap, event.value * opening))
             return
         if (name := history.get("held")) is not None and event.value * opening > history.get("width") + SLACK:
             self._release(name)
@@ -224,15 +213,15 @@ class Simulation:
             history.set(("used", place), 1 if used == len(rule.rows) else used + 1)
             assert rule.sets is not None
             then = now + on_grid(rule.after)
-            history.plan(then, SignalSwitches(abs(rule.sets), rule.sets > 0))
+            history.plan(then, world.SignalSwitches(abs(rule.sets), rule.sets > 0))
             if rule.lasting is not None:
-                history.plan(then + on_grid(rule.lasting), SignalSwitches(abs(rule.sets), rule.sets < 0))
+                history.plan(then + on_grid(rule.lasting), world.SignalSwitches(abs(rule.sets), rule.sets < 0))
         for place, feeder in enumerate(settings.scene.feeders):
             if feeder.when == number:
-                history.plan(now + on_grid(feeder.after), PartComes(place))
+                history.plan(now + on_grid(feeder.after), world.PartComes(place))
         for place, sink in enumerate(settings.scene.sinks):
             if sink.when == number:
-                history.plan(now + on_grid(sink.after), PartsGo(place))
+                history.plan(now + on_grid(sink.after), world.PartsGo(place))
 
     def _show(self, signal: int, on: bool) -> None:
         """Pass the state of a sensor to its signal. A negative signal shows the opposite; 0 is none."""
@@ -255,7 +244,7 @@ class Simulation:
         (x, y, z), far = position(tool), self._settings.scene.gripper.tolerance
         bodies = near(history, (x - far, x + far, y - far, y + far, z - far, z + far))
         parts = ((name, self.span(name, t)) for name in bodies if name in self._settings.parts)
-        standing = ((name, span.T) for name, span in parts if span.kind is SpanKind.RESTS)
+        standing = ((name, span.T) for name, span in parts if span.kind is world.SpanKind.RESTS)
         found = part_between(self._settings, standing, tool, (before, after), self._note)
         if found is not None:
             history.set("width", found[1])
@@ -266,7 +255,7 @@ class Simulation:
         T = self.span(name, t).T
         flange = compose(tool, inverse(self._timeline.locate(t)[0].motion.frames.tool))
         T_flange_part = compose(inverse(flange), T)
-        self._span_begins(name, SpanKind.HELD, T_flange_part)
+        self._span_begins(name, world.SpanKind.HELD, T_flange_part)
         lift(history, name)
         history.set("held", name)
         self._show(self._settings.scene.gripper.signal, True)
@@ -289,9 +278,9 @@ class Simulation:
 
     # --- what stands and falls ---
 
-    def _span_begins(self, name: str, kind: SpanKind, T: Transform, on: tuple[str, ...] = ()) -> None:
+    def _span_begins(self, name: str, kind: world.SpanKind, T: Transform, on: tuple[str, ...] = ()) -> None:
         t = self.history.now
-        self.history.add(("spans", name), PartBegin(t, kind, T, on))
+        self.history.add(("spans", name), world.PartBegin(t, kind, T, on))
         self.history.add(MOVES, (t, name))
 
     def _let_go(self, name: str, T: Transform) -> None:
@@ -304,16 +293,16 @@ class Simulation:
         if found.drop > FALLS:
             self._note("FALL", f"{name} falls {1000.0 * found.drop:.1f} mm onto {found.on[0]}")
         lasting = up_to_grid(sqrt(2.0 * found.drop / GRAVITY))
-        self._span_begins(name, SpanKind.FALLS, T, found.on)
+        self._span_begins(name, world.SpanKind.FALLS, T, found.on)
         low = T._replace(pz=T.pz - found.drop)
         put(history, name, settings.solids[name], low)  # parts that fall later can land on it
-        history.plan(history.now + lasting, PartLands(name, low, found.on))
+        history.plan(history.now + lasting, world.PartLands(name, low, found.on))
         if settings.sensing.regions:
             self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
 
     def _come_to_rest(self, name: str, T: Transform, on: tuple[str, ...]) -> None:
         history, solids = self.history, self._settings.solids[name]
-        self._span_begins(name, SpanKind.RESTS, T, on)
+        self._span_begins(name, world.SpanKind.RESTS, T, on)
         put(history, name, solids, T)
         self._stand(name, T)
         if on[0] != FLOOR and not is_balanced(
@@ -338,7 +327,7 @@ class Simulation:
         waiting = sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name))
         for name in waiting:
             span = self.span(name, history.now)
-            if span.kind is not SpanKind.RESTS:
+            if span.kind is not world.SpanKind.RESTS:
                 continue
             if below_in(history, name, settings.solids[name], span.T, settings.floor).drop <= STANDS:
                 continue
@@ -355,7 +344,7 @@ class Simulation:
             if other == name or other not in settings.parts:
                 continue
             span = self.span(other, history.now)
-            if span.kind is SpanKind.RESTS and span.T.pz > T.pz:
+            if span.kind is world.SpanKind.RESTS and span.T.pz > T.pz:
                 one = (name, settings.solids[name], T, (x, X, y, Y, low, top))
                 if below(settings.solids[other], span.T, [one], -inf).drop <= FALLS:
                     found.append(other)
@@ -369,7 +358,7 @@ class Simulation:
         if used >= len(feeder.parts) and not feeder.again:
             return
         name = feeder.parts[used % len(feeder.parts)]
-        if self.span(name, history.now).kind is not SpanKind.ABSENT:
+        if self.span(name, history.now).kind is not world.SpanKind.ABSENT:
             self._note("FEEDER", f"{name} does not come: it is there already")
             return
         history.set(("fed", place), used + 1)
@@ -380,13 +369,13 @@ class Simulation:
         history, (zone, region) = self.history, self._settings.sinks[place]
         gone, above = [], list[str]()
         for name in near(history, bounds((region.solid,), zone)):
-            if name in self._settings.parts and self.span(name, history.now).kind is SpanKind.RESTS:
+            if name in self._settings.parts and self.span(name, history.now).kind is world.SpanKind.RESTS:
                 solids, T, _ = standing_body(history, name)
                 if point_apart((region.solid,), zone, moved_point(T, solids[0].middle)) == 0.0:
                     gone.append(name)
                     above += self._standing_on(name, T)
         for name in gone:
-            self._span_begins(name, SpanKind.ABSENT, self.span(name, history.now).T)
+            self._span_begins(name, world.SpanKind.ABSENT, self.span(name, history.now).T)
             lift(history, name)
             self._see(name, frozenset())
         self._fall_from(name for name in dict.fromkeys(above) if name not in gone)
@@ -418,7 +407,7 @@ class Simulation:
             s = up_to_grid(crossing.time) + offset
             if s > 0.0:
                 if s <= until:
-                    history.plan(history.now + s, BodyCrosses(body, crossing.region, crossing.inside, moved))
+                    history.plan(history.now + s, world.BodyCrosses(body, crossing.region, crossing.inside, moved))
             elif crossing.inside:
                 inside.add(crossing.region)
             else:
@@ -444,5 +433,5 @@ class Simulation:
             self._show(self._settings.scene.sensors[region].signal, bool(bodies))
 
 
-def _crossing(body: str) -> Callable[[Happening], bool]:
-    return lambda what: isinstance(what, BodyCrosses) and what.body == body
+def _crossing(body: str) -> Callable[[world.Happening], bool]:
+    return lambda what: isinstance(what, world.BodyCrosses) and what.body == body
