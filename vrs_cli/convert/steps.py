@@ -23,7 +23,7 @@ from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, Mo
 
 SAME_TIME = 1e-6  # [s]
 SAME_PLACE = 1e-7  # [rad, m] of joints
-MIN_BLEND = 1e-4  # [m]: a smaller one is written as a stop
+MIN_BLEND = 1e-4  # [m] a smaller blend is written as a stop
 SAMPLES = 9  # number of samples of the speeds in a segment
 
 

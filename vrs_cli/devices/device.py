@@ -135,9 +135,8 @@ class Outside:
         raise DeviceNotReady(f"the device {device}", self.hint)
 
     def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
-        """Open a device, or begin to: OPENED or REFUSED arrives later for a connection to another program. Without an
-        address it is a serial line. Raises DeviceNotReady, PortTaken.
-        """
+        """Open a device, or start to open it: for a connection to another program, OPENED or REFUSED arrives later.
+        Without an address it is a serial line. Raises DeviceNotReady, PortTaken."""
         self.check(device)
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:

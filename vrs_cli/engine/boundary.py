@@ -47,7 +47,7 @@ KEPT_CLEARANCE = 0.25  # fraction of the smaller of two clearances that must be 
 END_PART = 1e-4  # fraction of a path: closer to a stop on a boundary than this, samples are dense anyway
 MAX_SEARCH_LOOKS = 5000
 REMEMBERED_SURVEYS = 64  # number of cached surveys: a line may be planned again, with other stops or for a held key
-FEW_LOOKS = 8  # number of looks up to which samples are as dense anyway
+FEW_LOOKS = 8  # number of samples up to which a denser sampling is not needed
 # fractions of the greatest clearances of a path, below which a clearance is close to a boundary
 CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
 DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, by which its place is found to a billionth

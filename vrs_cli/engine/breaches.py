@@ -34,7 +34,7 @@ from vrs_cli.values.commands import MotionKind
 BLOCKS_AT_ONCE = 16  # blocks of segments checked at once
 CUBIC_LENGTH = 4  # coefficients of a cubic
 PLACE_TOLERANCE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
-RATE_TOLERANCE = 1e-4  # [rad/s, m/s] of a joint; of a fast joint as a part of its velocity
+RATE_TOLERANCE = 1e-4  # tolerance of a joint's rate [rad/s, m/s]; for a fast joint, a fraction of its velocity
 LIMIT_EXCESS = 1e-4  # fraction of a limit by which a value may exceed the limit
 JERK_EXCESS = 1.05  # factor on the jerk limit, because between samples only a bound of the jerk is known
 BRANCH_TOLERANCE = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch

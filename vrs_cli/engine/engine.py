@@ -351,9 +351,10 @@ class Engine:
         return on_grid(known.check(seconds, given=stamp.seconds))
 
     def _motion(self, move: Move, start: Start, executed: float) -> Motion:
-        """Make the motion of a request. A motion with a time stamp follows the motion under way at that time; any other
-        motion follows the last motion. A motion that rounds a corner goes to the same joints as a motion that begins in
-        the corner.
+        """Make the motion of a request.
+
+        A motion with a time stamp follows the motion in progress at that time; any other motion follows the last
+        motion. A motion that rounds a corner goes to the same joints as a motion that starts in the corner.
         """
         settings, arm, timeline = self.settings, self.arm, self.timeline
         before = joints_at(arm, timeline, finish_after(timeline, executed if move.stamp is not None else self.end))
@@ -786,5 +787,5 @@ class Engine:
 
     @property
     def standpoint(self) -> Standpoint:
-        """The present state of the robot, for questions about possible motions from here."""
+        """The present state of the robot, for questions about motions that could start from it."""
         return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

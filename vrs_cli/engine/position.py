@@ -47,7 +47,8 @@ class Watched(Protocol):
 
 
 class PlaceArrays(Struct, frozen=True):
-    """Where the robot is at N times: (N,) [s], joints (N, n) [rad], T_world_tool (N, 3, 4) [m], hand (N,), 1 open."""
+    """The state of the robot at N times: times (N,) [s], joints (N, n) [rad], T_world_tool (N, 3, 4) [m], hand (N,)
+    with 1 for open."""
 
     times: Floats
     joints: Floats

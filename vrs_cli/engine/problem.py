@@ -258,7 +258,7 @@ _REMEMBERED_STATES: dict[tuple[int, float], tuple[Path, RobotArm, bool, Transfor
 
 
 class NoWay(Exception):
-    """The motion cannot start with the present velocities."""
+    """The motion cannot start with the present velocities of the joints."""
 
 
 class NotInTime(Exception):

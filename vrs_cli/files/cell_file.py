@@ -75,7 +75,7 @@ from vrs_cli.values import world
 from vrs_cli.values.numbers import LIMIT, Value
 
 MAX_BODIES = 5000  # maximum number of parts and fixtures
-MAX_PART_MASS_KG = 1000.0  # [kg] of a part
+MAX_PART_MASS_KG = 1000.0  # [kg] maximum mass of a part
 MAX_GRASPS = 20  # maximum number of grasps of one part
 MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] of one mesh file, and of all that a cell names
 MAX_MESH_POINTS = 200_000  # maximum number of points of all meshes of a cell

@@ -210,9 +210,11 @@ def _signature(around: analyzer.Surroundings, key: str) -> tuple[object, ...] | 
 
 
 def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
-    """Return the warnings of `inspect` that a run does not give: about steps that a run carries out without a message,
-    or skips. LOAD has reported the warnings of the analysis. A run reports a step that must fail, or a location out of
-    reach, when it comes there. `programs`: the programs of one file, without errors.
+    """Return the warnings of `inspect` that a run does not give: warnings about steps that a run carries out without a
+    message, or skips.
+
+    LOAD has already reported the warnings of the analysis. A run reports a step that must fail, or a location out of
+    reach, when it reaches that step. `programs`: the programs of one file, without errors.
     """
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:

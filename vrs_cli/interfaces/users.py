@@ -195,7 +195,7 @@ class RobotLease(Struct, frozen=True):
         return replace(self, until=max(now + self.length, self.until))
 
     def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Note that a user has gone: the lease of a holder goes to the user who asked first."""
+        """Note that a user has left. If the user had the lease, it goes to the user who requested it first."""
         asking = tuple(one for one in self.asking if one != who)
         left = replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())

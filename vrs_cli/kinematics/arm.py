@@ -240,7 +240,8 @@ class RobotArm:
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
     def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (subclasses use T)
-        """Return whether T_base_flange is farther than all links in one line, if that can be checked quickly."""
+        """Return whether T_base_flange is farther away than all links stretched in one line can reach, if this can be
+        checked quickly."""
         return False
 
     @cached_property

@@ -372,7 +372,8 @@ class Exchange:
             self.terminal.show(internal_error(error))
 
     def forget_questions(self) -> None:
-        """Forget the questions of an earlier connection: the robot has forgotten them, and counts anew."""
+        """Forget the questions of an earlier connection, because the robot has forgotten them and numbers new questions
+        from the start."""
         self._withdrawn = {self._question} - {0}
 
     def _ask(self, asked: Asked) -> None:
@@ -386,7 +387,8 @@ class Exchange:
         self.port.tell(answer)
 
     def _ask_terminal(self, question: Question) -> Answer:
-        """Return the answer of the terminal. If a screen cannot be filled, tell the reason and count it as left."""
+        """Return the answer of the terminal. If a screen cannot be filled, show the reason and treat the screen as
+        closed."""
         try:
             return self.terminal.ask(question)
         except (EndOfInput, BrokenPipeError):

@@ -121,7 +121,7 @@ def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
 
 
 class LessonPlace:
-    """The place of a lesson's robot for the shell, with a learner. `first`: it is the first of the process."""
+    """The robot of a lesson, for the shell, with a learner. `first`: whether it is the first lesson of the process."""
 
     waits = True
 

@@ -34,7 +34,7 @@ class JointState(NamedTuple):
 
     @property
     def accelerating(self) -> bool:
-        """Whether there is an acceleration to continue."""
+        """Whether the state has an acceleration that a motion has to continue."""
         return any(abs(a) > STEADY for a in self.acceleration)
 
     @property

@@ -338,7 +338,7 @@ class Timeline:
 
 
 class KeptDeltas(Protocol):
-    """A place where deltas are written down."""
+    """A store in which deltas are written down."""
 
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         """Read the deltas from number `first` to before `last`. Raises FileError."""
@@ -445,7 +445,7 @@ class DeltaColumns:
     def __init__(self, deltas: list[TimelineDelta]) -> None:
         self.version = deltas[0].version
         self._causes, self._motions, which = [deltas[0].cause], [deltas[0].motion], []
-        for delta in deltas:  # in steering cause and motion are those of the delta before
+        for delta in deltas:  # deltas of steering have the cause and the motion of the previous delta
             if delta.motion is not self._motions[-1] or delta.cause is not self._causes[-1]:
                 self._causes.append(delta.cause)
                 self._motions.append(delta.motion)

@@ -104,9 +104,8 @@ def _finite(numbers: Joints) -> Joints:
 
 
 def rotating(T: Transform) -> Transform:
-    """Return a transformation. Raises IllegalValue if its axes are no rotation, or a number is beyond the range of
-    reals.
-    """
+    """Return a transformation. Raises IllegalValue if its axes do not form a rotation, or if a number is outside the
+    range of reals."""
     if max(map(abs, _finite(T))) > LIMIT:
         raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
     if not is_rotation((T[0:3], T[4:7], T[8:11])):

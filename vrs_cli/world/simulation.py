@@ -119,7 +119,7 @@ class Simulation:
         self.follow_arm()
 
     def follow_arm(self) -> None:
-        """Plan the happenings that follow from the motion of the arm from now on, in place of those planned before."""
+        """Plan the events that follow from the motion of the arm from now on, replacing those planned before."""
         history = self.history
         history.drop(lambda what: what.follows_arm)
         if self._settings.sensing.regions:

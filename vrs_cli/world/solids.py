@@ -295,7 +295,7 @@ def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform,
 
 
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body beside another one does not stand on it
+    thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body does not count as standing on a body beside it
     if _lower_onto(thinner, T_world_a, b, T_world_b) == inf:
         return inf
     return _lower_onto(a, T_world_a, b, T_world_b)

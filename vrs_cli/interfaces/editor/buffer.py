@@ -342,7 +342,7 @@ def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogu
 
 
 def analysis_of(memory: Memory, program: ast.Program) -> Analysis:
-    """Analyse a program among those in memory, where it replaces the program of the same name."""
+    """Analyse a program together with the programs in memory; it replaces the one of the same name."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
     return analyze(program, memory.kinds, programs)
 

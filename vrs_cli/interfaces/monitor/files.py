@@ -270,7 +270,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("PWD")
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
-    """Show the present folder; in a closed folder whose path is not disclosed, show the path inside that folder."""
+    """Show the present folder. In a closed folder, whose path is secret, show the path inside that folder."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))

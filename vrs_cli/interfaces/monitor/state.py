@@ -93,7 +93,7 @@ BANKS = (("Inputs", values.INPUTS), ("Outputs", values.OUTPUTS), ("Internal sign
 
 @handles("IO")
 def _tell_signals(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
-    """Report signals; at a given time without the internal signals, which are variables."""
+    """Report signals. At a given time leave out the internal signals, because they are variables."""
     given, timed = operand(it, 0), it.modifiers.has_time
     number = None if given is None else values.whole(real(station, given))
     if number is not None and number not in range(len(BANKS)):

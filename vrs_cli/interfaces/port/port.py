@@ -265,7 +265,7 @@ class FarHand:
         self._on_way: list[hand.Press | hand.StopJog | hand.Look] = []
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
-        """Send the action of a key; return the state of the robot that was seen last."""
+        """Send the action of a key; return the last known state of the robot."""
         if act not in self._on_way:
             self._send(act)
         return self._seen

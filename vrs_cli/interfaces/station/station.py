@@ -592,7 +592,7 @@ class Station:
             self._present(own)
 
     def _present(self, user_state: UserState) -> None:
-        """Make a user the present one, to whom new branches and tasks belong."""
+        """Make a user the present one; new branches and tasks then belong to this user."""
         self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: ast.Statement) -> Dialogue[None]:

@@ -145,7 +145,7 @@ UNTIMED = (Wait, WaitEvent, AttachRobot)  # requests that may wait in vain
 
 
 def in_vain(tracks: Iterable[Track], now: float) -> bool:
-    """Return whether all tasks wait for states that will not change as time advances."""
+    """Return whether all tasks wait for states that will not change as time passes."""
     return all(track.wake > now and not track.reacts and _stays(track) for track in tracks)
 
 

@@ -150,7 +150,7 @@ ENDLESS = 1e3  # [rad, m] files write 999999 for a joint without an end
 STEP, ROUNDED = (
     pi / 12,
     1e-5,
-)  # [rad] angles this near to a multiple of 15 deg are exact: files write 1.5708 for a right angle
+)  # [rad] angles this close to a multiple of 15 deg are exact: files contain 1.5708 for a right angle
 
 MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "prismatic": JointKind.PRISMATIC}
 FIXED = "fixed"

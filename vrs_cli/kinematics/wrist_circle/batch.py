@@ -25,7 +25,7 @@ from vrs_cli.kinematics.transform import Transform, inverse
 GRID = 96  # number of values of joint 6 in a turn
 CLOSER = 16  # number of pieces of an interval that is searched again
 LOOKS, MORE = 2, 4  # searches before solutions are taken, and the most after that, where joint 1 turns quickly
-QUICK = 0.1  # sine of half the turn of joint 1 between neighbours from which it is quick
+QUICK = 0.1  # sine of half the turn of joint 1 between neighbours, from which on it turns quickly
 NEAR = 0.1  # f and `beyond` near a solution
 FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # shoulder and fold: the ways of joints 1 to 3
 

@@ -126,7 +126,7 @@ class Structure(DiagnosticCollector):
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
     def _unread(self, index: int, line: ast.BadLine) -> None:
-        """Let an unreadable line begin, divide or end a block: its own error is enough."""
+        """Let an unreadable line start, divide or end a block, so that only the line itself is reported."""
         words = _words(line.text)
         first, last = words[0], words[-1]
         if own_word(first) == "END":  # ENDFOR

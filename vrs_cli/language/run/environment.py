@@ -184,9 +184,8 @@ class Executable:
         return compiled
 
     def compile_ahead(self, *, everywhere: bool) -> None:
-        """Compile the program in any thread, so that `compilation` takes no time; `everywhere`: also so that it can be
-        entered at any step. A program with errors is left alone.
-        """
+        """Compile the program in any thread, so that a later `compilation` takes no time. `everywhere`: also prepare to
+        enter it at any step. A program with errors is not compiled."""
         known: Compiled | None = self.__dict__.get("compilation") or self._ahead
         with suppress(ProgramNotExecutable):
             known = self._ahead = known or compile_program(LIBRARY, self.analysis)

@@ -284,7 +284,7 @@ class Programs(dict[str, StoredProgram]):
         self.bound: list[list[Bound]] = []
 
     def unbind(self) -> None:
-        """Let every call find its program anew."""
+        """Make every call look up its program again."""
         for calls in self.bound:
             calls[:] = [NOT_BOUND] * len(calls)
         self.bound.clear()

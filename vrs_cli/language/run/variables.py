@@ -518,7 +518,7 @@ class _Kinds(Mapping[str, Kind]):
                 return kind
         raise KeyError(key)
 
-    def __contains__(self, key: object) -> bool:  # each line of the prompt asks for 15 names
+    def __contains__(self, key: object) -> bool:  # each line of the prompt looks up 15 names
         for _, simple, arrays in self._rows:  # noqa: SIM110 - a generator would be called for each name
             if key in simple or arrays.get(key):  # type: ignore[call-overload]
                 return True

@@ -71,7 +71,7 @@ class Token(Struct, eq=False):
 
 def label_value(text: str, span: Span) -> int:
     """Return the number of a label. Raises LineRefused."""
-    value = float(text) if text.isdigit() else inf  # a float may have any number of digits
+    value = float(text) if text.isdigit() else inf  # a float literal may have any number of digits
     if value > LABEL_HIGH:
         raise refusal(InvalidNumber, span, text, f"labels are 0 to {LABEL_HIGH}")
     return int(value)

@@ -514,9 +514,8 @@ def has_program(text: str) -> bool:
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
-    """Return whether the lines of another language are enough: they are more than our own motions, and a visible part
-    of all steps unless some of them are sure.
-    """
+    """Return whether there are enough lines of another language: more than the motions of VAL-II, and a large enough
+    share of all steps unless some of the lines are certain."""
     if len(re.findall(_OURS, text)) > likely + sure:
         return False
     steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))

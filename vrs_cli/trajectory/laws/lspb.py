@@ -318,9 +318,8 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, shortest, guess, least, LINE_FIRST_STEPS)
 
     def _demands(self, blend: float) -> Demand:
-        """Return the bounds of position and rotation together; the decaying spin and the new turn share the angular
-        acceleration.
-        """
+        """Return the bounds of position and rotation together. The decaying spin and the new turn share the angular
+        acceleration."""
         low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
         _, angle = self.turn(Blend(blend))
         if angle > NEGLIGIBLE:

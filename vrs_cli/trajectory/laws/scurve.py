@@ -314,7 +314,7 @@ def _times_on_grid(demands: Demands, change: Change, least: float) -> Course:
             return course
         change = Change(
             change.rise, change.hold * 1.001 + BLEND_ROOM + SLIVER, change.fall
-        )  # rounding has used up the room
+        )  # rounding errors have used up the margin
     raise NoTimes("no change of velocity on the time grid leads to the target")
 
 

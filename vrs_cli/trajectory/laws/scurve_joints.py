@@ -144,7 +144,7 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
         found = _in_two(joint, whole, abs(quick.cruising))
         if _arrives(joint, found, whole):
             return found
-        # slower than the solution that takes too long, without a cruise
+        # slower than the solution that takes too long, and without a cruise phase
         sign = 1.0 if found.cruising > 0.0 else -1.0
         speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(found.cruising))
         quick = phases(joint, sign * speed, joint.max_acceleration)

@@ -28,7 +28,7 @@ from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.commands import Motion
 
-RESPONSE_TICKS = 4.0  # number of ticks in which an error is removed: the fewest without an overshoot
+RESPONSE_TICKS = 4.0  # number of ticks in which an error is removed: the smallest number without an overshoot
 APPROACH_PART = 0.25  # fraction of acceleration and jerk used to approach a target
 STOPPING_PART = 0.8  # fraction of acceleration and jerk used to stop; the remainder allows for whole ticks
 HALVINGS = 24
@@ -65,7 +65,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces
 
 
 def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:
-    """Return the least and the greatest position during pieces of constant jerk."""
+    """Return the minimum and the maximum position during pieces of constant jerk."""
     places = [q]
     for duration, jerk in pieces:
         places += [q + s * (v + s * (0.5 * a + s * jerk / 6.0)) for s in turns(v, a, jerk) if 0.0 < s < duration]

@@ -100,7 +100,8 @@ class SteadyConditions:
         return Terms(columns[:, :, :3], columns[:, :, 3:], away, sine, mixed)
 
     def multipliers(self, at: Terms, free: Flags | None = None) -> Floats:
-        """Return the multipliers (N, 3) that best meet the conditions of the free joints (N, n), of all by default."""
+        """Return the multipliers (N, 3) that best satisfy the conditions of the free joints (N, n); by default all
+        joints are free."""
         pull, place = at.turn @ at.sine[:, :, None], at.place if free is None else at.place * free[:, :, None]
         across = np.swapaxes(place, 1, 2)
         return np.asarray(np.linalg.solve(across @ place + 1e-12 * np.eye(PLACES), across @ pull)[:, :, 0])
@@ -160,7 +161,7 @@ OFFSETS = np.arange(-3.0, 4.0)
 # Difference Formulas on Arbitrarily Spaced Grids", Mathematics of Computation 51 (1988), table 1
 SECOND = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
 THIRD = np.array([1 / 8, -1.0, 13 / 8, 0.0, -13 / 8, 1.0, -1 / 8])
-STRIDE = 0.02  # [rad, m] greatest change of a joint between these times
+STRIDE = 0.02  # [rad, m] maximum change of a joint between these times
 
 
 class CannotFollow(Exception):
