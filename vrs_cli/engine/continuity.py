@@ -182,7 +182,7 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
 
 def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
     """Return the times at which Newton's first step from the seed leaves more than MAX_NEWTON_REST of the distance to
-    the joints of a stretch: such a seed may lead to other joints.
+    the joints of a stretch: such a seed may lead to other joints. Joints nearer than `sure` need no check.
     """
     continuation, last = follower.arm.continuation, len(path.seeds) - 1
     assert continuation is not None
@@ -194,9 +194,14 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
     inside = (s >= begin) & (s <= end)
     s, near = s[inside], np.array(path.seeds)[np.clip(number[inside], 0, last).astype(np.intp)]
     joints = followed.joints(s)
+    before = np.abs(near - joints).max(axis=1)
+    far = before >= continuation.sure
+    if not far.any():
+        return np.asarray(s[far])
+    s, near, joints, before = s[far], near[far], joints[far], before[far]
     guides = (np.array([guide.weights for guide in path.guides]), guide_values(path, s)) if path.guides else None
     found = continuation.step(near, flange_poses([(path, s)], follower.tool), guides)
-    before, after = (np.abs(q - joints).max(axis=1) for q in (near, found))
+    after = np.abs(found - joints).max(axis=1)
     return np.asarray(s[~(after <= MAX_NEWTON_REST * before + PROOF_TOLERANCE)])
 
 
