@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import hypot, pi
 from random import Random
 
+import numpy as np
 import pytest
 
 from tests.kinematics.seven_joints import seven_joints
@@ -75,6 +76,14 @@ def test_select_is_within_the_limits_and_not_slower_than_the_search(arm: Spheric
         times[0] += arm.shortest_time(begin, found)
         times[1] += arm.shortest_time(begin, search.select(T, begin))
     assert times[0] < 0.95 * times[1]
+
+
+def test_arrays_have_the_solutions_of_single_poses(arm: SphericalShoulderArm) -> None:
+    T = [arm.forward(q) for q in random_joints(arm, FEW, 6)]
+    T.append(compose(translation(3.0, 0.0, 0.0), T[0]))
+    found, inside = arm.batch.inverse(np.reshape(T, (-1, 3, 4)))
+    assert inside[:, 0].tolist() == [True] * FEW + [False]
+    assert found[:-1, 0].tolist() == [list(arm.branches(pose)[0] or ()) for pose in T[:-1]]
 
 
 def test_a_near_pose_needs_a_short_motion(arm: SphericalShoulderArm) -> None:

@@ -44,16 +44,30 @@ SINGULAR = 5e-9  # [m, rad] allowed error in a singular pose, where steps do not
 
 
 class NumericBatch(SerialBatch):
-    """`NumericArm` over arrays. Rows that do not converge are NaN."""
+    """`NumericArm` over arrays. Rows that do not converge are NaN.
 
-    def __init__(self, model: RobotModel, unchanging: Unchanging, held: tuple[int, ...]) -> None:
+    `solve`: another function for the solution of one pose, as `branches`.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        unchanging: Unchanging,
+        held: tuple[int, ...],
+        solve: Callable[[Transform], tuple[Joints | None, ...]] | None = None,
+    ) -> None:
         super().__init__(model, (NONE,), unchanging)
+        self.solve = solve
         self.still_joints, self.short = held, model.joint_count < model.task.size
         self.counts = np.array(model.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """Return for each pose the joints from the first start whose search succeeds."""
         q, middle = np.full((len(T), self.joints), np.nan), (self.lower + self.upper) / 2
+        if self.solve is not None:
+            for row, pose in enumerate(T.reshape(-1, 12).tolist()):
+                q[row] = self.solve(Transform(*pose))[0] or np.nan
+            return q[:, None], self.inside(q)[:, None]
         for start in next(rounds(self.model, tuple(middle))):
             for bounded in (False, True):
                 missing = np.flatnonzero(np.isnan(q[:, 0]))

@@ -29,12 +29,17 @@ in five random lines of 200 mm two of the eight branches come so close that no s
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from math import acos, atan2, ceil, copysign, cos, hypot, inf, pi, sin, sqrt
+from typing import TYPE_CHECKING
 
 from vrs_cli.kinematics.joints import Joints, turn_within
 from vrs_cli.kinematics.model import EXACT, Link, RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.transform import Transform
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.numeric.batch import NumericBatch
 
 ALPHAS = (-0.5 * pi, 0.5 * pi, 0.5 * pi, -0.5 * pi, 0.5 * pi, 0.5 * pi)
 VERTICAL = 1e-4  # sine of joint 2 below which axes 1 and 3 count as one
@@ -159,3 +164,9 @@ class SphericalShoulderArm(NumericArm):
             else:
                 best, least = tuple(q), slowest
         return best, least
+
+    @cached_property
+    def batch(self) -> NumericBatch:
+        from vrs_cli.kinematics.numeric.batch import NumericBatch  # here because it loads numpy
+
+        return NumericBatch(self.model, self.unchanging, self.still_joints, self.branches)
