@@ -231,27 +231,29 @@ class Turning(NamedTuple):
     outward_bend: float
 
 
-def turning(u: float, far: float, side: float, pace: HandPace) -> Turning:
-    """Return the bounds where u is at least `u` and the wrist centre at most `far` from axis 1."""
-    rate = pace.across / u
-    outward = pace.across + rate * side
-    bend = (pace.across_bend + rate * (pace.across + outward)) / u
-    return Turning(rate, bend, outward, pace.across_bend + 2.0 * rate * pace.across + bend * side + rate * rate * far)
+def turning(
+    bars: TwoBars, a: float, b: float, pace: HandPace, h: float, *, beside_axis: bool
+) -> tuple[float, Turning | None]:
+    """Return the least `shoulder` between two values, and the bounds of the motion; None if u may be 0.
 
-
-def turning_beside_axis(side: float, pace: HandPace) -> Turning:
-    """Return the bounds where u is 0 on the whole path: joint 1 follows the wrist centre, or stands still if the wrist
-    centre is on the axis.
+    `beside_axis`: u is 0 on the whole path. Then joint 1 follows the wrist centre, or stands still if the wrist centre
+    is on the axis.
     """
-    if side <= ON_BOUNDARY:
-        return Turning(0.0, 0.0, 0.0, 0.0)
-    return Turning(pace.across / side, pace.across_bend / side, 0.0, 0.0)
-
-
-def from_axis(bars: TwoBars, a: float, b: float, pace: HandPace, h: float) -> tuple[float, float]:
-    """Return the least `shoulder` between two values, and the greatest distance of the wrist centre from axis 1 [m]."""
-    far = sqrt(max(a, b, 0.0) + bars.side * bars.side) + 0.5 * pace.across * h
-    return min(a, b) - 0.25 * h * h * (pace.across * pace.across + far * pace.across_bend), far
+    across, side = pace.across, bars.side
+    far = sqrt(max(a, b, 0.0) + side * side) + 0.5 * across * h  # greatest distance of the wrist centre from axis 1
+    shoulder = min(a, b) - 0.25 * h * h * (across * across + far * pace.across_bend)
+    if beside_axis and side <= ON_BOUNDARY:
+        return shoulder, Turning(0.0, 0.0, 0.0, 0.0)
+    if beside_axis:
+        return shoulder, Turning(across / side, pace.across_bend / side, 0.0, 0.0)
+    if shoulder <= 0.0:
+        return shoulder, None
+    u = sqrt(shoulder)
+    rate = across / u
+    outward = across + rate * side
+    bend = (pace.across_bend + rate * (across + outward)) / u
+    outward_bend = pace.across_bend + 2.0 * rate * across + bend * side + rate * rate * far
+    return shoulder, Turning(rate, bend, outward, outward_bend)
 
 
 def from_shoulder(

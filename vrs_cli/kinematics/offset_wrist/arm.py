@@ -243,12 +243,8 @@ class OffsetWristArm(FormulaArm):
     def least_clearance(
         self, a: bounds.Clearance, b: bounds.Clearance, pace: bounds.HandPace, h: float, *, beside_axis: bool = False
     ) -> bounds.Clearance:
-        shoulder, far = bounds.from_axis(self.reach, a.shoulder, b.shoulder, pace, h)
-        if beside_axis:
-            turns = bounds.turning_beside_axis(self.reach.side, pace)
-        elif shoulder > 0.0:
-            turns = bounds.turning(sqrt(shoulder), far, self.reach.side, pace)
-        else:
+        shoulder, turns = bounds.turning(self.reach, a.shoulder, b.shoulder, pace, h, beside_axis=beside_axis)
+        if turns is None:
             return bounds.Clearance(shoulder, bounds.UNKNOWN, bounds.UNKNOWN, bounds.UNKNOWN)
         rate = pace.tilt + turns.rate
         change = turns.bend + turns.rate * (turns.rate + 2.0 * pace.tilt) + pace.tilt_bend

@@ -89,10 +89,7 @@ class SphericalWristArm(FormulaArm):
         self, a: bounds.Clearance, b: bounds.Clearance, pace: bounds.HandPace, h: float, *, beside_axis: bool = False
     ) -> bounds.Clearance:
         bars = self.reach
-        shoulder, far = bounds.from_axis(bars, a.shoulder, b.shoulder, pace, h)
-        turns = bounds.turning(sqrt(shoulder), far, bars.side, pace) if shoulder > 0.0 else None
-        if beside_axis:
-            turns = bounds.turning_beside_axis(bars.side, pace)
+        shoulder, turns = bounds.turning(bars, a.shoulder, b.shoulder, pace, h, beside_axis=beside_axis)
         if turns is not None:
             speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
         if beside_axis or self.geometry.a1 == 0.0:
