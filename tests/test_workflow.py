@@ -30,7 +30,9 @@ def test_all_tests_run_on_the_oldest_supported_python() -> None:
     oldest = project["requires-python"].removeprefix(">=")
     workflow = WORKFLOW.read_text(encoding="utf-8")
     assert f'python: ["{oldest}", ' in workflow
-    assert "-m " not in workflow.replace("python -m ", ""), "no step leaves tests out"
+    command = "python -m pytest -q -n 2"
+    assert f"{command}\n          {command} -m long\n" in workflow, "what one command leaves out, the next one runs"
+    assert "-m " not in workflow.replace("python -m ", "").replace(" -m long", ""), "no step leaves tests out"
 
 
 @pytest.mark.skipif(not WORKFLOW.exists(), reason="this is no checkout")
