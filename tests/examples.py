@@ -5,7 +5,8 @@ Hypothesis finds the same examples every time, and takes the time it needs.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -32,7 +33,17 @@ def only_in_full() -> pytest.MarkDecorator:
 
 def first(count: int, cases: Iterable[object]) -> list[object]:
     """Return the cases of a law for `parametrize`: the fast run has the first so many, `-m long` the others."""
-    return [case if number < count else pytest.param(case, marks=pytest.mark.long) for number, case in enumerate(cases)]
+    return quick(cases, lambda number, _case: number < count)
+
+
+def quick(cases: Iterable[object], is_quick: Callable[[int, Any], bool]) -> list[object]:
+    """Return cases for `parametrize`: `-m long` has those that are not quick, by their number or themselves."""
+    return [
+        case
+        if is_quick(number, case)
+        else pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.long)
+        for number, case in enumerate(cases)
+    ]
 
 
 def some(many: int) -> int:

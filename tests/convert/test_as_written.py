@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from tests.convert.playing import done_in, farthest
 from tests.convert.rapid_machine import RapidMachine
 from tests.convert.readers import Matrix
-from tests.convert.test_executed import NEAR, program
-from tests.examples import examples
+from tests.convert.test_executed import NEAR, SLOW, program
+from tests.examples import examples, quick
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import SAMPLES, peers_of, robot_for
 from vrs_cli import Robot
@@ -60,7 +60,7 @@ def check(text: str, folder: Path, inputs: str = "") -> RapidMachine:
     return machine
 
 
-@pytest.mark.parametrize("name", WHOLE)
+@pytest.mark.parametrize("name", quick(WHOLE, lambda _number, name: name not in SLOW))
 def test_samples_lead_to_the_same_places(name: str, tmp_path: Path) -> None:
     check((SAMPLES[0].parent / f"{name}.v2").read_text(), tmp_path)
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from tests.convert.playing import Done, done_in, farthest, most_turned, outputs_of, play
 from tests.convert.readers import READERS, Input, Joints, Line, Operation, Output, Wait, corners
-from tests.examples import examples
+from tests.examples import examples, quick
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import SAMPLES, peers_of, robot_for
 from vrs_cli import Robot
@@ -31,6 +31,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 NEAR = 1e-5  # [m]: a hundredth of a millimetre
 BLENDS = 1e-4  # [m]
 MAKERS = ("urscript", "rapid", "krl")
+SLOW = ("hanoi", "palletize")  # samples of many motions
+CASES = quick(SAMPLES, lambda _number, path: path.stem not in SLOW)
 
 
 def session_of(text: str, folder: Path, robot: str | None = None, inputs: Any = None) -> Session:
@@ -87,7 +89,7 @@ def check_python(session: Session) -> Robot:
 
 
 @pytest.mark.parametrize("target", MAKERS)
-@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
 def test_samples_lead_to_the_same_places(path: Path, target: str, tmp_path: Path) -> None:
     session = session_of(path.read_text(), tmp_path)
     axes = TARGETS[target].axes
@@ -99,7 +101,7 @@ def test_samples_lead_to_the_same_places(path: Path, target: str, tmp_path: Path
             TARGETS[target].check(session.engine.model)
 
 
-@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
 def test_samples_in_python_leave_the_same_timeline(path: Path, tmp_path: Path) -> None:
     check_python(session_of(path.read_text(), tmp_path))
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.docs.examples import LANGUAGES, PEOPLE, ROOT, PageFault, Reader, blocks, matches
+from tests.examples import quick
 from tests.repl.afar import remote_front_end
 
 README = ROOT / "README.md"
@@ -29,8 +30,7 @@ WITHOUT_EXAMPLES = {
     "view.md",
     "words.md",
 }
-IN_REAL_TIME = ("delays.md", "teaching.md", "twin.md")  # or with a whole exercise
-LONG = pytest.mark.long
+IN_REAL_TIME = ("delays.md", "experiment.md", "serve.md", "teaching.md", "twin.md")  # or with a whole study
 AT_A_FRONT_END = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
 CI = ROOT / ".ci" / "run"
 
@@ -46,9 +46,7 @@ def name_of(page: Path) -> str:
 # --- the pages -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=LONG if page.name in IN_REAL_TIME else ()) for page in PAGES], ids=name_of
-)
+@pytest.mark.parametrize("page", quick(PAGES, lambda _number, page: page.name not in IN_REAL_TIME), ids=name_of)
 def test_examples(page: Path, tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     runnable = [block for block in blocks(name_of(page), text) if block.language not in ("sh", "text")]

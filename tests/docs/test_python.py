@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from tests.examples import quick
+
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 HEAD = "\n# It prints:\n#\n"
 
 
 @pytest.mark.parametrize(
-    "path",
-    [pytest.param(path, marks=pytest.mark.long if path.stem == "10_robot_body" else ()) for path in EXAMPLES],
-    ids=lambda path: path.stem,
+    "path", quick(EXAMPLES, lambda _number, path: path.stem != "10_robot_body"), ids=lambda path: path.stem
 )
 def test_an_example_prints_what_it_says(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -49,6 +49,7 @@ def test_the_wheel_has_the_built_page_and_no_sources(built: Path, tmp_path: Path
     assert {"built/index.html", "built/wall.html", "built/replay.js", "built/licences.txt"} <= found
 
 
+@pytest.mark.long
 def test_the_sdist_has_both(built: Path, tmp_path: Path) -> None:
     made = package(tmp_path, "sdist")
     with tarfile.open(made) as archive:
@@ -154,6 +155,7 @@ def test_a_build_that_is_killed_leaves_what_was_there(
     assert not left_over(builder)
 
 
+@pytest.mark.long
 def test_builds_at_the_same_time_do_no_harm(builder: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     npm(builder, monkeypatch, builds)
     with ThreadPoolExecutor(8) as pool:

@@ -37,6 +37,7 @@ def pixels(written: bytes) -> list[np.ndarray]:
     return [np.array(frame.convert("RGB")).astype(int) for frame in frames]
 
 
+@pytest.mark.long
 @needs_chromium
 def test_a_still_has_the_arm_and_is_the_same_each_time(timeline: Timeline) -> None:
     taken = []
@@ -53,7 +54,6 @@ def test_a_still_has_the_arm_and_is_the_same_each_time(timeline: Timeline) -> No
     assert (np.abs(first - last).max(axis=2) > 30).mean() > 0.02
 
 
-@pytest.mark.long
 @needs_chromium
 def test_a_moving_picture_moves(timeline: Timeline, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "GIF_SIZE", (240, 160))
