@@ -23,7 +23,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags, Floats, to_oat_batch
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.trajectory.measured import MeasuredTimeline
-from vrs_cli.trajectory.polynomial import Polynomial
+from vrs_cli.trajectory.row import coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -148,7 +148,7 @@ def write_npz(
     with TemporaryFile() as whole:  # the bytes of a zip depend on whether its stream can seek
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
-            arrays = _segments(arm.model.joint_count, list(timeline))
+            arrays = _segments(list(timeline))
             if measured is not None:
                 seen = measured.arrays()
                 arrays |= {"measured_times": seen.times, "measured_joints": seen.joints}
@@ -188,42 +188,27 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
                 copyfileobj(file, member, COPIED_AT_ONCE)
 
 
-def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
+def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
     """Return arrays of the M segments; polynomials have ascending powers of t - t_s, NaN if the segment is planned in
     another space.
     """
+    paths = [segment.path for segment in segments]
+    joints = coefficients(paths).transpose(1, 2, 0).copy()
+    lines = {row: path.position for row, path in enumerate(paths) if isinstance(path, CartesianPath)}
+    xyz = np.full((len(paths), 3, max((len(x) for x, _, _ in lines.values()), default=1)), np.nan)
+    for row, polynomials in lines.items():
+        joints[row], xyz[row] = np.nan, 0.0
+        xyz[row, :, : len(polynomials[0])] = polynomials
     return {
         "segment_start": np.array([segment.start for segment in segments]),
         "segment_finish": np.array([segment.finish for segment in segments]),
         "segment_phase": np.array([segment.phase.value for segment in segments]),
-        "segment_straight": np.array([isinstance(segment.path, CartesianPath) for segment in segments]),
+        "segment_straight": np.array([row in lines for row in range(len(paths))]),
         "segment_command": np.array([segment.motion.number for segment in segments]),
         "segment_text": np.array([segment.motion.text for segment in segments]),
-        "segment_joints": _polynomials([_of(JointPath, segment) for segment in segments], joint_count),
-        "segment_xyz": _polynomials([_of(CartesianPath, segment) for segment in segments], 3),
+        "segment_joints": joints,
+        "segment_xyz": xyz,
     }
-
-
-def _of(space: type, segment: Segment) -> tuple[Polynomial, ...]:
-    """Return the polynomials of a segment if it is planned in `space`: one for each joint, or x, y, z of the tool tip;
-    otherwise none.
-    """
-    path = segment.path
-    if not isinstance(path, space):
-        return ()
-    return path.coefficients if isinstance(path, JointPath) else path.position
-
-
-def _polynomials(rows: list[tuple[Polynomial, ...]], size: int) -> Floats:
-    """Return polynomials (M, size, k); short ones are padded with zeros, missing ones are NaN."""
-    longest = max((len(row[0]) for row in rows if row), default=1)
-    result = np.zeros((len(rows), size, longest))
-    for place, row in enumerate(rows):
-        if row:
-            result[place, :, : len(row[0])] = row
-        else:
-            result[place] = np.nan
-    return result
 
 
 # --- ROS 2 trajectory_msgs/JointTrajectory, as JSON ------------------------------------------------------------
@@ -347,7 +332,7 @@ def _in_chunks(parts: Iterator[_Points], start: float) -> Iterator[_Points]:
     """Yield points in large chunks, without two points at the same nanosecond."""
     waiting, count, last = list[_Points](), 0, -1
     for part in parts:
-        ns = np.array(nanoseconds(part.times - start))
+        ns = nanoseconds(part.times - start)
         fresh = np.diff(ns, prepend=last) > 0
         waiting.append(_Points(part.times[fresh], part.smooth[fresh]))
         count, last = count + int(fresh.sum()), max(last, int(ns[-1]))
@@ -364,7 +349,7 @@ def _join(parts: Sequence[_Points]) -> _Points:
 
 def _ros_points(positions: position.PositionArrays, smooth: Flags, start: float) -> Iterator[str]:
     rows = zip(
-        nanoseconds(positions.times - start),
+        nanoseconds(positions.times - start).tolist(),
         positions.joints.tolist(),
         positions.velocity.tolist(),
         positions.acceleration.tolist(),

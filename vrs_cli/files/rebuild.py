@@ -119,16 +119,12 @@ class OlderHand:
 
     def read(self, loaded: LoadedTimeline, delta: TimelineDelta) -> TimelineDelta:
         """Return the delta with the events of its motions."""
-        self._ended = self._ended or delta.events is not None
-        self.found = not self._ended and (self.found or delta.motion.hand != 0.0)
-        if self._ended:
+        if self._ended or delta.events is not None:
+            self.found, self._ended = False, True
             return delta
-        if not loaded.has_events:
-            for segment in delta.segments:
-                if segment.motion.hand:
-                    break
-            else:
-                return delta
+        self.found = self.found or delta.motion.hand != 0.0
+        if not loaded.has_events and not any(segment.motion.hand for segment in delta.segments):
+            return delta
         timeline = loaded.timeline()
         count = len(timeline)
         if not 0 < delta.keep <= delta.keep + delta.drop <= count:

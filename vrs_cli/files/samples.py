@@ -36,6 +36,8 @@ from vrs_cli.version import __version__
 
 CHUNK = 4096  # maximum number of rows in memory at a time
 NANOSECONDS = 1_000_000_000  # number of nanoseconds in a second
+Times = NDArray[np.int64]  # [ns]
+Bytes = NDArray[np.uint8]
 
 
 def sample_times(timeline: Timeline, rate: float) -> Iterator[Floats]:
@@ -53,9 +55,9 @@ def joint_names(count: int) -> list[str]:
     return [f"jt{i}" for i in range(1, count + 1)]
 
 
-def nanoseconds(times: Floats) -> list[int]:
+def nanoseconds(times: Floats) -> Times:
     """Convert times (N,) [s] to whole nanoseconds."""
-    return [round(t * NANOSECONDS) for t in times.tolist()]
+    return np.rint(times * NANOSECONDS).astype("<i8")
 
 
 # --- an MCAP log -----------------------------------------------------------------------------------------------------
@@ -68,8 +70,6 @@ MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_CODE, INDEX_CODE = 5, 7
 _MESSAGE = struct.Struct("<BQHIQQ")  # code, length, channel, sequence, two times [ns]
 _INDEX = struct.Struct("<BQHI")  # code, length, channel, length of its entries
-Times = NDArray[np.int64]  # [ns]
-Bytes = NDArray[np.uint8]
 CDR_HEAD = b"\x00\x01\x00\x00"
 Field = str | list[str] | tuple[Any, ...]  # a text; texts; or a code of `struct` and numbers
 
@@ -158,7 +158,7 @@ def write_mcap(
     samples, moved = _Samples(arm.model, log.channels), dict[str, Transform]()
     single = list(merge(_commands(timeline), _signals(timeline), key=attrgetter("time")))
     for times in sample_times(timeline, rate):
-        ns = np.rint(times * NANOSECONDS).astype("<i8")
+        ns = nanoseconds(times)
         rows = samples.encode(ns, timeline, positions_at(arm, timeline, times))
         for first in range(0, len(ns), SAMPLES_PER_CHUNK):
             here = slice(first, first + SAMPLES_PER_CHUNK)

@@ -159,9 +159,9 @@ class _Reader:
         """
         try:
             record = self._open_line(number, line)
-            if wire.has_reports(record):
-                self._measured.add_columns(wire.decode_reports(record, self._form))
             if not wire.has_delta(record):
+                if wire.has_reports(record):
+                    self._measured.add_columns(wire.decode_reports(record, self._form))
                 return True
             delta = self._hand.read(self._timeline, wire.decode_delta(record, self._motions, self._form))
             self._timeline.apply(delta)
