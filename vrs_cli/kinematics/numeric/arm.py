@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import islice
-from math import degrees, dist, hypot, inf, sqrt
+from math import degrees, dist, inf, sqrt
 from operator import add, mul
 from typing import TYPE_CHECKING
 
@@ -308,7 +308,7 @@ class NumericArm(RobotArm):
                 return at, (0.0, 0.0)
             step = self._step(at, rows, error, bounded=bounded)
             largest = max(map(abs, step))
-            if self.short and largest < search.CONVERGED and self.reaches(at, T):
+            if self.short and largest < search.CONVERGED and search.Aim(self, T).miss(at).within(LEVEL, STRAIGHT):
                 return at, (0.0, 0.0)
             if largest <= before and largest < search.HOPELESS * max(map(abs, error)):
                 break
@@ -317,11 +317,7 @@ class NumericArm(RobotArm):
             held = [x + scale * dx for x, dx in zip(at, step, strict=True)]
             if bounded:
                 held = [min(max(x, low), high) for x, (low, high) in zip(held, self._limits, strict=True)]
-        return None, self._miss(tuple(held), T)
-
-    def reaches(self, q: Joints, T: Transform) -> bool:
-        away, turned = self._miss(q, T)
-        return away <= LEVEL and turned <= STRAIGHT
+        return None, search.Aim(self, T).miss(tuple(held))
 
     def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
         """Return the damped step, without the joints that the step would push out of their range."""
@@ -345,12 +341,6 @@ class NumericArm(RobotArm):
         """Return the rows of the Jacobian that count, and the error in them [m, rad]."""
         have, J = self.forward_and_jacobian(q)
         return self.rows_that_count(q, J, search.missing(self.model.task, have, T))
-
-    def _miss(self, q: Joints, T: Transform) -> tuple[float, float]:
-        counts = self.model.counts
-        x, y, z, *turn = search.missing(self.model.task, self.forward(q), T)
-        away = [v for v, counted in zip((x, y, z), counts, strict=False) if counted]
-        return hypot(*away), hypot(*turn) if self.model.task.turns else 0.0
 
     def singularity(self, q: Joints) -> Singularity:
         """Return as `elbow` the freedom of this pose beside the mean; which joints are singular is unknown."""
