@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
-from vrs_cli.engine import boundary, problem, single_motion
+from vrs_cli.engine import boundary, problem, single_motion, targets
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, joints_over, positions_at
@@ -178,6 +178,7 @@ def forget_plans() -> None:
     """Let f plan anew what it remembers: a program seldom makes one motion twice from the same state."""
     single_motion._remembered_plan.cache_clear()
     boundary._survey.cache_clear()
+    targets._remembered_joints.cache_clear()
     problem._REMEMBERED_STATES.clear()
 
 

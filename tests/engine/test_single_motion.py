@@ -8,8 +8,8 @@ import pytest
 from msgspec import structs
 
 from vrs_cli.engine import single_motion
-from vrs_cli.engine.problem import Here, NotInTime, Problem, state_at
-from vrs_cli.engine.single_motion import plan_directly, plan_motion
+from vrs_cli.engine.problem import Here, NotInTime, NoWay, Problem, rest_after, state_at
+from vrs_cli.engine.single_motion import plan_corner, plan_directly, plan_motion
 from vrs_cli.engine.straight import straight_segments
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
@@ -81,6 +81,29 @@ def test_a_line_out_of_motion_is_of_no_use_when_it_is_too_late() -> None:
     assert plan_directly(structs.replace(moving, latest=end))[-1].finish == end
     with pytest.raises(NotInTime):
         plan_directly(structs.replace(moving, latest=0.5 * (moving.begin + end)))
+
+
+@pytest.mark.parametrize(("way", "rest_is_planned"), [(0.05, False), (-0.004, True)])
+def test_a_corner_plans_its_line_from_rest_only_if_rounding_may_be_slower(way: float, rest_is_planned: bool) -> None:
+    """The line before it ends at the corner; a short line back gains nothing by rounding."""
+    before = line(1, 0.0)
+    segments = plan_motion(before)
+    corner, last = rest_after(before.arm, segments[-1]), segments[-1]
+    there = before.motion.pose or IDENTITY
+    goal = at_position(there, there.px + way, there.py, there.pz)
+    motion = before.motion._replace(number=2, start=Start.BLEND, pose=goal)
+    resting = structs.replace(before, here=corner, motion=motion, begin=last.finish)
+    moving = structs.replace(resting, here=state_at(before.arm, last, 0.0), begin=last.start)
+    single_motion._remembered_plan.cache_clear()
+    planned = plan_corner(moving, resting)
+    assert (single_motion._remembered_plan.cache_info().misses > 1) is rest_is_planned
+    try:
+        rounded = plan_directly(moving)
+    except NoWay:
+        assert planned == plan_motion(resting)
+    else:
+        from_rest = plan_motion(resting)
+        assert planned == (rounded if rounded[-1].finish <= from_rest[-1].finish + 1e-3 else from_rest)
 
 
 @pytest.mark.parametrize("profile", Profile)

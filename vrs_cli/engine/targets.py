@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+from functools import lru_cache
 from math import asin, degrees, hypot, pi
 
 from msgspec import Struct
@@ -20,7 +22,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Flag, Joints, joints_outside
+from vrs_cli.kinematics.joints import Configuration, Flag, Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -57,6 +59,7 @@ from vrs_cli.values.commands import (
 MAX_DISTANCE = 100.0  # [m] of a location, a tool or a base: farther away the numbers of an arm are lost in rounding
 HALF_TURN = pi + 1e-9  # [rad] with a margin for rounding
 Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
+REMEMBERED_JOINTS = 512  # number of cached goals: a program with a loop computes the joints of each location once
 MIN_SPEED = 1e-4  # minimum speed, as a fraction of nominal speed; a slower motion counts as none
 INCH = 0.0254  # [m]
 
@@ -202,7 +205,16 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
         lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
         upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
         arm = arm_for(model._replace(lower=lower, upper=upper))
-    return arm.holding(frames.tool).select(T_robot_flange, near, asked)
+    return _remembered_joints(arm.holding(frames.tool), array("d", (*T_robot_flange, *near)).tobytes(), asked)
+
+
+@lru_cache(REMEMBERED_JOINTS)
+def _remembered_joints(arm: RobotArm, doubles: bytes, asked: Configuration) -> Joints:
+    """Return the joints of a pose of the flange near joints: the doubles of both. Bits are compared, since -0.0 and 0.0
+    may lead to other joints.
+    """
+    numbers = array("d", doubles)
+    return arm.select(Transform(*numbers[:12]), tuple(numbers[12:]), asked)
 
 
 def check_flag(arm: RobotArm, flag: Flag) -> None:
