@@ -7,8 +7,8 @@ velocity of the tool's point [m/s] and the angular velocity [rad/s], both in the
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
 from itertools import product
 from math import ceil, degrees, pi, radians
 from operator import mul
@@ -25,7 +25,8 @@ class JointKind(Enum):
     PRISMATIC = "prismatic"
 
 
-class JointUnits(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class JointUnits:
     """Converts joint values for people: degrees for joints that turn, millimetres for joints that slide.
 
     Joints beyond the end of `kinds` turn.
@@ -220,27 +221,25 @@ Flag = Arm | Elbow | Wrist
 ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
 
 
-class _Words(NamedTuple):
-    """The words for arm, elbow and wrist; None for a choice that the robot does not have."""
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """The words for arm, elbow and wrist; None for a choice that the robot does not have. `signs`: the words as +1.0
+    or -1.0, for formulas. `index`: the index in ALL. Replies on the wire contain these fields.
+    """
 
     arm: Arm | None = None
     elbow: Elbow | None = None
     wrist: Wrist | None = None
+    signs: tuple[float, float, float] = field(init=False, repr=False, compare=False)
+    index: int = field(init=False, repr=False, compare=False)
 
-
-class Configuration(_Words):
-    """Words for arm, elbow and wrist."""
-
-    @cached_property
-    def signs(self) -> tuple[float, float, float]:
-        """Return the three words as +1.0 or -1.0, for formulas."""
-        arm, elbow, wrist = (1.0 if flag is None else float(flag.value) for flag in self)
-        return arm, elbow, wrist
-
-    @cached_property
-    def index(self) -> int:  # type: ignore[override]  # nobody searches in a configuration
-        """Return the index in ALL."""
-        return sum(bit for bit, sign in zip((ARM, ELBOW, WRIST), self.signs, strict=True) if sign < 0)
+    def __post_init__(self) -> None:
+        arm, elbow, wrist = (1.0 if flag is None else float(flag.value) for flag in self.flags)
+        signs = (arm, elbow, wrist)
+        object.__setattr__(self, "signs", signs)
+        object.__setattr__(
+            self, "index", sum(w for w, sign in zip((ARM, ELBOW, WRIST), signs, strict=True) if sign < 0)
+        )
 
     @property
     def flags(self) -> tuple[Flag | None, ...]:
