@@ -60,7 +60,6 @@ class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
 
 
 def _without_label(line: str) -> str:
-    """Return a step without its label."""
     rest = line.lstrip(" \t")
     digits = rest.lstrip("0123456789")
     return digits if len(digits) < len(rest) and (not digits or digits[0] in " \t") else line

@@ -119,12 +119,10 @@ def _as_written(part: Part, name: str, span: Span) -> Span:
 
 
 def heading_span(node: Program | Section) -> Span:
-    """Return the span of the name in a heading."""
     return Span(node.span.line, node.span.column, node.span.column + len(node.name))
 
 
 def label_span(part: Part, step: ast.Step) -> Span:
-    """Return the span of the label before a statement."""
     line, begin = step.span.line, step.span.column
     digits = _DIGITS.match(part.lines[line - 1], begin - 1)
     return Span(line, begin, digits.end() + 1 if digits is not None else begin)
@@ -177,7 +175,6 @@ _OF_INK: Mapping[Ink, Colour] = {
 
 @lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
 def pieces(part: Part) -> tuple[Piece, ...]:
-    """Return all pieces of a part, in the order of the text."""
     own, named, found = locals_of(part), dict[tuple[int, int], Piece](), list[Piece]()
     parameters = {one.key for one in part.node.parameters} if isinstance(part.node, Program) else set[str]()
     for one in occurrences(part):
@@ -250,7 +247,6 @@ class Document:
 
     @cached_property
     def programs(self) -> Mapping[str, Program]:
-        """Return the programs of the text by their keys."""
         return {program.key: program for _, program in self._programs}
 
     @cached_property
@@ -266,7 +262,6 @@ class Document:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Return the last findings."""
         return self.findings() if self._found is None else self._found
 
     @property

@@ -76,7 +76,6 @@ class AnsweringProtocol(LanguageServerProtocol):
     """Answers every request, also a malformed one, and one before `initialize` or after `shutdown`."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """Read a message."""
         try:
             return super().structure_message(data)
         except JsonRpcException as wrong:
@@ -101,7 +100,6 @@ class AnsweringProtocol(LanguageServerProtocol):
             super().handle_message(message)
 
     def refuse(self, number: int | str | None, error: lsp.ResponseError) -> None:
-        """Answer with an error."""
         self._send_data(lsp.ResponseErrorMessage(number, error))
 
 
@@ -204,7 +202,6 @@ class Val2Server(LanguageServer):
                 self.publish(one, found, self.open_texts[one].version)
 
     def on_open(self, uri: str) -> None:
-        """Handle a text that the editor has opened or saved."""
         self.look()
         self.check(uri)
 
@@ -243,7 +240,6 @@ class Val2Server(LanguageServer):
     # --- symbols ---
 
     def symbol(self, uri: str, symbol: Symbol) -> lsp.DocumentSymbol:
-        """Return a symbol with its children."""
         name, lines, last = self.range(uri, symbol.span), self.document(uri).lines, symbol.last
         end = self._position(uri, last, len(lines[last - 1]) + 1 if last <= len(lines) else 1)
         whole = lsp.Range(lsp.Position(symbol.span.line - 1, 0), end)

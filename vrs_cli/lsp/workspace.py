@@ -65,7 +65,6 @@ class Workspace:
         self._links: dict[str, set[str]] | None = None
 
     def take(self, texts: Mapping[str, str]) -> None:
-        """Replace the texts."""
         self._texts, self._links = texts, None
         for gone in self._documents.keys() - texts.keys():
             del self._documents[gone]
@@ -93,7 +92,6 @@ class Workspace:
         return (uri, *sorted(found - {uri}))
 
     def _find_links(self) -> dict[str, set[str]]:
-        """Return for each file the files that it is linked to."""
         outlines = {other: _outline(text, _stem(other)) for other, text in self._texts.items()}
         folders = {other: _folder(other) for other in outlines}
         links: dict[str, set[str]] = {other: set() for other in outlines}

@@ -17,7 +17,7 @@ from tests.examples import examples
 from tests.language.running import StillRobot, environment_with, program
 from vrs_cli.errors import UndefinedName
 from vrs_cli.language.run import environment as running
-from vrs_cli.language.run.effects import Failed, ProgramCompleted
+from vrs_cli.language.run.effects import Budget, CycleBegins, Failed, ProgramCompleted
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.words.values import Kind
@@ -190,14 +190,20 @@ def test_a_program_that_is_replaced_or_deleted_is_not_called_any_more() -> None:
     environment = environment_with(text + program("x = x+1", name="one"))
     environment.reference("x").assign(0.0)
     task = Task(environment, StillRobot(), "main")
-    while environment.reference("x").value() != 5.0:
-        task.resume(budget=1)
+
+    def step_until(value: float) -> None:
+        for _ in range(100):
+            if environment.reference("x").value() == value:
+                return
+            task.resume(budget=1)
+        raise AssertionError(environment.reference("x").value())
+
+    step_until(5.0)
     environment.programs |= environment_with(program("x = x+100", name="one")).programs
-    while environment.reference("x").value() != 305.0:
-        task.resume(budget=1)
+    step_until(305.0)
     del environment.programs["one"]
-    while not isinstance(event := task.resume(), Failed):
-        assert not isinstance(event, ProgramCompleted)
+    event = next(event for _ in range(100) if not isinstance(event := task.resume(), CycleBegins | Budget))
+    assert isinstance(event, Failed)
     assert isinstance(event.error, UndefinedName)
     assert environment.reference("x").value() == 305.0
 

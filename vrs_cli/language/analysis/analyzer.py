@@ -153,7 +153,6 @@ class Candidates:
         return self.slips(name)
 
     def slips(self, name: str) -> Collection[str]:
-        """Return the names that are one typing mistake away."""
         return dict.fromkeys(near for rest in _rests(name) for near in self._by_rest.get(rest, ()))
 
     @cached_property
@@ -511,7 +510,6 @@ class _Steps(Expressions):
                 self.fault(ArgumentMismatch, parameter.span, f"{parameter.name} is there twice")
 
     def statement(self, step: int, statement: Statement) -> None:
-        """Check a step of a program."""
         self.step = step
         if declares(statement):
             self._count(statement, INSTRUCTIONS[statement.word])
@@ -523,7 +521,6 @@ class _Steps(Expressions):
             check(self, statement)
 
     def command(self, statement: Statement) -> None:
-        """Check a line of the prompt."""
         self._command(statement)
         for variable in self.without_value():
             if hint := other_sigil(variable, self._known):
@@ -720,17 +717,8 @@ class _Steps(Expressions):
                         self._name_form(expression, argument, row)
             if len(statement.arguments) > 1:
                 self._format(statement, row)
-            if row.name == "DELAY":
-                self._seconds(next(iter(statement.arguments), None))
-            if row.name == "SPEED":
-                self._percent(statement)
-            if row.name == "WAIT":
-                self._wait(statement)
-            elif row.name == "SET":
-                self._set(statement)
-            elif row.name == "RETURN" and len(statement.arguments) == 1 and self._gives(statement.arguments[0]):
-                detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
-                self.warn(OldMeaning, statement.span, detail, hint)
+            if row.name in _CHECKS:
+                _CHECKS[row.name](self, statement)
 
     def _format(self, statement: ast.Instruction, row: Word) -> None:
         """Warn of TYPE x, /F6.2: a format is for the values after it."""
@@ -749,11 +737,14 @@ class _Steps(Expressions):
                 detail, hint = f"{value.text} is a value here", f"/{form.code}{form.width}.{value.text} has a point"
                 self.warn(WithoutEffect, value.span, detail, hint)
 
-    def _gives(self, given: Expression | None) -> bool:
-        """Return whether RETURN seems to give a value back: RETURN 5, RETURN a * 2, or a parameter."""
-        if isinstance(given, ast.Variable):
-            return given.key in self.parameters
-        return isinstance(given, ast.Number | ast.Binary)
+    def _return(self, statement: ast.Instruction) -> None:
+        """Warn of RETURN 5, RETURN a * 2 and RETURN with a parameter, which seem to give a value back."""
+        given = statement.arguments[0] if len(statement.arguments) == 1 else None
+        if isinstance(given, ast.Number | ast.Binary) or (
+            isinstance(given, ast.Variable) and given.key in self.parameters
+        ):
+            detail, hint = "it leaves out steps after the CALL", "a program gives values back by its parameters"
+            self.warn(OldMeaning, statement.span, detail, hint)
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
         """Add the form of the instruction to the findings on BASE part and APPRO 50, part."""
@@ -775,34 +766,44 @@ class _Steps(Expressions):
                 self.fault(CannotInterpret, span, detail, hint)
 
     def _check_operand(self, expression: Expression, argument: Argument) -> None:
-        if argument.shape is Shape.PROGRAM:
-            if isinstance(expression, ast.ProgramCall):
-                self._pass(expression.arguments)
-                self._check_call(expression)
-            elif not isinstance(expression, ast.BareWord):
-                hint = "GOTO 100 goes to a label" if isinstance(expression, ast.Number) else ""
-                if isinstance(expression, ast.StringConstant):
-                    hint = f"it stands without quotes: {expression.value}"
-                self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
-        elif argument.shape is Shape.PROGRAM_TEXT:  # the program named by a string is unknown
-            self.value(expression.text if isinstance(expression, ast.Applied) else expression, STRING)
-            if isinstance(expression, ast.Applied):
-                self._pass(expression.arguments)
-        elif argument.shape.value in SETTINGS and isinstance(expression, ast.BareWord):
-            table, idle = SETTINGS[argument.shape.value]  # switches or parameters
-            try:
-                if idle_of(idle, expression.text) is None:
-                    row_of(table, expression.text, argument.shape.value)
-            except UsageError as refused:
-                self.fault(UsageError, expression.span, refused.detail, refused.hint)
+        shape = argument.shape
+        if shape is Shape.PROGRAM:
+            self._program_name(expression)
+        elif shape is Shape.PROGRAM_TEXT:  # the program named by a string is unknown
+            called = (
+                expression if isinstance(expression, ast.Applied) else ast.Applied(expression, (), span=expression.span)
+            )
+            self.value(called.text, STRING)
+            self._pass(called.arguments)
+        elif shape.value in SETTINGS and isinstance(expression, ast.BareWord):
+            self._switch_or_parameter(expression, shape)
         else:
-            SHAPES[argument.shape](self, expression)
-            if isinstance(expression, ast.Call) and expression.name == "TRANS" and argument.shape in _PLACES:
+            SHAPES[shape](self, expression)
+            if isinstance(expression, ast.Call) and expression.name == "TRANS" and shape in _PLACES:
                 self._metres(expression)
 
-    def _seconds(self, time: Expression | None) -> None:
+    def _program_name(self, expression: Expression) -> None:
+        if isinstance(expression, ast.ProgramCall):
+            self._pass(expression.arguments)
+            self._check_call(expression)
+        elif not isinstance(expression, ast.BareWord):
+            hint = "GOTO 100 goes to a label" if isinstance(expression, ast.Number) else ""
+            if isinstance(expression, ast.StringConstant):
+                hint = f"it stands without quotes: {expression.value}"
+            self.fault(InvalidName, expression.span, "a program name is wanted here", hint)
+
+    def _switch_or_parameter(self, expression: ast.BareWord, shape: Shape) -> None:
+        table, idle = SETTINGS[shape.value]
+        try:
+            if idle_of(idle, expression.text) is None:
+                row_of(table, expression.text, shape.value)
+        except UsageError as refused:
+            self.fault(UsageError, expression.span, refused.detail, refused.hint)
+
+    def _seconds(self, statement: ast.Instruction) -> None:
         """Warn of DELAY 500, which looks like milliseconds."""
-        given = None if time is None else ast.plain_number(time)
+        time = next(iter(statement.arguments), None)
+        given = ast.plain_number(time)
         if time is not None and given is not None and given >= 100 and given % 50 == 0:
             self.warn(TimeUnit, time.span, "DELAY takes seconds", f"{given:g} ms is {given / 1000:g}")
 
@@ -866,6 +867,13 @@ class _Steps(Expressions):
                 )
 
 
+_CHECKS: Mapping[str, Callable[[_Steps, ast.Instruction], None]] = {
+    "DELAY": _Steps._seconds,
+    "SPEED": _Steps._percent,
+    "WAIT": _Steps._wait,
+    "SET": _Steps._set,
+    "RETURN": _Steps._return,
+}
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {
     ast.Assignment: _Steps._assignment,
     ast.Instruction: partial(_Steps._instruction, table=INSTRUCTIONS),

@@ -389,7 +389,6 @@ def _store(place: int, op: int | None = None) -> py.stmt:
 
 
 def _load_left() -> py.stmt:
-    """Load n from the context's `turn`."""
     return tree.assign("n", tree.item("B", tree.constant(0)))
 
 

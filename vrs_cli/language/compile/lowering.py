@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Collection, Sequence
-from typing import cast
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -120,7 +119,8 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
     """Return the operations that begin a block, with the `cuts`, and the branches by their JumpIfs. No block begins
     within a branch.
     """
-    branches = {place: _branch(ops, place) for place, op in enumerate(ops) if _goes_forward(op, place)}
+    jumps = [(place, op.target) for place, op in enumerate(ops) if isinstance(op, JumpIf) and op.target > place]
+    branches = {place: _branch(ops, place, target) for place, target in jumps}
     stops: list[int] = []
     for place, branch in list(branches.items()):
         stops = [stop for stop in stops if stop > place]
@@ -142,21 +142,15 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
             del branches[place]
 
 
-def _goes_forward(op: Op, place: int) -> bool:
-    return isinstance(op, JumpIf) and op.target > place
-
-
-def _branch(ops: Sequence[Op], place: int) -> Branch:
+def _branch(ops: Sequence[Op], place: int, target: int) -> Branch:
     """Return the parts of a jump forward. There is an ELSE if the first part ends with a jump behind the second."""
-    start = cast(JumpIf, ops[place]).target
-    last = ops[start - 1]
-    if start - 1 > place and isinstance(last, Jump) and not last.counted and last.target >= start:
-        return Branch(range(place + 1, start - 1), range(start, last.target))
-    return Branch(range(place + 1, start), range(start, start))
+    last = ops[target - 1]
+    if target - 1 > place and isinstance(last, Jump) and not last.counted and last.target >= target:
+        return Branch(range(place + 1, target - 1), range(target, last.target))
+    return Branch(range(place + 1, target), range(target, target))
 
 
 def lower(analysis: Analysis) -> Lowered:
-    """Lower an analysed program."""
     return _Lowering(analysis).result()
 
 

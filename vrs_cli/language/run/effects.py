@@ -255,13 +255,6 @@ class Reactions:
         if gone in self.waiting:
             self.waiting.remove(gone)
 
-    def mark_called(self, reaction: Reaction) -> None:
-        """Remove a reaction that is being called: REACT in its program sets it again (the example of the V+ Language
-        User's Guide, pp. 125-126, enables itself again and so is called a second time; certain for V+, likely for
-        VAL-II).
-        """
-        self.ignore(reaction.signal)
-
     def note_change(self, signal: int, on: bool) -> bool:
         """Note that a signal has changed. Return whether this makes a reaction wait; a reaction that waits already is
         not called twice.

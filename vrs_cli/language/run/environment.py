@@ -380,6 +380,7 @@ class Interruption(Struct, frozen=True):
 def _started_later(
     program: Executable, context: Context, arguments: Sequence[Given], slots: list[object], op: int
 ) -> Steps:
+    """Start an activation when it is resumed: perhaps the program must be compiled first, to be entered there."""
     return (yield from program.start(context, arguments, slots, op))
 
 
@@ -387,43 +388,34 @@ class Activation:
     """An activation of a program: its operation (`op`), and the values that are kept while its generator is replaced.
 
     `between`: the step `op` has not begun; `reached`: the step is next. `interruption`: set if the program was called
-    as a reaction.
+    as a reaction. A direct call that the task continues has `slots`; `called`: its operation has made a call.
     """
 
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
-    def __init__(self, context: Context, program: Executable, arguments: Sequence[Given], step: int = 0) -> None:
-        lowered = program.compilation.lowered
-        self.program = program
-        self.op = lowered.entries[step]
-        self._context = context
-        self._arguments = (*arguments, *program.own()) if program.analysis.own else arguments
-        self._slots: list[object] = [UNSET] * (2 * lowered.slots)
-        self.between, self.reached = True, False
-        self.interruption: Interruption | None = None
-        self.steps: Steps = program.start(context, self._arguments, self._slots, self.op)
-
-    @classmethod
-    def of_frame(
-        cls,
+    def __init__(
+        self,
         context: Context,
         program: Executable,
         arguments: Sequence[Given],
         op: int,
-        slots: Sequence[object],
+        slots: Sequence[object] | None = None,
         called: bool = False,
-    ) -> Activation:
-        """Make the activation of a direct call at an operation; `called`: that has made a call."""
-        made = cls.__new__(cls)
-        made.program, made._context, made._arguments, made._slots = program, context, arguments, list(slots)
-        made.op, made.between, made.reached, made.interruption = op, True, False, None
-        made.continue_later(op + called)
-        if called:
-            made.between = False
-        return made
+    ) -> None:
+        self.program, self._context, self.op = program, context, op
+        self.between, self.reached = not called, False
+        self.interruption: Interruption | None = None
+        self.steps: Steps
+        if slots is None:
+            self._arguments = (*arguments, *program.own()) if program.analysis.own else arguments
+            self._slots: list[object] = [UNSET] * (2 * program.compilation.lowered.slots)
+            self.steps = program.start(context, self._arguments, self._slots, op)
+        else:
+            self._arguments, self._slots = arguments, list(slots)
+            self.continue_later(op + called)
 
     def continue_later(self, op: int) -> None:
-        """Continue at an operation when the activation is resumed; only then is that compiled, if it must be."""
+        """Continue at an operation when the activation is resumed."""
         self.steps = _started_later(self.program, self._context, self._arguments, self._slots, op)
 
     @property
@@ -433,7 +425,6 @@ class Activation:
 
     @property
     def automatic(self) -> tuple[Reference, ...]:
-        """Return the AUTO variables."""
         return tuple(self.own[declared.key] for declared in self.program.analysis.own if declared.automatic)
 
     @property
@@ -465,7 +456,6 @@ class Environment(Memory):
         self._executables: WeakKeyDictionary[StoredProgram, Executable] = WeakKeyDictionary()
 
     def executable(self, stored: StoredProgram) -> Executable:
-        """Return a stored program ready to run."""
         known = self._executables.get(stored)
         if known is None:
             known = self._executables[stored] = Executable(self, stored)

@@ -4,8 +4,9 @@ check their operands.
 
 from __future__ import annotations
 
+from collections import UserDict
 from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
@@ -177,7 +178,6 @@ class System:
         return None
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
-        """Return the state of a program (`STATUS` in the table of functions)."""
         return 0
 
     def identity(self, component: int) -> float:  # noqa: ARG002
@@ -266,22 +266,18 @@ def by_task(context: Context, _left: int, _executable: Any, *given: Any) -> int:
     return 0
 
 
-def not_bound(context: Context, left: int, executable: Any, *given: Any) -> int:
-    """Let the task make a call, and bind it to a program."""
-    return by_task(context, left, executable, *given)
-
-
+not_bound = partial(by_task)  # a function of its own: the call is not bound yet
 NOT_BOUND: Bound = (not_bound, None)
 
 
-class Programs(dict[str, StoredProgram]):
+class Programs(UserDict[str, StoredProgram]):
     """The programs of a memory by key. `bound`: lists of calls that are bound to programs; every change of the programs
     unbinds all of them.
     """
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, *programs: Mapping[str, StoredProgram]) -> None:
         self.bound: list[list[Bound]] = []
+        super().__init__(*programs)
 
     def unbind(self) -> None:
         """Make every call look up its program again."""
@@ -297,21 +293,9 @@ class Programs(dict[str, StoredProgram]):
         self.unbind()
         super().__delitem__(key)
 
-    def __ior__(self, other: Any) -> Programs:  # type: ignore[override, misc]
+    def __ior__(self, other: Mapping[str, StoredProgram]) -> Programs:  # type: ignore[override, misc]
         self.update(other)
         return self
-
-    def update(self, *others: Any) -> None:  # type: ignore[override]
-        self.unbind()
-        super().update(*others)
-
-    def pop(self, key: str, *default: Any) -> Any:
-        self.unbind()
-        return super().pop(key, *default)
-
-    def clear(self) -> None:
-        self.unbind()
-        super().clear()
 
 
 class Memory(Variables):
@@ -331,7 +315,6 @@ class Memory(Variables):
 
     @cached_property
     def random(self) -> Random:
-        """Return the generator of the random numbers."""
         from random import Random  # here because few programs use it
 
         return Random(self._seed)

@@ -224,7 +224,6 @@ class Task:
 
     @property
     def operation(self) -> tuple[str, int]:
-        """Return the running program and its present operation."""
         activation = self._activations[-1]
         return activation.program.name, activation.op
 
@@ -236,7 +235,6 @@ class Task:
 
     @property
     def statement(self) -> Statement | None:
-        """Return the statement of the present step."""
         return self._activations[-1].program.program.steps[self.step - 1].statement
 
     @property
@@ -279,8 +277,8 @@ class Task:
 
     def _begin(self) -> None:
         assert self._main is not None
-        bound = self._main.bind(self._arguments)
-        self._activations = [Activation(self._context, self._main, bound, self._first_step)]
+        bound, op = self._main.bind(self._arguments), self._main.compilation.lowered.entries[self._first_step]
+        self._activations = [Activation(self._context, self._main, bound, op)]
         self._first_step = 0
         self._tried: tuple[Activation, int, float] | None = None
         self.reactions.clear()
@@ -321,7 +319,7 @@ class Task:
                     continue
                 if event.__class__ is BrokenOff:
                     frames = reversed(event.frames)
-                    self._activations += (Activation.of_frame(self._context, *frame) for frame in frames)
+                    self._activations += (Activation(self._context, *frame) for frame in frames)
                     continue
             except LineMissing as missing:
                 self._environment.system.put_back()
@@ -393,7 +391,9 @@ class Task:
         activation = self._activations[-1]
         due = self.reactions.due if self.reactions.waiting else None
         if due is not None and (activation.between or self._held is not None):
-            self.reactions.mark_called(due)
+            # a reaction is called once, and REACT in its program sets it again, as in the example of the V+ Language
+            # User's Guide, pp. 125-126 (certain for V+, likely for VAL-II)
+            self.reactions.ignore(due.signal)
             waiting, self._held = self._held, None
             self._interrupt(due.program, due.priority, Interruption(self.reactions.priority, waiting))
             return Brake() if due.immediate else _LOOK_AROUND
@@ -460,7 +460,7 @@ class Task:
         program = known["E"]
         arguments = [known[f"a{number}"] for number in range(len(program.program.parameters))]
         slots = [known[f"{letter}{number}"] for number in range(program.compilation.lowered.slots) for letter in "ls"]
-        return Activation.of_frame(self._context, program, (*arguments, *known.get("o", ())), op, slots)
+        return Activation(self._context, program, (*arguments, *known.get("o", ())), op, slots)
 
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > MAX_CALL_DEPTH:
@@ -471,7 +471,8 @@ class Task:
             program = self._activations[-1].program.called(call.site, call.name)
         if program.beyond_val2:  # computed once; asking for the switch at each call costs more
             self._check_allowed(program)
-        self._activations.append(Activation(self._context, program, program.bind(call.arguments)))
+        entry = program.compilation.lowered.entries[0]
+        self._activations.append(Activation(self._context, program, program.bind(call.arguments), entry))
 
     def fail(self, error: VrsError) -> Failed:
         """Record that the present step has failed, or was ended from outside."""

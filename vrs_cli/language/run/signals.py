@@ -165,7 +165,6 @@ class Signals:
         return signal
 
     def reset(self, text: str = "") -> None:
-        """Switch all outputs off."""
         self.write(*(-number for number in self.on if number in OUTPUTS), text=text)
 
     def reset_request(self, stamp: Stamp, text: str) -> SetChannels:
@@ -320,11 +319,9 @@ class Inputs(Struct, frozen=True):
 
     @property
     def left(self) -> tuple[InputChange, ...]:
-        """Return the remaining changes."""
         return self.changes[self.done :]
 
     def later(self, seconds: float) -> Inputs:
-        """Return the same changes, `seconds` later."""
         return Inputs(tuple(structs.replace(change, time=change.time + seconds) for change in self.left))
 
     def take_until(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:

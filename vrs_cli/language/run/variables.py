@@ -42,7 +42,6 @@ def closest(key: str, names: Mapping[str, str]) -> str:
 
 
 def subscript(index: Index) -> str:
-    """Return the text of an index: `3` or `1,2`."""
     return ",".join(map(str, index)) if isinstance(index, tuple) else str(index)
 
 
@@ -434,7 +433,6 @@ class Variables:
             yield NamedValue(elements.name(index), elements[index])
 
     def values(self) -> dict[Item, Value]:
-        """Return every value by its variable."""
         return {cells.item(key): value for cells in self._all() for key, value in cells.items()}
 
     def put_back(self, item: Item, value: Value) -> None:
@@ -501,7 +499,6 @@ class Variables:
         return True
 
     def clear_variables(self) -> None:
-        """Delete all variables."""
         for cells in self._all():
             cells.clear()
 

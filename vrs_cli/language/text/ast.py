@@ -108,7 +108,6 @@ class Call(Node, frozen=True):
 
     @property
     def variable(self) -> Variable:
-        """Return the variable of this name."""
         sigil = self.name[0] if self.name[0] in "#$" else ""
         return Variable(self.name[len(sigil) :].lower(), sigil, None, self.grouped, span=self.span)
 

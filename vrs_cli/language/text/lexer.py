@@ -431,7 +431,6 @@ class Lexer:
             raise self._refusal(CannotInterpret, beyond.span.column - 1, size, "the line is too long")
 
     def _token(self) -> None:
-        """Read one token."""
         match = self._patterns.next.match(self._text, self._at)
         if match is None:
             raise self._unreadable()
@@ -529,7 +528,6 @@ class Lexer:
     # --- characters ---
 
     def _add(self, type: str, value: str, start: int, end: int, row: Word | None = None) -> None:
-        """Add a token, and continue after it."""
         self._at = end
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 

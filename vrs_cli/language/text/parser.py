@@ -608,7 +608,6 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Return the mistakes in its lines."""
         return self._read[1]
 
     @cached_property

@@ -67,7 +67,6 @@ KIND_OF: dict[type, Kind] = {
 
 
 def kind_of_value(value: Value) -> Kind:
-    """Return the kind of a value."""
     return KIND_OF[type(value)]
 
 

@@ -123,7 +123,6 @@ class Role(Flag):
 
     @property
     def title_with_article(self) -> str:
-        """Return the name of the role with its article."""
         return f"an {self.title}" if self is Role.OBSERVER else f"a {self.title}"
 
 
@@ -257,12 +256,10 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def required_count(self) -> int:
-        """Return the number of arguments that must be given."""
         return sum(not argument.optional for argument in self.arguments)
 
     @cached_property
     def operand_shapes(self) -> frozenset[Shape]:
-        """Return the shapes of its operands."""
         return frozenset(one.shape for one in (*self.arguments, self.value) if one is not None)
 
     @cached_property
@@ -318,7 +315,6 @@ AnyRow = TypeVar("AnyRow", bound=WordRow)
 
 
 def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
-    """Return a table of rows by their names."""
     return {word.name: word for word in words}
 
 
