@@ -5,6 +5,7 @@ decimal digits. An act is data and is sent over a connection; `interfaces/sessio
 from __future__ import annotations
 
 from math import isfinite
+from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -368,7 +369,7 @@ class RecordProgram(RobotAct[Defined], frozen=True):
 Line = tuple[Vector, Vector]
 
 
-class SketchBall(Struct, frozen=True):
+class SketchBall(NamedTuple):
     """A ball in a sketch, at a point in the world [m]. `mood`: `good` at a goal that is reached, `stop` where the tool
     stops, `bad` at a contact.
     """
