@@ -1,11 +1,8 @@
-"""Read the values of options: each function returns a value, or raises ArgumentTypeError, to which argparse adds the
-option.
-"""
+"""Read the values of options: each function returns a value, or raises WrongValue."""
 
 from __future__ import annotations
 
 import re
-from argparse import ArgumentTypeError
 from collections.abc import Callable
 from functools import partial
 from math import inf, isfinite, nan
@@ -29,6 +26,10 @@ MAX_RATE = 100_000.0  # [Hz]
 FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
 
 
+class WrongValue(Exception):
+    """Raised for a text that is no value of its kind; the reader of options adds the name of the option."""
+
+
 def float_of(text: str) -> float:
     """Return the number in a text, or nan if it is no number."""
     try:
@@ -41,7 +42,7 @@ def number(text: str) -> float:
     """Return any finite number."""
     value = float_of(text)
     if not isfinite(value):
-        raise ArgumentTypeError(f"{text!r} is not a number")
+        raise WrongValue(f"{text!r} is not a number")
     return value
 
 
@@ -49,7 +50,7 @@ def positive(text: str) -> float:
     """Return a number above zero."""
     value = number(text)
     if not value > 0.0:
-        raise ArgumentTypeError(f"{text} is not above 0")
+        raise WrongValue(f"{text} is not above 0")
     return value
 
 
@@ -58,7 +59,7 @@ def whole(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise ArgumentTypeError(f"{text!r} is not a whole number") from None
+        raise WrongValue(f"{text!r} is not a whole number") from None
 
 
 def size(text: str) -> int:
@@ -66,7 +67,7 @@ def size(text: str) -> int:
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
     value = positive(digits) * FACTORS[factor]
     if value != int(value) or value > 2**62:
-        raise ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
+        raise WrongValue(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
     return int(value)
 
 
@@ -74,7 +75,7 @@ def percent(text: str) -> float:
     """Return a share of full speed [%]."""
     value = positive(text)
     if value > 100.0:
-        raise ArgumentTypeError(f"{text} % is more than full speed")
+        raise WrongValue(f"{text} % is more than full speed")
     return value
 
 
@@ -82,7 +83,7 @@ def sampling_rate(text: str) -> float:
     """Return samples per second [Hz]."""
     value = positive(text)
     if value > MAX_RATE:
-        raise ArgumentTypeError(f"{text} Hz is more than {MAX_RATE:g} Hz")
+        raise WrongValue(f"{text} Hz is more than {MAX_RATE:g} Hz")
     return value
 
 
@@ -92,7 +93,7 @@ def clock_rate(text: str) -> float:
 
     rate = positive(text)
     if not SLOWEST_RATE <= rate <= FASTEST_RATE:
-        raise ArgumentTypeError(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
+        raise WrongValue(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
     return rate
 
 
@@ -100,7 +101,7 @@ def _within(lowest: float, highest: float, unit: str, text: str) -> float:
     """Return a number between two bounds."""
     value = positive(text)
     if not lowest <= value <= highest:
-        raise ArgumentTypeError(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
+        raise WrongValue(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
     return value
 
 
@@ -114,7 +115,7 @@ def cycles(text: str) -> int:
 
     value = whole(text)
     if value == 0 or value > MAX_CYCLES:
-        raise ArgumentTypeError(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
+        raise WrongValue(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
     return value
 
 
@@ -123,7 +124,7 @@ def codes(text: str) -> tuple[str, ...]:
     found = tuple(code.strip().upper() for code in text.split(","))
     wrong = next((code for code in found if not re.fullmatch("V[0-9]{0,4}", code)), None)
     if wrong is not None:
-        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
+        raise WrongValue(f"{wrong!r} is no code, as V401 and V05 are")
     return found
 
 
@@ -136,7 +137,7 @@ def expiry(text: str) -> date:
             return read(text)
         except ValueError:
             continue
-    raise ArgumentTypeError(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)")
+    raise WrongValue(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)")
 
 
 # --- robots, cells, addresses -----------------------------------------------------------------------------------------
@@ -150,7 +151,7 @@ def named_robot(text: str) -> tuple[str, str]:
     if not equals:
         name, robot = Path(text).stem, text
     if not good_name(name):
-        raise ArgumentTypeError(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
+        raise WrongValue(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
     return name, robot
 
 
@@ -168,7 +169,7 @@ def serial_line(text: str) -> tuple[str, str]:
     """Return the number of a serial line, and its device: `1=/dev/ttyUSB0,9600`."""
     number, equals, device = text.partition("=")
     if not (number.isdigit() and equals and device):
-        raise ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
+        raise WrongValue(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
     return str(int(number)), device
 
 
@@ -179,14 +180,14 @@ def host_address(text: str) -> str:
     try:
         return str(ipaddress.ip_address(text))
     except ValueError:
-        raise ArgumentTypeError(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
+        raise WrongValue(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
 
 
 def port(text: str) -> int:
     """Return the number of a TCP port."""
     value = whole(text)
     if not 0 <= value <= MAX_PORT:
-        raise ArgumentTypeError(f"{text} is no port (0 to {MAX_PORT})")
+        raise WrongValue(f"{text} is no port (0 to {MAX_PORT})")
     return value
 
 
@@ -196,7 +197,7 @@ def endpoint(text: str) -> Endpoint:
 
     host, _, number = text.rpartition(":")
     if not (number.isascii() and number.isdigit() and int(number) <= MAX_PORT) or "/" in host:
-        raise ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
+        raise WrongValue(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
     return Endpoint(host.strip("[]") or LOOPBACK, int(number))
 
 
@@ -213,7 +214,7 @@ def _read(parse: Callable[[str], T], text: str) -> T:
     try:
         return parse(text)
     except VrsError as error:
-        raise ArgumentTypeError(f"{error.detail}; {error.hint}" if error.hint else error.detail) from None
+        raise WrongValue(f"{error.detail}; {error.hint}" if error.hint else error.detail) from None
 
 
 def duration(text: str) -> float:
@@ -231,8 +232,8 @@ def ahead(text: str) -> float | Ahead:
         return Ahead.AUTO
     try:
         return duration(text)
-    except ArgumentTypeError as error:
-        raise ArgumentTypeError(f"{error}, or {Ahead.AUTO.value}") from None
+    except WrongValue as error:
+        raise WrongValue(f"{error}, or {Ahead.AUTO.value}") from None
 
 
 def delays(text: str) -> tuple[str, Delays]:

@@ -8,7 +8,6 @@ import json
 import os
 import signal
 import sys
-from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -17,6 +16,7 @@ from math import isnan
 from pathlib import Path
 from subprocess import PIPE, Popen
 from time import sleep
+from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from msgspec import structs

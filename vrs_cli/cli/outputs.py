@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -12,6 +11,7 @@ from contextlib import contextmanager
 from io import BytesIO
 from itertools import combinations, groupby
 from pathlib import Path
+from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -49,7 +49,7 @@ class Outputs(Struct, frozen=True):
     report_at: float | None = None
 
     @staticmethod
-    def of(options: argparse.Namespace) -> Outputs:
+    def of(options: Namespace) -> Outputs:
         """Read the options, and raise the errors that `write` would have later. Raises CommandLineError for options
         that exclude each other, or one file for two outputs; FileError, UsageError.
         """
