@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import islice
 from math import dist, inf
 from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
@@ -36,7 +37,7 @@ from vrs_cli.kinematics.joints import (
     nearest_turn,
     turn_within,
 )
-from vrs_cli.kinematics.model import LEVEL, RobotModel, levers, link_frames
+from vrs_cli.kinematics.model import LEVEL, MEASURED, RobotModel, levers, link_frames, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 
 if TYPE_CHECKING:
@@ -520,9 +521,22 @@ class RobotArm:
         bias = self._biases.jerk(q, qd, qdd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
         return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
 
-    def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (subclasses use q)
-        """Return the distance of joints from each singularity, from 0 to 1."""
-        return Singularity(1.0, 1.0, 1.0)
+    def singularity(self, q: Joints) -> Singularity:
+        """Return the distance of joints from each singularity, from 0 to 1.
+
+        For an arm without a closed form `elbow` is its freedom divided by the mean freedom; the singular joints are
+        unknown.
+        """
+        mean = self._mean_freedom
+        return Singularity(1.0, min(self.freedom(q) / mean, 1.0) if mean else 1.0, 1.0)
+
+    @cached_property
+    def _mean_freedom(self) -> float:
+        return sum(map(self.freedom, islice(some_joints(self.model), MEASURED))) / MEASURED
+
+    def freedom(self, q: Joints) -> float:
+        """Return how well the joints move the tool, for an arm without a closed form."""
+        raise NotImplementedError
 
     # --- arrays ------------------------------------------------------------------------------------------
 

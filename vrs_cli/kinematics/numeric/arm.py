@@ -33,7 +33,6 @@ from vrs_cli.kinematics.joints import (
     Demands,
     Jacobian,
     Joints,
-    Singularity,
     Twist,
     Walk,
 )
@@ -85,9 +84,8 @@ class NumericArm(RobotArm):
         """Return demands that keep the still joints as they are in q."""
         return tuple([(tuple([float(i == k) for k in self._all]), q[i]) for i in self.still_joints])
 
-    @cached_property
-    def _mean_freedom(self) -> float:
-        return self._freedom(self._all) / MEASURED
+    def freedom(self, q: Joints) -> float:
+        return self._freedom_at(q, self._all)
 
     def _freedom(self, joints: Sequence[int]) -> float:
         """Return how well these joints alone move the flange: the sum of Yoshikawa's measure over sample poses."""
@@ -341,11 +339,6 @@ class NumericArm(RobotArm):
         """Return the rows of the Jacobian that count, and the error in them [m, rad]."""
         have, J = self.forward_and_jacobian(q)
         return self.rows_that_count(q, J, search.missing(self.model.task, have, T))
-
-    def singularity(self, q: Joints) -> Singularity:
-        """Return as `elbow` the freedom of this pose beside the mean; which joints are singular is unknown."""
-        mean = self._mean_freedom
-        return Singularity(1.0, min(self._freedom_at(q, self._all) / mean, 1.0) if mean else 1.0, 1.0)
 
 
 def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, lru_cache, partial
-from itertools import islice
 from math import dist, inf
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Unchanging
-from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Twist
-from vrs_cli.kinematics.model import MEASURED, RobotModel, levers, some_joints
+from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Twist
+from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
 
 if TYPE_CHECKING:
@@ -141,16 +140,7 @@ class SteadyArm(RobotArm):
 
     # --- singularity -----------------------------------------------------------------------------------------
 
-    def singularity(self, q: Joints) -> Singularity:
-        """Return as `elbow` the freedom of this pose beside the mean; which joints are singular is unknown."""
-        mean = self._mean_freedom
-        return Singularity(1.0, min(self._freedom(q) / mean, 1.0) if mean else 1.0, 1.0)
-
-    @cached_property
-    def _mean_freedom(self) -> float:
-        return sum(map(self._freedom, islice(some_joints(self.model), MEASURED))) / MEASURED
-
-    def _freedom(self, q: Joints) -> float:
+    def freedom(self, q: Joints) -> float:
         """Return how well the joints move the tip, times how well they turn the tool with the tip at rest."""
         from vrs_cli.kinematics.numeric.steady.conditions import Way  # here because it loads numpy
 
