@@ -34,7 +34,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND
 from vrs_cli.version import __version__
 
-CHUNK = 4096  # maximum number of rows in memory at a time
+CHUNK = 8192  # maximum number of rows in memory at a time
 NANOSECONDS = 1_000_000_000  # number of nanoseconds in a second
 Times = NDArray[np.int64]  # [ns]
 Bytes = NDArray[np.uint8]
