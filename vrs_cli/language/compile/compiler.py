@@ -3,7 +3,8 @@
 The operations of `lowering` become basic blocks; the blocks are dispatched by a binary tree of `if pc < k` inside
 `while True`, so GOTO in and out of blocks is a number. Each request or effect is yielded; Python suspends the program
 there. Each counted operation takes 1 from `n`, the steps that are left of the turn; at 0 it yields its number before it
-is done. While the program is suspended the context's `turn` holds n and the present operation. The lines of an
+is done. While the program is suspended the context's `turn` holds n and the present operation. `t` is another integer
+after each suspension: until then a variable that was found real stays real. The lines of an
 operation's code have its number, so that an error tells where it occurred.
 
     def program(X, R, L, S, P, KR, KL, C, F, pc, ...):   context; cells of reals, locations, strings, precision points;
@@ -64,7 +65,8 @@ class ProgramCompiler(ExpressionCompiler):
     `_numbers`: the number of each block, by the operation that begins it; `_here`: the blocks of the present function;
     `_inner`: the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted
     operation; `_branches`: the operations that become an `if` of Python; `_place`: the present operation; `_counted`:
-    the last counted operation of the present block, if it is known.
+    the last counted operation of the present block, if it is known; `_real`: by the key of a variable, the Python
+    variable that is `t` if the variable is known to be real in this turn.
     """
 
     def __init__(self, library: Library, analysis: Analysis, lowered: lowering.Lowered) -> None:
@@ -79,6 +81,7 @@ class ProgramCompiler(ExpressionCompiler):
         self._silent_blocks: frozenset[int] = frozenset()
         self._branches: Mapping[int, lowering.Branch] = {}
         self._place = 0
+        self._real: dict[str, str] | None = None
         self._counted: int | None = None
 
     def variant(self, everywhere: bool) -> Variant:
@@ -94,10 +97,12 @@ class ProgramCompiler(ExpressionCompiler):
 
     def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
         """Make the function of some of the blocks. The arrays of later functions are passed on."""
-        self._here = here
+        self._here, self._real = here, {}
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
-        body = [tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load())), _load_left()]
+        flags = [tree.assign(flag, tree.constant(None)) for flag in self._real.values()]
+        turn = tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load()))
+        body = [*flags, tree.assign("t", tree.constant(0)), turn, _load_left()]
         body += self._with_frame(loop) if self._lowered.slots else loop
         names = ["X", *CELLS.values(), *KEYS.values(), "C", "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
@@ -296,7 +301,12 @@ class ProgramCompiler(ExpressionCompiler):
         assert key is not None
         if other is not None and not is_real:
             denied = py.Expr(tree.method(tree.name(cells), "deny", key))
-            first.append(py.If(tree.compare(key, py.In(), tree.name(KEYS.get(other, other))), [denied], []))
+            check = py.If(tree.compare(key, py.In(), tree.name(KEYS.get(other, other))), [denied], [])
+            if self._real is not None and not variable.indexes and other in KEYS:  # checked once in a turn
+                flag = self._real.setdefault(variable.key, f"r{len(self._real)}")
+                known = tree.compare(tree.name(flag), py.IsNot(), tree.name("t"))
+                check = py.If(known, [check, tree.assign(flag, tree.name("t"))], [])
+            first.append(check)
         return [*first, py.Assign([py.Subscript(tree.name(cells), key, py.Store())], value)]
 
     def _instruction(self, statement: ast.Instruction) -> list[py.stmt]:
@@ -389,7 +399,9 @@ def _store(place: int, op: int | None = None) -> py.stmt:
 
 
 def _load_left() -> py.stmt:
-    return tree.assign("n", tree.item("B", tree.constant(0)))
+    """Load n from the context's `turn`. Other programs may have run meanwhile, so t changes."""
+    later = py.BinOp(tree.name("t"), py.Add(), tree.constant(1))
+    return py.Assign([tree.unpacked("nt")], tree.tuple_of((tree.item("B", tree.constant(0)), later)))
 
 
 def _constant_step(statement: ast.For) -> float | None:

@@ -410,7 +410,13 @@ class Task:
                     activation.between = activation.reached = False
                     if event.__class__ is CallProgram and due is None:
                         self._call(event)
-                    elif event.__class__ is Return and due is None and self._continues_caller(event):
+                    elif (
+                        event.__class__ is Return
+                        and due is None
+                        and not event.steps
+                        and activation.interruption is None
+                        and len(self._activations) > 1
+                    ):
                         self._activations.pop()
                     else:
                         return cast(Event, event)
@@ -427,10 +433,6 @@ class Task:
         finally:
             self.steps_done += budget - left
             self._budget -= budget - left
-
-    def _continues_caller(self, event: Return) -> bool:
-        """Return whether a RETURN lets the program below go on after its CALL."""
-        return not event.steps and len(self._activations) > 1 and self._activations[-1].interruption is None
 
     def _locate(self, error: BaseException) -> int:
         """Set the operation in which an error occurred. Return the number of steps left in the turn."""
