@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
+from math import inf
 from typing import Any
 
 import pytest
@@ -14,12 +15,13 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.errors import LeaseHeld, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Ticket
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.targets import TargetControl
+from vrs_cli.interfaces.users import RobotLease
 from vrs_cli.kinematics.transform import at_position
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import DragTool, Steer
@@ -203,6 +205,34 @@ def test_a_stream_that_began_during_a_program_is_not_followed_after_its_stop(wor
     world.pass_time(0.2)
     assert not track.running
     check_refused(world, world.ann, kind)
+
+
+@pytest.mark.parametrize("kind", HELD)
+def test_a_stream_that_began_without_the_lease_is_not_followed_after_a_stop(world: World, kind: str) -> None:
+    world.session.lease = RobotLease("ben", inf)
+    for _ in range(2):
+        assert isinstance(KINDS[kind](world.ann).error(0.0), LeaseHeld)
+    world.carl.line("ABORT")
+    world.session.lease = RobotLease("ann", inf)
+    for _ in range(3):
+        check_refused(world, world.ann, kind)
+    world.ann.close(kind)
+    before = world.version
+    world.send(world.ann, kind)
+    assert world.version > before, "a new stream moves the arm"
+
+
+@pytest.mark.parametrize("kind", HELD)
+def test_a_stream_is_closed_without_the_lease_too(world: World, kind: str) -> None:
+    """Ann lets go while Ben drives, and begins anew when she drives."""
+    world.session.lease = RobotLease("ben", inf)
+    KINDS[kind](world.ann)
+    world.carl.line("ABORT")
+    world.ann.close(kind)
+    world.session.lease = RobotLease("ann", inf)
+    before = world.version
+    world.send(world.ann, kind)
+    assert world.version > before
 
 
 def test_a_line_of_a_slider_that_waits_is_refused_by_a_stop(world: World) -> None:

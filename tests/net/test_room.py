@@ -51,7 +51,7 @@ from vrs_cli.net.served_robot import Plan, WhenGone
 from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.net.tokens import OPEN, Grant
 from vrs_cli.values.acts import Go, Goal, StopProgram
-from vrs_cli.values.hand import StopJog
+from vrs_cli.values.hand import Axis, Frame, Press, StopJog
 from vrs_cli.wire.codec import Encoding, Reader, encode
 
 _reader: Reader[FromServer] = Reader(FromServer)
@@ -223,6 +223,28 @@ def test_letting_go_of_a_key_is_for_who_drives(tmp_path: Path) -> None:
         assert not done.ok
         assert done.refusal is not None
         assert "ada" in done.refusal.message
+
+
+def test_a_button_held_through_a_stop_and_a_change_of_the_lease_moves_nothing(tmp_path: Path) -> None:
+    with served(tmp_path, realtime=1.0) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+
+        def press(number: int, act: Press | StopJog) -> bool:
+            bob.client.receive(At(number, act))
+            bob.until(lambda: any(isinstance(one, Done) and one.id == number for one in bob.heard))
+            return next(one.ok for one in bob.heard if isinstance(one, Done) and one.id == number)
+
+        step = Press(Axis(Frame.JOINT, 0), 5.0, 20.0)
+        assert ada.line("x = 1").ok
+        assert not press(101, step)
+        assert ada.line("ABORT").ok
+        ada.client.receive(Drive(1, LeaseAct.RELEASE))
+        before = it.version
+        assert not press(102, step)
+        assert it.version == before
+        press(103, StopJog())
+        assert press(104, step)
+        assert it.version > before
 
 
 def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> None:

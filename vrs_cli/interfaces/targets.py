@@ -125,11 +125,15 @@ class TargetControl(NamedTuple):
     def jog(self, jogger: Jogger, act: hand.Press | hand.StopJog | hand.Look, kind: StreamKind) -> hand.Seen:
         """Carry out the action of a button or of a key, by which the user moves the arm. Return the state of the robot
         then; for a refused key the state contains the error. Letting a button go does not brake motions that others
-        began. Raises UsageError for a button that is held since the stop, RobotNotAttached.
+        began. Raises RoleWanted, LeaseHeld, UsageError for a button that is held since the stop, RobotNotAttached.
+
+        A button opens and closes its stream also while its user does not drive: if the button is held through a stop,
+        and its user drives then, it moves nothing.
         """
-        engine = self.session.engine
+        session, engine = self.session, self.session.engine
         if isinstance(act, hand.Press):
             stream = self._open(kind)
+            session.check_may("JOG", Role.DESIGNER)
             try:
                 self._accept(stream)
             except VrsError as error:
@@ -142,6 +146,7 @@ class TargetControl(NamedTuple):
             return seen
         if isinstance(act, hand.StopJog):
             closed = self._close(kind)
+            session.check_may("JOG", Role.DESIGNER)
             if kind is StreamKind.BUTTON and (closed is None or closed.version != engine.timeline.version):
                 return jogger.do(hand.Look())
         return jogger.do(act)

@@ -38,13 +38,12 @@ from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while the user types
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that never wait for a share of CPU time
-# messages that move or change something, by type: the name shown to users, and the required role
-CHANGING: Mapping[type, tuple[str, Role]] = {
+# acts that are checked here, by type: the name shown to users, and the required role
+CHECKED: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
-    Press: ("JOG", Role.DESIGNER),
-    StopJog: ("JOG", Role.DESIGNER),
     StopProgram: ("ABORT", Role.DESIGNER),
 }
+CHANGING = (*CHECKED, Press, StopJog)  # acts of a user that move or change something
 MAX_PENDING_QUESTIONS = 200  # maximum number of unanswered questions of one user
 
 
@@ -337,9 +336,8 @@ class ClientSession(UserSession):
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
                 return robot.check_and_note(dialogue, lambda: robot.may_always(text))
             case messages.At(act=UserAct() as act):
-                needs = CHANGING.get(type(act))
-                always = needs is None or isinstance(act, StopJog | StopProgram)
-                if needs is not None:
+                always = not isinstance(act, KeepDraft | Press)
+                if needs := CHECKED.get(type(act)):
                     dialogue = _after(partial(self.session.check_may, *needs), dialogue)
             case messages.At(act=act):
                 always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
