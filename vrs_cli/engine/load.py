@@ -106,35 +106,25 @@ class StretchLoad:
         return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
 
     def smooth(self, start: Joints) -> Load:
-        """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; only the load by velocity if
-        acceleration and jerk cannot matter.
-
-        The velocities of the samples show whether accelerations and jerks stay clearly below their limits. Near a
-        singular pose they do not, because joints may be quick for a moment: there the rates at both ends decide too.
+        """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; no load if the velocities of
+        the samples show that no joint comes near a limit. They do not show that near a singular pose, because joints
+        may be quick for a moment there.
         """
         clear, fast = self._clear(), self._fast()
-        calm, ends = clear is self.samples and not self.closely and self._calm_by_velocities(), list[Moment]()
-        if calm and (fast or self.follower.nearly_singular(clear[0]) or self.follower.nearly_singular(clear[-1])):
-            ends = self._moments([clear[0], clear[-1]])
-            calm = len(ends) > 1 and all(map(self._calm_at, ends))
-        if calm and not fast:
+        calm = clear is self.samples and not (fast or self.closely) and self._calm()
+        if calm and not any(map(self.follower.nearly_singular, (clear[0], clear[-1]))):
             return Load()
-        moments, means = ends if calm else self._moments(clear), _means([self.samples[0], *clear, self.samples[-1]])
+        moments, means = self._moments(clear), _means([self.samples[0], *clear, self.samples[-1]])
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
         load = self._velocity(start, at_first, means[0][1]) if fast else Load()
-        return load if calm else load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
+        return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     def _moments(self, samples: list[Sample]) -> list[Moment]:
         """Return the rates at all samples that are not in a singular pose."""
         known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
-    def _calm_at(self, moment: Moment) -> bool:
-        """Return whether the accelerations and jerks of a moment are clearly below their limits."""
-        rows = zip(moment.acceleration, moment.jerk, self.limits.max_acceleration, self.limits.max_jerk, strict=True)
-        return all(abs(a) < CALM_PART * most and abs(j) < CALM_PART * hardest for a, j, most, hardest in rows)
-
-    def _calm_by_velocities(self) -> bool:
+    def _calm(self) -> bool:
         """Return whether accelerations and jerks stay clearly below their limits by the differences of velocities,
         extrapolated from one sample to the next. Return False for samples that are few or not evenly spaced.
         """
@@ -171,7 +161,7 @@ class StretchLoad:
         samples; and where a joint is fastest.
         """
         samples, columns = self.samples, self.velocities
-        fastest = [_largest(column[1:]) for column in columns]
+        fastest = [max(*column[1:], -min(column[1:])) for column in columns]
         starting = zip(fastest, start, self.limits.max_velocity, strict=True)
         later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in starting]
         joint = _where_largest(later)
@@ -378,22 +368,12 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
 
 def _means(samples: Sequence[Sample]) -> list[Rates]:
     """Return the mean joint accelerations between samples."""
-    return _slopes([(sample.s, sample.velocity) for sample in samples])
-
-
-def _slopes(rows: list[Rates]) -> list[Rates]:
-    """Return the mean rates between neighbours."""
-    slopes = []
-    for (s, a), (t, b) in pairwise(rows):
+    means = []
+    for (s, _, a), (t, _, b) in pairwise(samples):
         lasting = t - s
         if lasting > 0.0:
-            slopes.append((0.5 * (s + t), tuple([(w - v) / lasting for v, w in zip(a, b, strict=True)])))
-    return slopes
-
-
-def _largest(values: Sequence[float]) -> float:
-    """Return the greatest absolute value."""
-    return max(*values, -min(values))
+            means.append((0.5 * (s + t), tuple([(w - v) / lasting for v, w in zip(a, b, strict=True)])))
+    return means
 
 
 def _where_largest(values: Sequence[float]) -> int:
