@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,20 +24,40 @@ def built() -> Path:
     return page_folder()
 
 
-@pytest.fixture(scope="package")
-def chromium(built: Path) -> Iterator[Browser]:  # noqa: ARG001
-    """Start one browser for the tests of this folder."""
+_opened = ExitStack()  # the browser and its window
+
+
+@cache
+def _browser() -> Browser:
+    return _opened.enter_context(running_chromium())
+
+
+@cache
+def _window() -> Page:
+    return _opened.enter_context(unwatched(_browser()))
+
+
+@pytest.hookimpl(trylast=True)  # after the fixtures of the test
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """Close the browser after the last test of this folder: until then an event loop runs in this thread."""
+    if nextitem is None or nextitem.path.parent != Path(__file__).parent:
+        _window.cache_clear()
+        _browser.cache_clear()
+        _opened.close()
+
+
+@pytest.fixture
+def chromium(built: Path) -> Browser:  # noqa: ARG001
+    """Provide one browser for the tests of this folder."""
     if missing():
         leave_out(missing())
-    with running_chromium() as browser:
-        yield browser
+    return _browser()
 
 
-@pytest.fixture(scope="package")
-def desktop(chromium: Browser) -> Iterator[Page]:
+@pytest.fixture
+def desktop(chromium: Browser) -> Page:  # noqa: ARG001
     """Provide a window that tests use one after the other: a new one takes a process and a second of CPU."""
-    with unwatched(chromium) as page:
-        yield page
+    return _window()
 
 
 @pytest.fixture
