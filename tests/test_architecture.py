@@ -112,7 +112,9 @@ class Deferred(NamedTuple):
 DEFERRED = (
     Deferred(("__main__.py",), ("vrs_cli.cli.main",), "`vrs --version` answers without the rest"),
     Deferred(
-        ("cli",), ("vrs_cli", "time", "collections"), "a command loads what it needs, and its help nothing of that"
+        ("cli",),
+        ("vrs_cli", "time", "collections", "glob"),
+        "a command loads what it needs, and its help nothing of that",
     ),
     Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
     Deferred(("extras.py",), ("json", "importlib.metadata"), "few installations are without the page"),

@@ -7,10 +7,9 @@ from __future__ import annotations
 import marshal
 import os
 import sys
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from importlib.util import find_spec
+from importlib.util import find_spec, source_hash
 from pathlib import Path
 from typing import TypeVar
 
@@ -67,8 +66,7 @@ def _quote(word: str) -> str:
 
 # --- the cache of the user --------------------------------------------------------------------------------------------
 
-MARSHAL_FORMAT = 4  # all releases of Python read it
-CHECKSUM_BYTES = 4  # marshal does not check what it reads
+HASH_BYTES = 8  # marshal does not check what it reads; each release of Python has its own hashes and its own marshal
 
 
 def cached(name: str, source: str, make: Callable[[], V]) -> V:
@@ -79,18 +77,18 @@ def cached(name: str, source: str, make: Callable[[], V]) -> V:
     key, file = (__version__, source), _cache_file(name)
     with suppress(OSError, EOFError, ValueError, TypeError):
         data = b"" if file is None else file.read_bytes()
-        if zlib.crc32(data[CHECKSUM_BYTES:]) == int.from_bytes(data[:CHECKSUM_BYTES], "big"):
-            found, kept = marshal.loads(data[CHECKSUM_BYTES:])
+        if source_hash(data[HASH_BYTES:]) == data[:HASH_BYTES]:
+            found, kept = marshal.loads(data[HASH_BYTES:])
             if found == key:
                 result: V = kept
                 return result
     result = make()
     if file is not None and result is not None:
-        data = marshal.dumps((key, result), MARSHAL_FORMAT)  # type: ignore[arg-type]  # the caller gives plain data
+        data = marshal.dumps((key, result))  # type: ignore[arg-type]  # the caller gives plain data
         new = file.with_suffix(f".{os.getpid()}")
         with suppress(OSError):  # replace the file as a whole, or not at all
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            new.write_bytes(zlib.crc32(data).to_bytes(CHECKSUM_BYTES, "big") + data)
+            new.write_bytes(source_hash(data) + data)
             os.replace(new, file)
     return result
 

@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
-from mmap import PAGESIZE
 from pathlib import Path
 from types import FrameType
 
@@ -118,4 +118,4 @@ def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached]
 
 def _address_space() -> int:
     """Return the size of the address space of this process [bytes]."""
-    return int(STATM.read_bytes().split()[0]) * PAGESIZE
+    return int(STATM.read_bytes().split()[0]) * os.sysconf("SC_PAGE_SIZE")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from glob import glob
 from math import degrees
 from pathlib import Path
 from types import SimpleNamespace as Namespace
@@ -134,6 +133,8 @@ def _meant(name: str) -> Iterable[str]:
     if os.path.isdir(name) and not any(os.path.isfile(name + suffix) for suffix in PROGRAMS):
         return sorted(_below(name)) or _none(f"{name} holds no program file")
     if not os.path.lexists(name) and any(sign in name for sign in "*?["):
+        from glob import glob
+
         found = [path for path in glob(name, recursive=True) if os.path.isfile(path)]
         return sorted(found) or _none(f"no file fits {name}")
     return (name,)
