@@ -1,9 +1,6 @@
 """The course of a world (where each part is at any time, and which signals sensors and rules set), and the world that
-computes it.
-
-A course follows from a timeline and a scene alone. It is simulated forward only as far as it is queried. After an edit
-of the timeline only the changed remainder is computed again.
-"""
+computes it. A course depends only on a timeline and a scene. It is simulated forward only as far as it is queried.
+After an edit of the timeline, only the changed remainder is computed again."""
 
 from __future__ import annotations
 
@@ -27,7 +24,8 @@ from vrs_cli.world.simulation import Simulation
 
 
 class PartState(Struct, frozen=True):
-    """A part at one time: its T_world_part, whether the hand holds it, what it stands on, and whether it exists."""
+    """The state of a part at one time: its T_world_part, whether the hand holds it, the body on which it rests, and
+    whether it exists."""
 
     pose: Transform
     held: bool
@@ -37,8 +35,7 @@ class PartState(Struct, frozen=True):
 
 class WorldCourse:
     """The course of one timeline. It begins at the timeline's start, or at `begins` [s] if the timeline is the end of a
-    longer one. Any thread may ask.
-    """
+    longer one. Its methods may be called from any thread."""
 
     def __init__(self, settings: WorldSettings, timeline: Timeline) -> None:
         self._settings, self.timeline, self._lock = settings, timeline, RLock()
@@ -69,7 +66,8 @@ class WorldCourse:
         return tuple(self._settings.parts)
 
     def spans(self, name: str, until: float | None = None) -> tuple[PartSpan, ...]:
-        """Return all spans of a part up to the end of the timeline or another time [s]. Raises KeyError."""
+        """Return all spans of a part up to a time [s], by default up to the end of the timeline. Raises KeyError for an
+        unknown part."""
         self._advance(self.timeline.end if until is None else until)
         found = self._history.rows(("spans", name))
         if not found:
@@ -79,11 +77,11 @@ class WorldCourse:
         return tuple(PartSpan(one.begin, one.kind, one.T, end, one.on) for one, end in spans)
 
     def pose(self, name: str, t: float) -> Transform:
-        """Return T_world_part at t [s]. Raises KeyError."""
+        """Return T_world_part at t [s]. Raises KeyError for an unknown part."""
         return self.state(name, t).pose
 
     def state(self, name: str, t: float) -> PartState:
-        """Return the state of a part at t [s]. Raises KeyError."""
+        """Return the state of a part at t [s]. Raises KeyError for an unknown part."""
         t = self._advance(t)
         span = self._simulation.span(name, t)
         kind, pose = span.kind, span.T
@@ -103,8 +101,7 @@ class WorldCourse:
 
     def opening(self, t: float) -> float:
         """Return how far the fingers are open at t [s]: 1 is open, 0 closed. Fingers stop at the part that they take.
-        While they move, this is the opening from which they started.
-        """
+        While the fingers move, return the opening from which they started."""
         return self._grip(t)[1]
 
     def _grip(self, t: float) -> tuple[str | None, float]:
@@ -131,7 +128,7 @@ class WorldCourse:
         return None if found is None else found[0]
 
     def standing(self, t: float) -> Mapping[str, Transform]:
-        """Return the parts that stand at t [s], each with its T_world_part."""
+        """Return the parts that are at rest at t [s], outside the hand, each with its T_world_part."""
         t = self._advance(t)
         with self._lock:
             done, found = self._standing
@@ -151,7 +148,8 @@ class WorldCourse:
             return found
 
     def moves(self, begin: float, end: float) -> list[tuple[float, str]]:
-        """Return when parts begin a new span, after `begin` and up to `end` [s], and their names."""
+        """Return the times after `begin` and up to `end` [s] at which parts begin a new span, with the names of the
+        parts."""
         self._advance(end)
         return list(self._history.between(MOVES, begin, end))
 
@@ -161,7 +159,8 @@ class WorldCourse:
         return float(move[0]) if move else self.begins
 
     def signal(self, number: int, t: float) -> bool | None:
-        """Return the state of an input at t [s]: off before the course begins, None if nothing computes it."""
+        """Return the state of an input at t [s]: off before the course begins, None if the world does not compute this
+        input."""
         if number not in self._settings.computed:
             return None
         self._advance(t)
@@ -169,9 +168,8 @@ class WorldCourse:
         return bool(change and change[1])
 
     def next_change(self, after: float, until: float = inf) -> tuple[float, int, bool] | None:
-        """Return the first change of an input after `after` and up to `until` [s]: its time, signal and state. Others
-        may change at the same instant.
-        """
+        """Return the first change of an input after `after` and up to `until` [s]: its time, signal and state. Other
+        inputs may change at the same instant."""
         while True:
             changes, place = self._history.rows(CHANGES), self._history.count(CHANGES, after)
             if place < len(changes):
@@ -188,10 +186,9 @@ class WorldCourse:
         return {number: on for _, number, on in self._history.between(CHANGES, nextafter(t, -inf), t)}
 
     def rows(self, begin: float, end: float) -> CourseRows:
-        """Return the rows that begin at `begin` or later and before `end` [s]. Infinity as `end`: as far as the course
-        is computed, at least to the end of the timeline. Rows with which the course begins count as earlier than all
-        times.
-        """
+        """Return the rows that begin at `begin` or later and before `end` [s]. If `end` is infinite, return all rows
+        computed so far, at least up to the end of the timeline. The rows of the start state count as earlier than all
+        times."""
         if self._simulation.next_time < end:
             self._advance(nextafter(end, -inf) if end < inf else self.timeline.last)
 
@@ -211,9 +208,8 @@ class WorldCourse:
         )
 
     def known_until(self, wanted: float) -> float:
-        """Carry out the happenings of the next instant if that is not after `wanted` [s]. Return the time before which
-        everything is computed then; infinity if nothing is due any more.
-        """
+        """Simulate the events of the next instant if it is not after `wanted` [s]. Return the time before which
+        everything is then computed; infinity if no event is left."""
         with self._lock:
             if self._simulation.next_time <= wanted:
                 self._simulation.advance(self._simulation.next_time)
@@ -221,16 +217,15 @@ class WorldCourse:
 
     @property
     def notes(self) -> tuple[tuple[float, str, str], ...]:
-        """The notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on
-        nothing), FALL, EDGE, FEEDER, ENDLESS.
-        """
+        """The notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on nothing),
+        FALL (a part falls), EDGE (a part rests on an edge), FEEDER (a feeder cannot bring a part), ENDLESS (rules
+        trigger each other without end)."""
         self._advance(self.timeline.end)
         return tuple(self._history.rows(NOTES))
 
     def state_at(self, t: float) -> WorldState | None:
-        """Return the state of the world just before t [s], or the state with which the course begins; None if that is
-        the state of the scene.
-        """
+        """Return the state of the world just before t [s], or the state with which the course begins. Return None if
+        that state is the scene itself."""
         if t <= self.begins:
             return self.timeline.world
         self._advance(t)
@@ -238,7 +233,7 @@ class WorldCourse:
             return state_at(self._history, self._settings, t)
 
     def _advance(self, until: float) -> float:
-        """Carry out all that is due up to a time [s]. Return the later of this time and the beginning of the course."""
+        """Simulate up to a time [s]. Return this time or the start of the course, whichever is later."""
         simulation = self._simulation
         if self._history.now < until or simulation.next_time <= until:
             with self._lock:
@@ -246,21 +241,20 @@ class WorldCourse:
         return max(until, self.begins)
 
 
-MAX_COURSES = 6  # maximum number of kept courses, of the latest versions
+MAX_COURSES = 6  # maximum number of courses kept in memory
 
 
 class World:
-    """An arm in a cell. It keeps the courses of the timeline versions that were queried last. Any thread may call any
-    method.
-    """
+    """The world of an arm in a cell. It keeps the courses of the most recently queried timeline versions. All methods
+    may be called from any thread."""
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:
         self.cell, self.settings = cell, WorldSettings(arm, cell)
-        self._courses: list[WorldCourse] = []  # the latest one is last
+        self._courses: list[WorldCourse] = []  # the most recently used course is last
         self._lock = Lock()
 
     def course(self, timeline: Timeline) -> WorldCourse:
-        """Return the course of a timeline."""
+        """Return the course of a timeline; compute a new one if none is kept."""
         with self._lock:
             found = next((one for one in self._courses if one.timeline is timeline), None)
             if found is None:
@@ -279,7 +273,7 @@ class World:
                 yield name, state.pose
 
     def _continued_course(self, timeline: Timeline) -> WorldCourse:
-        """Return a new course that continues the kept one with the longest common beginning."""
+        """Return a new course. It continues the kept course that agrees longest with this timeline from the start."""
         best, since = None, timeline.start
         for course in reversed(self._courses):
             if course.timeline.world is not timeline.world:
@@ -287,6 +281,6 @@ class World:
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same
-            if same >= course.timeline.end:  # the timeline continues this one
+            if same >= course.timeline.end:  # the new timeline only continues that course's timeline
                 break
         return WorldCourse(self.settings, timeline) if best is None else best.for_edit(timeline, since)

@@ -1,6 +1,5 @@
-"""The history of a world: values that are computed forward in time and can be taken back to any earlier time; and a
-grid that finds the standing bodies of a place and the surface below a body.
-"""
+"""The history of a world: values that are computed forward in time and can be reverted to any earlier time. Also a grid
+that finds the resting bodies near a place and the surface below a body."""
 
 from __future__ import annotations
 
@@ -17,13 +16,12 @@ from vrs_cli.kinematics.transform import Transform, moved_point
 from vrs_cli.values.world import CellScene, Happening
 from vrs_cli.world.solids import Bounds, Solids, bounds, drop, overlap, point_drop
 
-CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees"  # keys of rows
+CHANGES, GRIPS, MOVES, NOTES, SEES = "changes", "grips", "moves", "notes", "sees"  # keys of the rows in a history
 
 
 class Due(NamedTuple):
-    """A planned happening and its time. At one instant the order is by rank, within one rank by the order of
-    planning.
-    """
+    """A planned event and its time. Events at the same instant are ordered by rank, then by the order in which they
+    were planned."""
 
     time: float
     rank: int
@@ -32,9 +30,8 @@ class Due(NamedTuple):
 
 
 class WorldHistory:
-    """Values by key, planned happenings, and rows by key. Rows are tuples that begin with their time; they are only
-    added. `back_to` takes back what was set and added.
-    """
+    """Values by key, planned events, and rows by key. A row is a tuple that begins with its time; rows are only
+    appended. `back_to` reverts everything to an earlier time."""
 
     def __init__(self) -> None:
         self.now = -inf
@@ -53,7 +50,7 @@ class WorldHistory:
         return self._values.get(key, default)
 
     def items(self, kind: str) -> dict[Any, Any]:
-        """Return the values whose keys are pairs that begin with `kind`, by the second half of the key."""
+        """Return the values whose keys are pairs (`kind`, x), as a dict from x to the value."""
         return {key[1]: value for key, value in self._values.items() if isinstance(key, tuple) and key[0] == kind}
 
     def set(self, key: Hashable, value: Any) -> None:
@@ -64,24 +61,24 @@ class WorldHistory:
         return self._rows.get(key, ())
 
     def count(self, key: Hashable, t: float) -> int:
-        """Return the number of rows that begin by t [s]."""
+        """Return the number of rows that begin at t [s] or earlier."""
         return bisect_right(self.rows(key), t, key=itemgetter(0))
 
     def last(self, key: Hashable, t: float) -> Any:
-        """Return the last row that begins by t [s]; None if there is none."""
+        """Return the last row that begins at t [s] or earlier; None if there is none."""
         count = self.count(key, t)
         return self.rows(key)[count - 1] if count else None
 
     def between(self, key: Hashable, begin: float, end: float) -> Sequence[Any]:
-        """Return the rows that begin after `begin` and by `end` [s]."""
+        """Return the rows that begin after `begin` and not later than `end` [s]."""
         return self.rows(key)[self.count(key, begin) : self.count(key, end)]
 
     def add(self, key: Hashable, row: tuple[Any, ...]) -> None:
-        """Add a row that begins with the present time."""
+        """Append a row; its first element is the current time."""
         self._rows.setdefault(key, []).append(row)
 
     def back_to(self, t: float) -> None:
-        """Take back all that happened at t [s] and later."""
+        """Revert all changes that were made at t [s] and later."""
         while self._trail and self._trail[-1][0] >= t:
             _, key, before = self._trail.pop()
             if before is _MISSING:
@@ -92,11 +89,11 @@ class WorldHistory:
             del rows[bisect_left(rows, (t,)) :]
         self.now = min(self.now, t)
 
-    # --- what is due ---
+    # --- planned events ---
 
     @property
     def due(self) -> tuple[Due, ...]:
-        """All planned happenings, the earliest first."""
+        """All planned events, the earliest first."""
         found: tuple[Due, ...] = self._values.get("due", ())
         return found
 
@@ -108,13 +105,13 @@ class WorldHistory:
         self.set("due", (*due[:place], one, *due[place:]))
 
     def take(self) -> Due:
-        """Remove and return the earliest planned happening."""
+        """Remove and return the earliest planned event."""
         first, *later = self.due
         self.set("due", tuple(later))
         return first
 
     def drop(self, is_dropped: Callable[[Happening], bool]) -> None:
-        """Remove the planned happenings that `is_dropped` selects."""
+        """Remove the planned events for which `is_dropped` returns True."""
         left = tuple(one for one in self.due if not is_dropped(one.what))
         if len(left) < len(self.due):
             self.set("due", left)
@@ -123,25 +120,25 @@ class WorldHistory:
 _MISSING = object()
 
 
-CELL = 0.1  # [m] between the lines of the grid
-MAX_CELLS = 100  # maximum number of cells of a body; a larger body is always a candidate
-PRESSED = 0.005  # [m] a body may be pressed so far into its support
-LEVEL = 1e-4  # [m] bodies whose heights differ less carry together
-FALLS = 1e-3  # [m] a smaller fall is not reported
+CELL = 0.1  # [m] width of a cell of the grid
+MAX_CELLS = 100  # maximum number of grid cells of a body; a larger body is compared with every other body
+PRESSED = 0.005  # [m] maximum depth to which a body may be pressed into its support
+LEVEL = 1e-4  # [m] tolerance for equal heights: bodies of equal height support a body together
+FALLS = 1e-3  # [m] minimum height of a fall that is reported
 FLOOR = "floor"
 
 
 class Below(NamedTuple):
-    """The surface on which a body would stand: how far the body sinks to it [m], and the names of the bodies that carry
-    it.
-    """
+    """The surface on which a body would come to rest: the distance to it [m], and the names of the bodies that would
+    support it."""
 
     drop: float
     on: tuple[str, ...]
 
 
 def floor_height(scene: CellScene, model: RobotModel) -> float:
-    """Return the height of the floor in the world [m]: the floor of the cell, or the surface under the robot."""
+    """Return the height of the floor in the world [m]: the floor of the cell, or the surface on which the robot
+    stands."""
     if scene.floor is not None:
         return scene.floor
     heights = [0.0]
@@ -158,7 +155,7 @@ def floor_height(scene: CellScene, model: RobotModel) -> float:
 
 
 def cells(area: Bounds) -> Iterator[tuple[int, int]] | None:
-    """Return the cells of the grid that a body covers, seen from above; None if they are too many."""
+    """Return the grid cells that a body covers, seen from above; None if there are more than MAX_CELLS."""
     first_x, last_x, first_y, last_y = (floor(edge / CELL) for edge in area[:4])
     if (last_x - first_x + 1) * (last_y - first_y + 1) > MAX_CELLS:
         return None
@@ -171,7 +168,7 @@ def below(
     others: Iterable[tuple[str, Solids, Transform, Bounds]],
     floor_at: float,
 ) -> Below:
-    """Return the surface below a body: the floor, or the highest of the others."""
+    """Return the surface below a body: the floor, or the highest of the other bodies below it."""
     area = bounds(solids, T_world_body)
     found = [(max(0.0, area[4] - floor_at), FLOOR)]
     for name, shape, T, room in others:
@@ -186,7 +183,7 @@ def below(
 
 
 def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tuple[Solids, Transform, Bounds]]) -> bool:
-    """Return whether the middle of a body is above one of its carriers, or between several of them."""
+    """Return whether the middle of a body is above one of the bodies that support it, or between several of them."""
     middles = [moved_point(T_world_body, one.middle) for one in solids]
     x, y = (sum(middle[axis] for middle in middles) / len(middles) for axis in (0, 1))
     area, rooms = bounds(solids, T_world_body), []
@@ -204,11 +201,11 @@ def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tupl
     return True
 
 
-# --- the grid of all that stands ---
+# --- the grid of all bodies at rest ---
 
 
 def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform) -> None:
-    """Record that a body stands at a pose from now on."""
+    """Record that a body is at rest at a pose from now on."""
     lift(history, name)
     area = bounds(solids, T_world_body)
     covered = cells(area)
@@ -229,13 +226,13 @@ def lift(history: WorldHistory, name: str) -> None:
 
 
 def standing_body(history: WorldHistory, name: str) -> tuple[Solids, Transform, Bounds]:
-    """Return a standing body: its solids, T_world_body and bounds."""
+    """Return the solids, T_world_body and bounds of a body at rest."""
     solids, T, area, _ = history.get(("place", name))
     return solids, T, area
 
 
 def near(history: WorldHistory, area: Bounds) -> list[str]:
-    """Return the names of the standing bodies whose bounds overlap an area."""
+    """Return the names of the bodies at rest whose bounds overlap an area."""
     found = set(history.get(("cell",), ()))
     covered = cells(area)
     if covered is None:
@@ -246,7 +243,7 @@ def near(history: WorldHistory, area: Bounds) -> list[str]:
 
 
 def below_in(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform, floor_at: float) -> Below:
-    """Return the surface below a body at a place, among all standing bodies."""
+    """Return the surface below a body at a pose, among all bodies at rest."""
     x, X, y, Y, _, top = bounds(solids, T_world_body)
     others = (
         (other, *standing_body(history, other)) for other in near(history, (x, X, y, Y, -inf, top)) if other != name

@@ -1,9 +1,7 @@
-"""Find when a moving body enters and leaves the region of a sensor, by conservative advancement with bounds on speeds.
-
-No step is longer than the distance allows at the greatest possible speed (Mirtich and Canny, Impulse-based simulation
-of rigid bodies, 1995). A segment is searched in its own time, and the result is kept with its path. If an edit only
-shifts the segment, the result is used again, so no bit changes.
-"""
+"""Find when a moving body enters and leaves the region of a sensor, by conservative advancement. Each step is so short
+that the body, at its maximum speed, cannot move farther than its distance from the region (Mirtich and Canny,
+Impulse-based simulation of rigid bodies, 1995). A segment is searched in its own time, and the result is kept with its
+path. An edit that only shifts the segment uses the same result, so no bit changes."""
 
 from __future__ import annotations
 
@@ -32,14 +30,15 @@ from vrs_cli.values.commands import Frames
 from vrs_cli.values.world import Beam, Proximity, Zone
 from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 
-GRAVITY = 9.81  # [m/s2]
-MIN_STEP_S = 2.0**-11  # [s] the shortest step: half a millisecond, so that nothing of 1 ms is missed
-FINEST = 2.0**-22  # [s] found instants are multiples of this, from the start of their segment
+GRAVITY = 9.81  # [m/s2] acceleration of gravity
+MIN_STEP_S = 2.0**-11  # [s] minimum step: half a millisecond, so that no stay of 1 ms in a region is missed
+FINEST = 2.0**-22  # [s] resolution of the instants found, counted from the start of their segment
 MAX_PASSAGES = 100_000  # maximum number of kept search results
 
 
 class Crossing(NamedTuple):
-    """A body enters or leaves a region, which is given by its number. `time`: seconds since the motion began."""
+    """A crossing: a body enters (`inside`) or leaves the region with the number `region`. `time`: seconds since the
+    motion began."""
 
     time: float
     region: int
@@ -47,16 +46,15 @@ class Crossing(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """The regions in which a body is when its motion begins, and its crossings in order of time."""
+    """The regions in which a body is when its motion begins, and its crossings of regions in order of time."""
 
     begins_in: frozenset[int]
     crossings: tuple[Crossing, ...]
 
 
 class Region(NamedTuple):
-    """The region of a sensor: a solid, its T_region_world, and a function that returns the distance of a point from the
-    solid in the region's frame.
-    """
+    """The region of a sensor: a solid, its T_region_world, and a function that returns the distance between a point and
+    the solid, in the region's frame."""
 
     solid: Solid
     T_region_world: Transform
@@ -83,7 +81,7 @@ def _from_box(size: Vector) -> Callable[[Vector], float]:
 
 
 def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
-    """Return the distance of a point from a cylinder with round ends. `end`: one end of its axis."""
+    """Return the distance between a point and a cylinder with round ends. `end`: one end of its axis."""
     mx, my, mz = rod.middle
     ax, ay, az = vector_difference(end, rod.middle)
     square = ax * ax + ay * ay + az * az
@@ -97,7 +95,7 @@ def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
 
 
 class SeenBody(NamedTuple):
-    """A body as sensors see it, at a pose that is fixed at the flange, or at the tool's tip (`at_tool`)."""
+    """A body that sensors can see, at a fixed pose T relative to the flange, or to the tool's tip (`at_tool`)."""
 
     body: str
     T: Transform
@@ -105,9 +103,8 @@ class SeenBody(NamedTuple):
 
 
 class Way(NamedTuple):
-    """The motion of a named body over a stretch of time: its pose by the time since the start [s], and a bound on the
-    speed of all its points [m/s], which grows no faster than `growth` [m/s2].
-    """
+    """The motion of a named body: its pose as a function of the time since the start [s], and a bound on the speed of
+    all its points [m/s]. `growth`: the maximum rate at which that bound increases [m/s2]."""
 
     body: str
     pose: Callable[[float], Transform]
@@ -123,16 +120,16 @@ class Sensing:
         self._arm, self._bodies, self.regions = arm, bodies, regions
         self._levers = levers(arm.model)[1]
         self._known: dict[object, tuple[object, Passage]] = {}
-        self.looks = 0  # number of poses that were examined
+        self.looks = 0  # number of distances computed
 
     def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
-        """Return the numbers of the regions that a body at a fixed pose is in."""
+        """Return the numbers of the regions in which a body at a fixed pose is."""
         return self._recall(
             (body, T_world_body), None, Way(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)
         ).begins_in
 
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
-        """Return the passage of a body at the arm through a segment, timed from the segment's start."""
+        """Return the passage of a body that the arm moves through a segment; times count from the segment's start."""
         path = segment.path
         known = self._known.get((id(path), segment.duration, sight))
         if known is not None:
@@ -140,7 +137,8 @@ class Sensing:
         return self._recall((id(path), segment.duration, sight), path, self._way(sight, segment))
 
     def in_fall(self, body: str, T_world_body: Transform, duration: float) -> Passage:
-        """Return the passage of a body that falls from rest for `duration` [s]."""
+        """Return the passage of a body that falls from rest for `duration` [s]; times count from the start of the
+        fall."""
 
         def pose(s: float) -> Transform:
             return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)
@@ -149,9 +147,8 @@ class Sensing:
         return self._recall((body, T_world_body, duration), None, way)
 
     def _recall(self, key: object, kept: object, way: Way) -> Passage:
-        """Return the kept passage, or search it now and keep it. `kept`: an object whose id is in the key, kept alive
-        with it.
-        """
+        """Return the passage from the cache, or compute and cache it. `kept`: an object whose id is in the key; the
+        cache keeps it alive."""
         found = self._known.get(key)
         if found is None:
             if len(self._known) >= MAX_PASSAGES:
@@ -161,7 +158,7 @@ class Sensing:
         return found[1]
 
     def _passage(self, way: Way) -> Passage:
-        """Search the crossings of a way with all regions that the body can reach."""
+        """Find the crossings of a moving body with all regions that it can reach."""
         T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
         far = _farthest(way)
         for number, region in enumerate(self.regions):
@@ -203,7 +200,7 @@ class Sensing:
                 return sum([lever * abs(value(rate, s)) for lever, rate in zip(arms, rates, strict=True)])
 
             return Way(sight.body, pose, pace, growth, duration)
-        if self._arm.steady is not None:  # the tool turns differently from the path: only short steps are safe
+        if self._arm.steady is not None:  # no bound is known for the tool: use minimum steps
             return Way(sight.body, pose, lambda _: inf, 0.0, duration)
         base = inverse(frames.base)
         at_tip = sight.T if sight.at_tool else compose(inverse(frames.tool), sight.T)
@@ -221,7 +218,7 @@ class Sensing:
     # --- the search ---
 
     def _search(self, way: Way, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
-        """Yield whether the body is in a region: first at the start, then after each change."""
+        """Yield (time, inside): whether the body is in a region at the start, then after each change."""
         s, gap = 0.0, self._clearance(way, 0.0, region)
         yield 0.0, gap <= 0.0
         while s < way.duration and not still:
@@ -232,7 +229,7 @@ class Sensing:
             s, gap = later, after
 
     def _instant(self, way: Way, region: int, between: tuple[float, float], before: bool) -> float:
-        """Return the instant of a change between two times, found by bisection."""
+        """Return the instant at which the body enters or leaves a region between two times, found by bisection."""
         low, high = int(between[0] / FINEST), ceil(between[1] / FINEST)
         while high - low > 1:
             middle = (low + high) // 2
@@ -244,21 +241,22 @@ class Sensing:
 
 
 def _farthest(way: Way) -> float:
-    """Return a bound on how far a point of the body moves [m]."""
+    """Return an upper bound on the distance that a point of the body moves [m]."""
     if not way.duration:
         return 0.0
     return way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2
 
 
 def _safe(gap: float, pace: float, growth: float) -> float:
-    """Return a time [s] in which the body moves at most `gap` [m]: pace h + growth h^2 / 2 <= gap."""
+    """Return a time h [s] in which the body moves at most `gap` [m]: pace h + growth h^2 / 2 <= gap."""
     if growth > 0.0:
         return (sqrt(pace * pace + 2.0 * growth * gap) - pace) / growth
     return gap / pace if pace > 0.0 else inf
 
 
 def _most(row: Polynomial, duration: float, order: int) -> float:
-    """Return a bound on a derivative of a polynomial from 0 to `duration`."""
+    """Return an upper bound on the absolute value of a polynomial's derivative from 0 to `duration`. `order`: the order
+    of the derivative."""
     found = 0.0
     for power in range(order, len(row)):
         factor = abs(row[power])
@@ -269,15 +267,14 @@ def _most(row: Polynomial, duration: float, order: int) -> float:
 
 
 def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:
-    """Return a lower bound of the distance of a body from a region [m]. If it is 0 or negative, the body is in the
-    region, at least so deep. The sign is exact.
-    """
+    """Return a lower bound on the distance between a body and a region [m]. It is 0 or negative exactly if the body
+    touches or overlaps the region; then its absolute value is at most the depth."""
     T_region_body = compose(region.T_region_world, T_world_body)
     return min([_clearance(solid, T_region_body, region) for solid in solids])
 
 
 def _far_apart(solids: Solids, T_world_body: Transform, region: Region) -> float:
-    """Return a quick lower bound of the distance."""
+    """Return a lower bound on the distance between a body and a region [m] that is quick to compute."""
     T = compose(region.T_region_world, T_world_body)
     return min([region.distance(moved_point(T, one.middle)) - one.reach for one in solids])
 
@@ -286,7 +283,7 @@ def _clearance(solid: Solid, T_region_body: Transform, region: Region) -> float:
     between = region.distance(moved_point(T_region_body, solid.middle))
     if between > 1.5 * solid.reach:
         return between - solid.reach
-    if between <= 0.0 < solid.depth:  # the ball in the solid bounds the depth
+    if between <= 0.0 < solid.depth:  # the ball inside the solid gives a minimum depth
         return between - solid.depth
     found = separation(solid, T_region_body, region.solid).distance
     return found if found > 0.0 else min(found, between - solid.depth, -0.0)

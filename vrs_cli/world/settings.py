@@ -1,6 +1,5 @@
-"""The parts of a world that never change (solids by name, regions of sensors, rules by signal); what the hand takes;
-and states that are read from a history and written into a new one.
-"""
+"""The constant parts of a world (solids by name, regions of sensors, rules by signal); the choice of the part that the
+hand takes; and world states, read from a history or written into a new one."""
 
 from __future__ import annotations
 
@@ -17,15 +16,15 @@ from vrs_cli.world.history import CHANGES, FALLS, GRIPS, SEES, WorldHistory, bel
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
 from vrs_cli.world.solids import Solids, point_apart, solids_of, spread
 
-FINGERS = ""  # the name of the hand's fingers among bodies
-OPENING = 0.1  # [m] the width of a hand without a given width
+FINGERS = ""  # the hand's fingers are a body with this name
+OPENING = 0.1  # [m] default width of the open hand
 
 
 class WorldSettings:
-    """An arm in a cell. `opening`: the width of the open hand [m]. `fed`: the parts that feeders bring. `rules`: the
-    rules that the world applies, with their numbers, by the signal that they follow. `computed`: the inputs that the
-    world sets; `sensed`: those that sensors set. `at_start`: a history that has the bodies at the start.
-    """
+    """The constant data of an arm in a cell. `opening`: the width of the open hand [m]. `fed`: the parts that feeders
+    bring. `rules`: the rules that the world applies, with their numbers, by the signal that triggers them. `computed`:
+    the inputs that the world sets; `sensed`: the inputs that sensors set. `at_start`: a history that contains the
+    bodies present at the start."""
 
     def __init__(self, arm: RobotArm, cell: Cell) -> None:
         scene = cell.scene
@@ -55,7 +54,7 @@ class WorldSettings:
         self.computed = frozenset(self.sensed | followed)
 
     def fits(self, state: world.WorldState) -> bool:
-        """Return whether a state belongs to this cell."""
+        """Return whether a state names only parts, sensors, feeders and sinks of this cell."""
         falling = {one.what.part for one in state.due if isinstance(one.what, world.PartLands)}
         bodies = falling | {state.held or FINGERS, *state.stack, *state.inside}
         regions = [region for several in state.inside.values() for region in several]
@@ -71,7 +70,7 @@ class WorldSettings:
         )
 
     def stood_on(self, name: str) -> str:
-        """Return the body on which a part stands at the start; "" if nothing is just below it."""
+        """Return the body on which a part rests at the start; "" if nothing is directly below it."""
         known = self._stood_on.get(name)
         if known is None:
             found = below_in(self.at_start, name, self.solids[name], self.parts[name].T_world_part, self.floor)
@@ -89,9 +88,8 @@ def part_between(
     gap: tuple[float, float],
     tell: Callable[[str, str], None] | None = None,
 ) -> tuple[str, float] | None:
-    """Return the part between fingers whose gap changes from one width to another, and the part's width [m]. Of several
-    parts, return the part nearest to the tip. `tell` gets the reason if there is none.
-    """
+    """Return the part between fingers whose gap closes from gap[0] to gap[1], and the part's width [m]. If there are
+    several parts, return the part nearest to the tip. If there is none, pass the reason to `tell`."""
     tip, axis = position(tool), (tool.nx, tool.ny, tool.nz)
     tolerance, found, wide = settings.scene.gripper.tolerance, list[tuple[float, str, float]](), ""
     for name, T in parts:
@@ -116,9 +114,8 @@ def part_between(
 
 
 def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
-    """Record the held part, and how far the hand is open from now on. Fingers stop at the part. While they move, their
-    old opening counts.
-    """
+    """Record the held part, and how far the hand is open from now on. Fingers stop at the part that they hold. While
+    the fingers move, record their old opening."""
     name, opening = history.get("held"), history.get("hand")
     if name is not None:
         opening = max(opening, history.get("width") / settings.opening)
@@ -131,9 +128,8 @@ def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
 def _hold_of(
     part: world.ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector
 ) -> tuple[float, float, float]:
-    """Return the distance of the tool's tip from where a part can be taken, and the part's extent along the closing
-    axis there: both ends, seen from the tip [m].
-    """
+    """Return the distance between the tool's tip and the nearest point at which a part can be gripped, and the two ends
+    of the part along the closing axis there, relative to the tip [m]."""
     if not part.grasp:
         low, high = spread(solids, T, axis)
         at = dot(tip, axis)
@@ -146,11 +142,11 @@ def _hold_of(
     return away_from, offset - 0.5 * wide, offset + 0.5 * wide
 
 
-ALONE = ("hand", "held", "width", "stack")  # values of equal names in history and state
+ALONE = ("hand", "held", "width", "stack")  # values that have the same name in a history and in a state
 
 
 def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> world.WorldState:
-    """Return the state just before a time that the history has reached [s]."""
+    """Return the state of the world just before t [s], a time that the history has reached."""
     history = history.copy()
     history.back_to(t)
     return world.WorldState(
@@ -170,7 +166,7 @@ def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> world.
 
 
 def restore(history: WorldHistory, settings: WorldSettings, state: world.WorldState) -> None:
-    """Begin a new history with a state. The history has all bodies as at the start of the scene."""
+    """Start a new history from a saved state. The history already contains all bodies as at the start of the scene."""
     history.now = state.time
     for key in ALONE:
         history.set(key, getattr(state, key))
@@ -193,6 +189,6 @@ def restore(history: WorldHistory, settings: WorldSettings, state: world.WorldSt
             history.set((kind, place), count)
     for time, what in state.due:
         if isinstance(what, world.PartLands):
-            put(history, what.part, settings.solids[what.part], what.T)  # parts that fall later can land on it
+            put(history, what.part, settings.solids[what.part], what.T)  # so that parts that fall later can land on it
         history.plan(time, what)
     add_grip(history, settings)

@@ -1,6 +1,5 @@
-"""Simulate a world forward in time, from cause to cause: parts that the hand takes and releases, falls, feeders, sinks,
-sensors, and the signals that rules set.
-"""
+"""Simulate a world forward in time, event by event: parts that the hand takes and releases, falls, feeders, sinks,
+sensors, and the signals that rules set."""
 
 from __future__ import annotations
 
@@ -34,12 +33,13 @@ from vrs_cli.world.sensing import GRAVITY, Passage, SeenBody
 from vrs_cli.world.settings import SLACK, WorldSettings, add_grip, part_between, restore
 from vrs_cli.world.solids import bounds, point_apart
 
-STANDS = 1e-7  # [m] a part that would fall less stands
-MAX_AT_ONE_INSTANT = 1000  # maximum number of happenings at one instant; stops rules that trigger each other
+STANDS = 1e-7  # [m] tolerance for support: a part this close above a surface rests on it
+MAX_AT_ONE_INSTANT = 1000  # maximum number of events at one instant; stops rules that trigger each other
 
 
 class ArmEnters(world.Happening, frozen=True):
-    """The arm enters a segment, given by its index. The part of the segment after `since` [s] counts."""
+    """The event that the arm begins the segment with this index. Only the part of the segment after `since` [s]
+    counts."""
 
     segment: int
     since: float
@@ -50,7 +50,7 @@ class ArmEnters(world.Happening, frozen=True):
 
 
 class StackFalls(world.Happening, frozen=True):
-    """The bodies that stood on the held part fall, because the arm moves away with it."""
+    """The event that the bodies on the held part fall, because the arm begins to move the part away."""
 
     @property
     def rank(self) -> int:
@@ -58,9 +58,8 @@ class StackFalls(world.Happening, frozen=True):
 
 
 class Simulation:
-    """The simulation of one timeline. `history` has everything that is computed already. Only one thread may use it at
-    a time.
-    """
+    """The simulation of one timeline. `history` contains everything computed so far. Only one thread may use it at a
+    time."""
 
     def __init__(self, settings: WorldSettings, timeline: Timeline, history: WorldHistory) -> None:
         self._settings, self._timeline, self.history = settings, timeline, history
@@ -69,14 +68,14 @@ class Simulation:
 
     @property
     def next_time(self) -> float:
-        """The time of the next happening [s]; infinity if there is none."""
+        """The time of the next event [s]; infinity if there is none."""
         history, timeline = self.history, self._timeline
         index = history.get("events")
         event = timeline.event(index).time if index < timeline.event_count else inf
         return min(event, history.due[0].time if history.due else inf)
 
     def advance(self, until: float) -> None:
-        """Carry out all happenings up to a time [s]."""
+        """Simulate all events up to a time [s]."""
         history, timeline = self.history, self._timeline
         instant, count = -inf, 0
         while (coming := self.next_time) <= until and coming < inf:
@@ -86,7 +85,7 @@ class Simulation:
                 history.set("events", index + 1)
                 self._set_channel(timeline.event(index))
                 continue
-            count = count + 1 if coming == instant else 0  # counts only consequences: events of the timeline end
+            count = count + 1 if coming == instant else 0  # the timeline has finitely many events
             instant = coming
             if count > MAX_AT_ONE_INSTANT:
                 self._note("ENDLESS", "rules of the cell drive each other without end")
@@ -96,7 +95,7 @@ class Simulation:
         history.now = max(history.now, until) if until < inf else history.now
 
     def begin(self) -> None:
-        """Begin with the scene, at the start of the timeline."""
+        """Start the simulation with the scene, at the start of the timeline."""
         settings, history = self._settings, self.history
         start = history.now = self._timeline.start
         history.set("events", 0)
@@ -113,13 +112,13 @@ class Simulation:
         self.follow_arm()
 
     def resume(self, state: world.WorldState) -> None:
-        """Begin with a state at the start of the timeline."""
+        """Start the simulation with a saved state, at the start of the timeline."""
         restore(self.history, self._settings, state)
         self.history.set("events", self._timeline.events_by(state.time, before=True))
         self.follow_arm()
 
     def follow_arm(self) -> None:
-        """Plan the events that follow from the motion of the arm from now on, replacing those planned before."""
+        """Plan the events that follow from the arm's motion from now on. They replace those planned before."""
         history = self.history
         history.drop(lambda what: what.follows_arm)
         if self._settings.sensing.regions:
@@ -153,7 +152,7 @@ class Simulation:
     def _note(self, kind: str, text: str) -> None:
         self.history.add(NOTES, (self.history.now, kind, text))
 
-    # --- where things are ---
+    # --- poses and spans ---
 
     def span(self, name: str, t: float) -> world.PartBegin:
         """Return the span of a part at a time [s], or its first known span. Raises KeyError."""
@@ -163,18 +162,18 @@ class Simulation:
         return spans[max(self.history.count(("spans", name), t) - 1, 0)]
 
     def flange(self, t: float) -> Transform:
-        """Return T_world_flange."""
+        """Return T_world_flange at a time [s]."""
         arm, frames = self._settings.arm, self._timeline.locate(t)[0].motion.frames
         return world_pose(arm, Frames(frames.base), joints_at(arm, self._timeline, t))
 
     def tool(self, t: float) -> Transform:
-        """Return T_world_tool."""
+        """Return T_world_tool at a time [s]."""
         return compose(self.flange(t), self._timeline.locate(t)[0].motion.frames.tool)
 
     # --- signals ---
 
     def _set_channel(self, event: Event) -> None:
-        """Carry out an event of the timeline."""
+        """Apply an event of the timeline: set a signal, or open or close the hand."""
         if event.observed:
             return
         if event.channel != HAND:
@@ -184,7 +183,7 @@ class Simulation:
         history, opening = self.history, self._settings.opening
         gap = history.get("hand") * opening
         for due in history.due:
-            if isinstance(due.what, world.FingersArrive):  # fingers that move close further
+            if isinstance(due.what, world.FingersArrive):  # moving fingers close from their first gap
                 gap = due.what.before
         history.set("hand", event.value)
         history.drop(lambda what: isinstance(what, world.FingersArrive))
@@ -196,7 +195,7 @@ class Simulation:
         add_grip(history, self._settings)
 
     def _switch(self, signal: int, on: bool) -> None:
-        """Set the state of a signal, and plan the happenings that follow from it."""
+        """Set the state of a signal, and plan the events that follow from it."""
         history, settings = self.history, self._settings
         if history.get(("signal", signal), False) is on:
             return
@@ -224,20 +223,22 @@ class Simulation:
                 history.plan(now + on_grid(sink.after), world.PartsGo(place))
 
     def _show(self, signal: int, on: bool) -> None:
-        """Pass the state of a sensor to its signal. A negative signal shows the opposite; 0 is none."""
+        """Pass the state of a sensor to its signal. A negative signal shows the opposite state; 0 means that there is
+        no signal."""
         if signal:
             self._switch(abs(signal), on is (signal > 0))
 
     # --- the hand ---
 
     def _arrive(self, before: float, after: float) -> None:
-        """Carry out the arrival of the fingers: their gap has changed from one width to another [m]."""
+        """Take a part, if the hand is empty, when the fingers have closed from the gap `before` to the gap `after`
+        [m]."""
         if self.history.get("held") is None:
             self._take(before, after)
         add_grip(self.history, self._settings)
 
     def _take(self, before: float, after: float) -> None:
-        """Take the part between fingers whose gap has changed from one width to another [m]."""
+        """Take the part between fingers whose gap has closed from `before` to `after` [m]."""
         history = self.history
         t = history.now
         tool = self.tool(t)
@@ -276,7 +277,7 @@ class Simulation:
         self._show(self._settings.scene.gripper.signal, False)
         self._let_go(name, T)
 
-    # --- what stands and falls ---
+    # --- parts at rest and falling parts ---
 
     def _span_begins(self, name: str, kind: world.SpanKind, T: Transform, on: tuple[str, ...] = ()) -> None:
         t = self.history.now
@@ -284,7 +285,7 @@ class Simulation:
         self.history.add(MOVES, (t, name))
 
     def _let_go(self, name: str, T: Transform) -> None:
-        """Let a part at T stand if something is below it, else let it fall straight down."""
+        """Let a part at T come to rest if something supports it; otherwise let it fall straight down."""
         history, settings = self.history, self._settings
         found = below_in(history, name, settings.solids[name], T, settings.floor)
         if found.drop <= STANDS:
@@ -295,7 +296,7 @@ class Simulation:
         lasting = up_to_grid(sqrt(2.0 * found.drop / GRAVITY))
         self._span_begins(name, world.SpanKind.FALLS, T, found.on)
         low = T._replace(pz=T.pz - found.drop)
-        put(history, name, settings.solids[name], low)  # parts that fall later can land on it
+        put(history, name, settings.solids[name], low)  # so that parts that fall later can land on it
         history.plan(history.now + lasting, world.PartLands(name, low, found.on))
         if settings.sensing.regions:
             self._pass(name, settings.sensing.in_fall(name, T, lasting), 0.0, inf, moved=False)
@@ -311,7 +312,7 @@ class Simulation:
             self._note("EDGE", f"{name} rests on an edge of {on[0]}")
 
     def _plan_unstack(self) -> None:
-        """Plan the fall of the bodies that stand on the held part, for the next time the arm moves."""
+        """Plan the fall of the bodies on the held part for the next time the arm moves."""
         history, timeline = self.history, self._timeline
         history.drop(lambda what: isinstance(what, StackFalls))
         t = history.now
@@ -322,7 +323,7 @@ class Simulation:
                 return
 
     def _fall_from(self, names: Iterable[str]) -> None:
-        """Let parts fall that have lost their support, and the parts that stand on them."""
+        """Let parts fall that have lost their support, then the parts that rest on them."""
         history, settings = self.history, self._settings
         waiting = sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name))
         for name in waiting:
@@ -336,7 +337,7 @@ class Simulation:
             self._fall_from(above)
 
     def _standing_on(self, name: str, T: Transform) -> tuple[str, ...]:
-        """Return the parts that stand on a body at T."""
+        """Return the parts that rest on a body at T."""
         settings, history = self._settings, self.history
         x, X, y, Y, low, top = bounds(settings.solids[name], T)
         found = []
@@ -350,7 +351,7 @@ class Simulation:
                     found.append(other)
         return tuple(found)
 
-    # --- what brings and takes parts ---
+    # --- feeders and sinks ---
 
     def _feed(self, place: int) -> None:
         history, feeder = self.history, self._settings.scene.feeders[place]
@@ -365,7 +366,7 @@ class Simulation:
         self._let_go(name, feeder.T_world_part or self._settings.parts[name].T_world_part)
 
     def _clear(self, place: int) -> None:
-        """Remove the parts whose middle is in the zone of a sink."""
+        """Remove the parts at rest whose middle is in the zone of a sink."""
         history, (zone, region) = self.history, self._settings.sinks[place]
         gone, above = [], list[str]()
         for name in near(history, bounds((region.solid,), zone)):
@@ -383,7 +384,7 @@ class Simulation:
     # --- sensors ---
 
     def _enter(self, index: int, since: float) -> None:
-        """Plan the crossings of the hand and of the held part in a segment, from a time on [s]."""
+        """Plan the crossings of the hand and of the held part in a segment, from `since` [s] on."""
         self._watch(self._settings.hand, index, since)
         held = self.history.get("held")
         if held is not None:
@@ -398,9 +399,8 @@ class Simulation:
         self._pass(sight.body, passage, segment.start - since, segment.finish - since, moved=True)
 
     def _pass(self, body: str, passage: Passage, offset: float, until: float, *, moved: bool) -> None:
-        """Plan the crossings of a passage, each `offset` seconds later than its time, and set the present state until
-        the first.
-        """
+        """Plan the crossings of a passage, with `offset` [s] added to their times, and record the regions in which the
+        body is now."""
         history = self.history
         inside = set(passage.begins_in)
         for crossing in passage.crossings:

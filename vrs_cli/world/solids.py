@@ -1,9 +1,7 @@
-"""Convex solids: their distance, their width, and how far one falls onto another.
-
-The distance is found by the method of Gilbert, Johnson and Keerthi (A fast procedure for computing the distance between
-complex objects, IEEE J. Robotics and Automation 4, 1988): it is the distance of the origin from the set of differences
-of points of both solids, searched with simplexes of at most four points. All lengths are in metres.
-"""
+"""Convex solids: their distance, their width, and the height from which one falls onto another. The distance is found
+by the method of Gilbert, Johnson and Keerthi (A fast procedure for computing the distance between complex objects, IEEE
+J. Robotics and Automation 4, 1988). It equals the distance between the origin and the set of differences of points of
+both solids, which is searched with simplexes of at most four points. All lengths are in metres."""
 
 from __future__ import annotations
 
@@ -26,19 +24,18 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.values.world import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
-MAX_STEPS = 64  # maximum number of search steps: smooth solids take about twenty, others five
-CLOSE = 1e-12  # [m] the error with which a search ends
-NOTHING = 1e-11  # [m] solids that are nearer touch
-EDGE = 1e-4  # [m] solids that overlap less, seen from above, are beside each other
+MAX_STEPS = 64  # maximum number of search steps: smooth solids take about twenty, others about five
+CLOSE = 1e-12  # [m] tolerance at which a search ends
+NOTHING = 1e-11  # [m] maximum distance of solids that count as touching
+EDGE = 1e-4  # [m] solids that overlap less than this, seen from above, count as side by side
 
 Support = Callable[[Vector], Vector]
 
 
 class Solid(NamedTuple):
     """A convex solid in its own frame: all points within `radius` of a core. `support` returns the point of the core
-    that is farthest along a direction. `middle`: a point of the core. `reach`: the greatest distance of a point of the
-    solid from it. `depth`: the radius of a ball about it that lies in the solid.
-    """
+    that is farthest along a direction. `middle`: a point of the core. `reach`: the maximum distance from the middle to
+    a point of the solid. `depth`: the radius of a ball around the middle that lies inside the solid."""
 
     support: Support
     radius: float
@@ -51,7 +48,8 @@ Solids = tuple[Solid, ...]  # the solids of one body, in its frame
 
 
 def solids_of(shape: Shape | Beam | Zone | Proximity) -> Solids:
-    """Return the solids of a shape in its frame. For the region of a sensor, `frame_of` returns the frame."""
+    """Return the solids of a shape in its frame. For the region of a sensor, this is the frame that `frame_of`
+    returns."""
     match shape:
         case BoxShape() | Zone():
             x, y, z = (0.5 * side for side in shape.size)
@@ -112,24 +110,22 @@ def _piece(points: Sequence[Vector]) -> Solid:
     return Solid(support, 0.0, middle, reach, 0.0)
 
 
-# --- how far apart ---------------------------------------------------------------------------------------------------
+# --- distance --------------------------------------------------------------------------------------------------------
 
 
 class Separation(NamedTuple):
-    """The distance of two solids [m], 0 or less if they touch. `toward`: the unit vector from the first solid to the
-    second, in the frame of the second; (0, 0, 0) if they touch.
-    """
+    """The distance between two solids [m], 0 or less if they touch. `toward`: the unit vector from the first solid to
+    the second, in the frame of the second; (0, 0, 0) if they touch."""
 
     distance: float
     toward: Vector
 
 
 def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
-    """Return the separation of solid a from solid b. `T_b_a` is the pose of a in the frame of b. If only the rims
-    overlap (the cores, without `radius`, are apart), the distance is negative and exact.
-    """
+    """Return the separation of two solids a and b. `T_b_a` is the pose of a in the frame of b. If only the rims overlap
+    (the cores, without `radius`, are apart), the distance is negative and exact."""
     rims = a.radius + b.radius
-    v = vector_difference(b.middle, moved_point(T_b_a, a.middle))  # from a to b
+    v = vector_difference(b.middle, moved_point(T_b_a, a.middle))  # a vector from solid a to solid b
     if not any(v):
         v = (1e-9, 0.0, 0.0)
     simplex: list[Vector] = []
@@ -145,7 +141,7 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
         nearer, simplex = _nearest(simplex)
         closer = sqrt(dot(nearer, nearer))
         if closer >= gap or (best > NOTHING and (closer < best - NOTHING or len(simplex) == 4)):
-            break  # the remainder is rounding: a separating plane was found
+            break  # only rounding is left: a separating plane was found
         if closer < NOTHING or len(simplex) == 4:
             return Separation(-rims, _ORIGIN)
         v, gap = nearer, closer
@@ -154,7 +150,8 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
 
 
 def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
-    """Return the point of a simplex that is nearest to the origin, and the corners between which it lies."""
+    """Return the point of a simplex that is nearest to the origin, and the corners that span the side on which it
+    lies."""
     match simplex:
         case [a]:
             return a, simplex
@@ -171,9 +168,8 @@ def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
 
 
 def _same_side(a: Vector, b: Vector, c: Vector, d: Vector) -> bool:
-    """Return whether the origin and d lie on the same side of the plane of a, b, c; False if all four points are in a
-    plane.
-    """
+    """Return whether the origin and d are on the same side of the plane through a, b and c; False if all four points
+    are in one plane."""
     normal = cross(vector_difference(b, a), vector_difference(c, a))
     return dot(normal, a) * dot(normal, vector_difference(a, d)) > 0.0
 
@@ -191,7 +187,8 @@ def _on_edge(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
 
 
 def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
-    """Return the nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5), and its corners."""
+    """Return the point of a triangle that is nearest to the origin, and the corners that span it (Ericson, Real-Time
+    Collision Detection, 5.1.5)."""
     ab, ac = vector_difference(b, a), vector_difference(c, a)
     d1, d2 = -dot(ab, a), -dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:
@@ -209,7 +206,7 @@ def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
         return _on_edge(a, c)
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
         return _on_edge(b, c)
-    normal = cross(ab, ac)  # the foot on the plane is more exact than a sum of the corners
+    normal = cross(ab, ac)  # projecting onto the plane is more exact than summing the corners
     square = dot(normal, normal)
     if not square > 0.0:
         return min((_on_edge(a, b), _on_edge(a, c), _on_edge(b, c)), key=lambda found: dot(found[0], found[0]))
@@ -218,11 +215,11 @@ def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
 
 # --- bodies in the world ---------------------------------------------------------------------------------------------
 
-Bounds = tuple[float, float, float, float, float, float]  # least and greatest x, y and z [m]
+Bounds = tuple[float, float, float, float, float, float]  # [m] minimum and maximum x, y and z, in this order
 
 
 def bounds(solids: Solids, T: Transform) -> Bounds:
-    """Return the box around a body at T_world_body, along the axes of the world."""
+    """Return the bounding box of a body at T_world_body, along the axes of the world."""
     (x, X), (y, Y), (z, Z) = (spread(solids, T, axis) for axis in _AXES)
     return (x, X, y, Y, z, Z)
 
@@ -232,7 +229,7 @@ _DOWN: Vector = (0.0, 0.0, -1.0)
 
 
 def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
-    """Return the lower and upper end of a solid at T along an axis of the world."""
+    """Return the lower and upper end of a solid at T along one axis of the world [m]."""
     d = rotated_back(T, axis)
     high = dot(axis, moved_point(T, solid.support(d))) + solid.radius
     low = dot(axis, moved_point(T, solid.support(scaled_vector(d, -1.0)))) - solid.radius
@@ -262,7 +259,7 @@ def frame_of(region: Beam | Zone | Proximity) -> Transform:
 
 
 def point_apart(solids: Solids, T: Transform, point: Vector) -> float:
-    """Return the distance of a point of the world from a body at T [m]; 0 inside it."""
+    """Return the distance between a point of the world and a body at T [m]; 0 inside the body."""
     T_body_point = compose(inverse(T), IDENTITY._replace(px=point[0], py=point[1], pz=point[2]))
     return max(0.0, min(separation(_POINT, T_body_point, solid).distance for solid in solids))
 
@@ -271,40 +268,36 @@ _POINT = Solid(lambda _: _ORIGIN, 0.0, _ORIGIN, 0.0, 0.0)
 
 
 def point_drop(point: Vector, b: Solids, T_world_b: Transform) -> float:
-    """Return how far a point must be lowered to meet a body [m]; negative if it must be raised; infinite if it never
-    does.
-    """
+    """Return how far a point must be lowered to meet a body [m]: negative if it must be raised, infinite if it never
+    meets the body."""
     T = IDENTITY._replace(px=point[0], py=point[1], pz=point[2])
     return min(_lower_onto(_POINT, T, other, T_world_b) for other in b)
 
 
 def drop(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform) -> float:
-    """Return how far body a must be lowered to stand on b [m]; negative if it must be raised; infinite if it passes b
-    or only brushes it.
-    """
+    """Return how far body a must be lowered to rest on body b [m]: negative if it must be raised, infinite if it passes
+    b or only brushes it."""
     return min(_drop(one, T_world_a, other, T_world_b) for one in a for other in b)
 
 
 def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform, by: float) -> bool:
-    """Return whether body a overlaps body b by more than a length [m]: a body that is smaller by that length still
-    overlaps.
-    """
+    """Return whether body a overlaps body b by more than a length [m], that is, whether a still overlaps b after
+    shrinking by that length."""
     T_b_a = compose(inverse(T_world_b), T_world_a)
     smaller = [one._replace(support=_shrunk(one, by), radius=max(one.radius - by, 0.0)) for one in a]
     return any(separation(one, T_b_a, other).distance <= 0.0 for one in smaller for other in b)
 
 
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body does not count as standing on a body beside it
+    thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body does not count as resting on a body beside it
     if _lower_onto(thinner, T_world_a, b, T_world_b) == inf:
         return inf
     return _lower_onto(a, T_world_a, b, T_world_b)
 
 
 def _shrunk(solid: Solid, by: float) -> Support:
-    """Return the support of a solid whose core is smaller about its middle: its farthest points move in by a length
-    [m].
-    """
+    """Return the support function of a solid whose core is shrunk towards its middle: its farthest points move in by a
+    length [m]."""
     factor = 1.0 - min(0.5, by / solid.reach)
     mx, my, mz = solid.middle
 
@@ -316,9 +309,8 @@ def _shrunk(solid: Solid, by: float) -> Support:
 
 
 def _lower_onto(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    """Return how far a solid is lowered to touch another [m], by conservative advancement: each step is as long as the
-    distance allows.
-    """
+    """Return how far a solid must be lowered to touch another [m], by conservative advancement: each step is as long as
+    the distance allows."""
     low, top = _span(a, T_world_a, _AXES[2])[0], _span(b, T_world_b, _AXES[2])[1]
     raised = max(0.0, top - low) + 1e-3
     T_b_a = compose(inverse(T_world_b), T_world_a._replace(pz=T_world_a.pz + raised))
