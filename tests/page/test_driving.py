@@ -29,6 +29,7 @@ DIAGNOSES = """(() => {
     const mistake = document.querySelector('.prompt-mistake');
     new MutationObserver(() => mistake.hidden || diagnoses++).observe(mistake, { childList: true, attributes: true });
 })()"""
+SLIDE = "(one, to) => { one.value = to; one.dispatchEvent(new Event('input')); }"
 TEXT_OF = "document.querySelector('{}')?.textContent"
 
 
@@ -196,7 +197,7 @@ def test_the_arm_is_slid_stepped_held_and_stopped(ada: Driver) -> None:
     page = ada.page
     ada.tab("Move")
     slider = page.locator(".slider-row input[type=range]").nth(1)
-    slider.evaluate("(one) => { one.value = 20; one.dispatchEvent(new Event('input')); }")
+    slider.evaluate(SLIDE, 20)
     ada.sees("JOG 1, 20")
     ada.joint(1, 20.0)
     ada.press("Joints")
@@ -218,6 +219,39 @@ def test_the_arm_is_slid_stepped_held_and_stopped(ada: Driver) -> None:
     assert page.evaluate(ends) == stands, "nothing moves it after STOP until the button is pressed anew"
     ada.press("Undo")
     ada.sees("UNDO")
+
+
+@pytest.mark.parametrize("stop", ["STOP", "ABORT"])
+def test_a_slider_that_does_not_rest_yet_moves_nothing_after_a_stop(ada: Driver, stop: str) -> None:
+    page, ends = ada.page, "app.source.timeline.end"
+    ada.tab("Move")
+    slider = page.locator(".slider-row input[type=range]").nth(1)
+    stopping = "document.querySelector('.stop').click()" if stop == "STOP" else "commands.command('ABORT')"
+    slider.evaluate(f"(one) => {{ ({SLIDE})(one, 20); {stopping}; }}")
+    until(page, "app.connection.now() > x", page.evaluate("app.connection.now()") + 0.7)
+    assert page.evaluate(ends) == 0.0
+    slider.evaluate(SLIDE, 20)
+    ada.joint(1, 20.0)
+
+
+def test_a_slider_that_waits_for_the_jog_before_it_moves_nothing_after_an_abort_of_another(
+    ada: Driver, chromium: Browser, served: Serving
+) -> None:
+    page, ends = ada.page, "app.source.timeline.end"
+    with window(chromium) as other:
+        open_robot(other, served)
+        ada.tab("Move")
+        ada.type("SPEED 5")
+        ada.type("JOG 1, 90")
+        until(page, f"{ends} > app.connection.now() + 2")
+        page.evaluate("commands.waits = () => true")  # as long as the answer to JOG is on its way
+        page.locator(".slider-row input[type=range]").nth(1).evaluate(SLIDE, 120)
+        Driver(other).type("ABORT")
+        until(page, "app.source.timeline.segments.at(-1).motion.text === 'BRAKE'")
+        stands = page.evaluate(ends)
+        page.evaluate("commands.waits = () => false")
+        until(page, "app.connection.now() > x", stands + 0.7)
+        assert page.evaluate(ends) == stands
 
 
 @pytest.mark.long

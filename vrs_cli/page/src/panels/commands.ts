@@ -20,6 +20,8 @@ export class Commands {
   /** Called with each reply and each refused line, for pictures of WHY. */
   replied: (told: Message) => void = () => {};
   refused: (text: string) => void = () => {};
+  /** Called when a stop is sent, or anybody has stopped the arm: drop motions that are not sent yet. */
+  stopped: () => void = () => {};
   private readonly questions = new Map<number, Message>();
   private readonly waiting = new Map<number, { text: string; since: number }>();
   private readonly listeners = new Set<() => void>();
@@ -36,6 +38,7 @@ export class Commands {
     });
     connection.on("typed", (typed) => transcript.type(typed.text, typed.newline ?? true));
     connection.on("asked", (asked) => this.asked(asked));
+    connection.on("change", ({ delta }) => delta?.motion.text === "BRAKE" && this.stopped());
     connection.on("withdrawn", ({ number }) => this.questions.delete(number) && this.changed());
     connection.on("status", ({ around }) => this.heed(around));
     connection.on("activity", ({ driver }) => this.leased({ driver: driver ?? "" }));
@@ -105,6 +108,7 @@ export class Commands {
       this.note(`Not given, for there is no connection to the robot: ${text.trim()}`, "warning");
       return { ok: false };
     }
+    if (/\bab/i.test(text)) this.stopped(); // ABORT, maybe abbreviated
     this.transcript.echo(`${this.status.prompt?.trim() || "."} `, text, again);
     return this.do("line", { text }, text);
   }

@@ -42,8 +42,7 @@ class Slider {
 
   /** Drops a value that is not sent yet. */
   drop(): void {
-    this.wanted = null;
-    this.at = -Infinity;
+    [this.wanted, this.at] = [null, -Infinity];
   }
 
   /** Shows a value unless the user is setting one. */
@@ -78,9 +77,7 @@ function watchHold(button: HTMLElement, again: () => void, end: (held: boolean) 
     again();
     timer = window.setTimeout(repeat, 1000 * SAID_EVERY);
   };
-  const begin = (): void => {
-    timer ||= window.setTimeout(repeat, 1000 * HOLD_AFTER);
-  };
+  const begin = (): unknown => (timer ||= window.setTimeout(repeat, 1000 * HOLD_AFTER));
   const letGo = (silently: boolean, click = false): void => {
     const [down, was] = [timer > 0, held];
     clearTimeout(timer);
@@ -123,9 +120,7 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     if (Math.abs(change) >= MIN_CHANGE) jog(String(i + 1), change);
     return true;
   }
-  function jog(axis: string, amount: number): void {
-    void commands.command(`JOG ${axis}, ${plain(amount)}`, `JOG ${axis}`);
-  }
+  const jog = (axis: string, amount: number): unknown => commands.command(`JOG ${axis}, ${plain(amount)}`, `JOG ${axis}`);
 
   // --- buttons that are held down ---
 
@@ -175,18 +170,18 @@ export function makeMove(commands: Commands, slot: HTMLElement): Part | void {
     grid.replaceChildren(...grids.get(to)!);
   }
   choose("world");
-  const frames: Record<Frame, string> = { world: "World", tool: "Tool", joints: "Joints" };
   const panel = h("div", { class: "stack move" }, speed.row, ...sliders.map((slider) => slider.row),
-    h("div", { class: "row" }, h("span", { class: "label", text: "JOG" }), choice("Axes of JOG", frames, () => frame, choose)),
+    h("div", { class: "row" }, h("span", { class: "label", text: "JOG" }), choice<Frame>("Axes of JOG", { world: "World", tool: "Tool", joints: "Joints" }, () => frame, choose)),
     grid,
     h("div", { class: "row" }, h("label", { class: "label" }, "Click ", size, " mm, °"), h("label", { class: "label" }, "Hold ", pace, " %")),
     h("p", { class: "note", text: HINT }));
   const others = h("p", { class: "note", text: "Who drives moves the arm." });
   slot.append(panel, others);
   new ResizeObserver(() => app.wake()).observe(slot); // when the tab is opened
+  commands.stopped = () => [speed, ...sliders].forEach((slider) => slider.drop());
   connection.on("state", () => {
     if (commands.open) return;
-    [speed, ...sliders].forEach((slider) => slider.drop());
+    commands.stopped();
     letGo.forEach((one) => one(true));
   });
 

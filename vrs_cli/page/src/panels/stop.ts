@@ -81,6 +81,7 @@ export function makeStop(commands: Commands, slot: HTMLElement): void {
   async function stop(): Promise<void> {
     const number = ++count;
     show("STOP ...", "");
+    commands.stopped();
     let why = "There is no connection: STOP did not reach the robot.";
     if (commands.open) {
       const patience = new Promise<null>((done) => setTimeout(done, 1000 * PATIENCE, null));
