@@ -7,12 +7,7 @@ from math import pi
 import numpy as np
 
 from vrs_cli.kinematics import transform as scalar
-from vrs_cli.kinematics.arrays import (
-    compose_batch,
-    rotation_about_batch,
-    stack,
-    to_oat_batch,
-)
+from vrs_cli.kinematics.arrays import compose_batch, rotation_about_batch, stack, to_oat_batch
 
 RNG = np.random.default_rng(1)
 XYZ = RNG.uniform(-1, 1, (400, 3))

@@ -10,17 +10,7 @@ from statistics import median
 import pytest
 
 from tests.examples import some
-from tests.laws.corners import (
-    PAIRS,
-    PROFILES,
-    ROUNDINGS,
-    Corner,
-    beside,
-    corners,
-    ends,
-    random_corner,
-    spliced,
-)
+from tests.laws.corners import PAIRS, PROFILES, ROUNDINGS, Corner, beside, corners, ends, random_corner, spliced
 from tests.laws.motion_laws import check_continuous, check_limits, check_rounding, check_target
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.transform import Transform, from_oat

@@ -9,10 +9,7 @@ from threading import Event
 import pytest
 
 from tests.live import PATIENCE
-from vrs_cli.repl.interactive import (
-    BackgroundValue,
-    without_echo,
-)
+from vrs_cli.repl.interactive import BackgroundValue, without_echo
 
 termios = pytest.importorskip("termios")
 pty = pytest.importorskip("pty")

@@ -20,18 +20,8 @@ from typing import Final
 
 from msgspec import Struct, field
 
+from vrs_cli import errors
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.errors import (
-    DeviceNotReady,
-    FileError,
-    FileNotOpened,
-    FileOpened,
-    IllegalValue,
-    NetworkClosed,
-    NetworkTimeout,
-    NoDataReceived,
-    VrsError,
-)
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
@@ -73,19 +63,19 @@ def read_address(how: str) -> Address:
     for piece in re.finditer(PIECE, how, re.IGNORECASE):
         if piece["host"]:
             if host:
-                raise IllegalValue(f"FOPEN {how!r}", FORM)
+                raise errors.IllegalValue(f"FOPEN {how!r}", FORM)
             host = piece["host"]
         else:
             key, digits = piece["key"].upper(), piece["number"]
             if key not in RANGES:
-                raise IllegalValue(f"FOPEN /{key}", f"there are /{', /'.join(RANGES)}")
+                raise errors.IllegalValue(f"FOPEN /{key}", f"there are /{', /'.join(RANGES)}")
             low, high = RANGES[key]
             if not digits or not low <= int(digits[:9]) <= high:
-                raise IllegalValue(f"FOPEN /{key} {digits}".rstrip(), f"a number from {low} to {high}")
+                raise errors.IllegalValue(f"FOPEN /{key} {digits}".rstrip(), f"a number from {low} to {high}")
             numbers[key] = int(digits)
     port = numbers.get("REMOTE_PORT" if host else "LOCAL_PORT")
     if port is None or (not host and "REMOTE_PORT" in numbers):
-        raise IllegalValue(f"FOPEN {how!r}", FORM)
+        raise errors.IllegalValue(f"FOPEN {how!r}", FORM)
     return Address(host, port, numbers.get("CLIENTS", 1), numbers.get("BUFFER_SIZE", MAX_LINE_BYTES))
 
 
@@ -132,7 +122,7 @@ class Outside:
     def check(self, device: str) -> None:
         """Raise DeviceNotReady if no unit may be attached to a device."""
         check_known(device)
-        raise DeviceNotReady(f"the device {device}", self.hint)
+        raise errors.DeviceNotReady(f"the device {device}", self.hint)
 
     def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
         """Open a device, or start to open it: for a connection to another program, OPENED or REFUSED arrives later.
@@ -164,7 +154,7 @@ class Outside:
 def check_known(device: str) -> None:
     """Raise DeviceNotReady if no device has this name."""
     if device != TCP and not (device.startswith(SERIAL) and device[len(SERIAL) :].isdigit()):
-        raise DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
+        raise errors.DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
 FULL = 65536  # number of unread bytes at a peer above which the program waits
@@ -234,7 +224,7 @@ class Device(Struct, eq=False):
     attached: str
     name: str
     outside: Outside
-    fault: VrsError | None = None
+    fault: errors.VrsError | None = None
     address: Address | None = None
     open: bool = False
     status: int = SUCCESS
@@ -262,9 +252,9 @@ class Device(Struct, eq=False):
         """
         self._check_fault()
         if self.open:
-            raise FileOpened(self.name, "FCLOSE closes it")
+            raise errors.FileOpened(self.name, "FCLOSE closes it")
         if self.name != TCP:
-            raise FileError(f"{self.name} has no ports", "FOPEN is for TCP")
+            raise errors.FileError(f"{self.name} has no ports", "FOPEN is for TCP")
         address = read_address(how)
         names = (address.name if number == 1 else f"{address.name}#{number}" for number in count(1))
         name = next(one for one in names if one not in in_use)  # two connections to one port have two names
@@ -285,7 +275,7 @@ class Device(Struct, eq=False):
         """Carry out FCLOSE. Raises FileError for a serial line, and the errors of `check_open`."""
         self.check_open()
         if self.address is None:
-            raise FileError(f"{self.name} has no ports", "DETACH closes a serial line")
+            raise errors.FileError(f"{self.name} has no ports", "DETACH closes a serial line")
         self.close()
         self.status = SUCCESS
 
@@ -302,7 +292,7 @@ class Device(Struct, eq=False):
         """Carry out FCMND. Raises FileError, and the errors of `check_open`."""
         self.check_open()
         if number != CLOSE_CONNECTION or len(data) < HANDLE:
-            raise FileError(f"FCMND {number}", f"{CLOSE_CONNECTION} and $INTB(handle) close a connection")
+            raise errors.FileError(f"FCMND {number}", f"{CLOSE_CONNECTION} and $INTB(handle) close a connection")
         handle = ord(data[0]) << 8 | ord(data[1])
         if handle in self._connections:
             self._release(handle)
@@ -312,7 +302,7 @@ class Device(Struct, eq=False):
         """Raise FileNotOpened, or the reason why the device is not open."""
         self._check_fault()
         if not self.open:
-            raise FileNotOpened(self.name, "FOPEN opens a port")
+            raise errors.FileNotOpened(self.name, "FOPEN opens a port")
 
     def _check_fault(self) -> None:
         if self.fault is not None:
@@ -329,7 +319,7 @@ class Device(Struct, eq=False):
         self._fresh = True
         handle, event = arrival.handle, arrival.event
         if event is DeviceEvent.REFUSED:
-            self._refused = arrival.code or NetworkClosed.code
+            self._refused = arrival.code or errors.NetworkClosed.code
         elif event is DeviceEvent.OPENED:
             self._connections[handle] = DeviceConnection(handle, told=self.dialing)
             self._refused = 0
@@ -365,7 +355,7 @@ class Device(Struct, eq=False):
                 return line.decode("latin-1")
             if one.ended:
                 self._release(one.handle)
-                self._set_status(one, CLOSED if notices else NetworkClosed.code)
+                self._set_status(one, CLOSED if notices else errors.NetworkClosed.code)
                 return None
         return self._nothing(wait)
 
@@ -374,7 +364,7 @@ class Device(Struct, eq=False):
         self.check_open()
         if self.expired:
             self.expired = False
-            raise NetworkTimeout(self.name)
+            raise errors.NetworkTimeout(self.name)
         for one in self._in_turn(self.handle):
             byte = one.byte()
             if byte is not None:
@@ -384,7 +374,7 @@ class Device(Struct, eq=False):
             if one.ended:
                 self._release(one.handle)
                 self._set_status(one, SUCCESS)
-                raise NetworkClosed(self.name)
+                raise errors.NetworkClosed(self.name)
         self._fresh = False
         return self._nothing(wait)
 
@@ -416,9 +406,9 @@ class Device(Struct, eq=False):
     def _nothing(self, wait: bool) -> Waits:
         """Return YET to wait. Raises NoDataReceived, or NetworkClosed if nothing more can arrive."""
         if not self._connections and not self._listens:
-            raise NetworkClosed(self.name)
+            raise errors.NetworkClosed(self.name)
         if not wait:
-            raise NoDataReceived(self.name)
+            raise errors.NoDataReceived(self.name)
         return YET
 
     @property
@@ -438,10 +428,10 @@ class Device(Struct, eq=False):
         if one is None:
             if wait and handle is None and self._listens:
                 return YET
-            raise NetworkClosed(self.name)
+            raise errors.NetworkClosed(self.name)
         if one.gone:
             self._release(one.handle)
-            raise NetworkClosed(self.name)
+            raise errors.NetworkClosed(self.name)
         if one.unwritten > FULL:
             if not one.asked:
                 one.asked = True
@@ -462,4 +452,4 @@ class Device(Struct, eq=False):
         else:
             if self.dialing:
                 self.close()
-            self.status, self.length = NetworkTimeout.code, 0
+            self.status, self.length = errors.NetworkTimeout.code, 0

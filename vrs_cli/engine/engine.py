@@ -28,15 +28,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Configuration, Joints, Profile
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import (
-    Transform,
-    angle_between,
-    at_position,
-    compose,
-    length,
-    position,
-    scaled_vector,
-)
+from vrs_cli.kinematics.transform import Transform, angle_between, at_position, compose, length, position, scaled_vector
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.measured import MeasuredRecord

@@ -6,15 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 from pygments.lexer import Lexer  # type: ignore[import-untyped]  # Pygments has no types of its own
-from pygments.token import (  # type: ignore[import-untyped]
-    Comment,
-    Keyword,
-    Name,
-    Number,
-    Operator,
-    String,
-    Text,
-)
+from pygments.token import Comment, Keyword, Name, Number, Operator, String, Text  # type: ignore[import-untyped]
 
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.render.colours import Ink, scan

@@ -23,33 +23,21 @@ from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import Motion, MotionKind
-from vrs_cli.wire.records import (
-    Count,
-    Form,
-    Joints,
-    MotionRecord,
-    Motions,
-    PieceRecord,
-    Pieces,
-    RecordError,
-    StrictRecord,
-    Time,
-    no_pieces,
-)
+from vrs_cli.wire import records
 
 
-class SteeredRecord(StrictRecord, frozen=True):
+class SteeredRecord(records.StrictRecord, frozen=True):
     """One target of a stream. `executed` [s]: when; `tick` [2^-30 s]: for how long; `rates`: of each joint, the final
     velocity for a profile without jerk limits, otherwise the jerk; `crc`: of all numbers of the segments, as IEEE 754
     doubles. `motion` is absent if it is the last motion of the timeline.
     """
 
-    version: Count
-    executed: Time
-    tick: Count
-    rates: Joints
-    crc: Count
-    motion: MotionRecord | None = None
+    version: records.Count
+    executed: records.Time
+    tick: records.Count
+    rates: records.Joints
+    crc: records.Count
+    motion: records.MotionRecord | None = None
 
 
 def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> SteeredRecord | None:
@@ -65,32 +53,38 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
     if again != delta or _checksum(again.segments) != crc:
         return None
     known = before[len(before) - 1].motion == motion
-    record = None if known else Motions().reference(motion)
+    record = None if known else records.Motions().reference(motion)
     assert not isinstance(record, int)
     return SteeredRecord(before.version, delta.executed, tick, rates, crc, record)
 
 
-def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: Form, first: int = 0) -> TimelineDelta:
+def steered_delta(
+    record: SteeredRecord, before: Timeline, arm: RobotArm, form: records.Form, first: int = 0
+) -> TimelineDelta:
     """Return the delta in full. `before`: the timeline to which it applies, from its segment number `first` on. Raises
     RecordError if the result differs from what was sent; the receiver then requests the full form."""
-    motion = before[len(before) - 1].motion if record.motion is None else Motions().resolve(record.motion, form)
+    motion = before[len(before) - 1].motion if record.motion is None else records.Motions().resolve(record.motion, form)
     if motion.kind is not MotionKind.STEERED or len(record.rates) != form.joint_count or not record.tick:
-        raise RecordError("a target of steering for a motion, or a robot, that has none")
+        raise records.RecordError("a target of steering for a motion, or a robot, that has none")
     if record.executed * TICKS_PER_SECOND % 1.0:
-        raise RecordError(f"{record.executed!r} s is no multiple of 2^-30 s")
+        raise records.RecordError(f"{record.executed!r} s is no multiple of 2^-30 s")
     if record.version != before.version or record.executed < before.start:
-        raise RecordError(f"a target of steering for timeline version {record.version}, not for {before.version}")
+        raise records.RecordError(
+            f"a target of steering for timeline version {record.version}, not for {before.version}"
+        )
     try:
         delta = _plan_again(motion, record.executed, record.tick, record.rates, before, arm)
     except (ArithmeticError, ValueError):  # no robot can have these numbers
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
-        raise RecordError("a target of steering has become something else: it was made by another version of vrs")
+        raise records.RecordError(
+            "a target of steering has become something else: it was made by another version of vrs"
+        )
     return delta if not first else TimelineDelta(*delta[:6], delta.keep + first, *delta[7:])
 
 
 def _plan_again(
-    motion: Motion, executed: float, tick: int, rates: Joints, before: Timeline, arm: RobotArm
+    motion: Motion, executed: float, tick: int, rates: records.Joints, before: Timeline, arm: RobotArm
 ) -> TimelineDelta:
     place = cut_at(arm, before, executed)
     law, limits = LAWS[motion.profile], joint_limits(arm, motion)
@@ -132,13 +126,13 @@ class LinePieces:
 
     def __init__(self, arm: RobotArm) -> None:
         self._arm = arm
-        self._remembered: dict[Key, tuple[PieceRecord, ...]] = {}
+        self._remembered: dict[Key, tuple[records.PieceRecord, ...]] = {}
 
-    def within(self, tolerance: float | None) -> Pieces:
+    def within(self, tolerance: float | None) -> records.Pieces:
         """Return a function from a segment to its pieces, which differ from g by at most `tolerance` [rad, m]; None: to
         no pieces. Raises IllegalValue.
         """
-        return no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
+        return records.no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
 
     def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
         """Return how many of the last segments can be sent if at most `most` lines may be computed anew."""
@@ -148,13 +142,13 @@ class LinePieces:
                 return max(count, 1)
         return len(segments)
 
-    def _of(self, tolerance: float, segment: Segment) -> tuple[PieceRecord, ...]:
+    def _of(self, tolerance: float, segment: Segment) -> tuple[records.PieceRecord, ...]:
         if not isinstance(segment.path, CartesianPath):
             return ()
         key = _key(segment, tolerance)
         found = self._remembered.get(key)
         if found is None:
-            found = tuple([PieceRecord(*piece) for piece in joint_pieces(self._arm, segment, tolerance)])
+            found = tuple([records.PieceRecord(*piece) for piece in joint_pieces(self._arm, segment, tolerance)])
             self._remembered[key] = found
             if len(self._remembered) > MAX_REMEMBERED:
                 del self._remembered[next(iter(self._remembered))]

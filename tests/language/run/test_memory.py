@@ -8,9 +8,7 @@ from weakref import ref
 import pytest
 
 from tests.language.running import environment_with, program
-from vrs_cli.errors import (
-    UndefinedName,
-)
+from vrs_cli.errors import UndefinedName
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.words.values import Kind
 

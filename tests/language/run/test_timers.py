@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.errors import (
-    IllegalValue,
-)
+from vrs_cli.errors import IllegalValue
 from vrs_cli.language.run.memory import Timers
 
 

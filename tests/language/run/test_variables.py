@@ -5,12 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.language.running import program, run
-from vrs_cli.errors import (
-    IllegalArrayIndex,
-    StringOverflow,
-    TypeMismatch,
-    UndefinedValue,
-)
+from vrs_cli.errors import IllegalArrayIndex, StringOverflow, TypeMismatch, UndefinedValue
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.text.ast import Entry, Number, Variable

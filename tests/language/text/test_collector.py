@@ -11,13 +11,7 @@ from threading import enumerate as threads
 import pytest
 
 from tests.live import PATIENCE
-from vrs_cli.language.text.collector import (
-    FREED_AT_ONCE,
-    MANY,
-    collect_in_small_parts,
-    free_in_parts,
-    pause_collector,
-)
+from vrs_cli.language.text.collector import FREED_AT_ONCE, MANY, collect_in_small_parts, free_in_parts, pause_collector
 
 
 class Owner:

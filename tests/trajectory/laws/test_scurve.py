@@ -15,15 +15,7 @@ from vrs_cli.kinematics.joints import Profile
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import NONE, Change, Course, NoTimes
 from vrs_cli.trajectory.laws.lspb import Component
-from vrs_cli.trajectory.laws.scurve import (
-    _possible,
-    _root,
-    from_rest,
-    joint_motion,
-    keeps,
-    ramps,
-    turn_bounds,
-)
+from vrs_cli.trajectory.laws.scurve import _possible, _root, from_rest, joint_motion, keeps, ramps, turn_bounds
 from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_after, stop, turning_back
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment

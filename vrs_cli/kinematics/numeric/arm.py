@@ -25,17 +25,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.compiled import gram, solve_damped, squares, volume
-from vrs_cli.kinematics.joints import (
-    MAX_RATE_ERROR,
-    NONE,
-    Asked,
-    Configuration,
-    Demands,
-    Jacobian,
-    Joints,
-    Twist,
-    Walk,
-)
+from vrs_cli.kinematics.joints import MAX_RATE_ERROR, NONE, Asked, Configuration, Demands, Jacobian, Joints, Twist, Walk
 from vrs_cli.kinematics.model import LEVEL, MEASURED, STRAIGHT, ArmTask, RobotModel, levers, some_joints
 from vrs_cli.kinematics.numeric import search
 from vrs_cli.kinematics.numeric.search import newton

@@ -17,12 +17,7 @@ from typing import Any, NamedTuple, Protocol, cast
 from msgspec import Struct
 from msgspec.structs import astuple, replace
 
-from vrs_cli.errors import (
-    CannotInterpret,
-    IllegalExpression,
-    MissingParenthesis,
-    ProgramError,
-)
+from vrs_cli.errors import CannotInterpret, IllegalExpression, MissingParenthesis, ProgramError
 from vrs_cli.extras import cached, shipped_folder
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable, resolve_line

@@ -18,13 +18,7 @@ from typing import Any, Final, TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.errors import (
-    CannotInterpret,
-    ControlStructure,
-    FileDamaged,
-    ProgramExists,
-    TypeMismatch,
-)
+from vrs_cli.errors import CannotInterpret, ControlStructure, FileDamaged, ProgramExists, TypeMismatch
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import (
     ANGLES,
