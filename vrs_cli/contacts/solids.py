@@ -19,23 +19,10 @@ import numpy as np
 
 from vrs_cli.errors import VrsError
 from vrs_cli.files.mesh_file import load_mesh, metres_of
+from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab
 from vrs_cli.kinematics.model import RobotModel, frame
-from vrs_cli.kinematics.transform import (
-    IDENTITY,
-    Transform,
-    Vector,
-    along,
-    any_normal,
-    dot,
-    length,
-    moved_point,
-    scaled_vector,
-    translation,
-    unit,
-    vector_difference,
-)
 from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
 AROUND = 24  # number of points on a circle of a hull
@@ -56,9 +43,9 @@ class Solid(NamedTuple):
     """A convex solid about the origin of `pose` [m]. A hull has `points` instead of sizes."""
 
     form: SolidForm
-    sizes: Vector = (0.0, 0.0, 0.0)
-    pose: Transform = IDENTITY
-    points: tuple[Vector, ...] = ()
+    sizes: transform.Vector = (0.0, 0.0, 0.0)
+    pose: transform.Transform = transform.IDENTITY
+    points: tuple[transform.Vector, ...] = ()
 
 
 class LinkSolids(NamedTuple):
@@ -106,15 +93,15 @@ def solid_of(body: Body) -> Solid:
         case Box(size, pose):
             return _box(size, pose)
         case Capsule(start, end, (r, s)) if r == s:
-            if hypot(*vector_difference(end, start)) < SHORT:
-                return Solid(SolidForm.BALL, (r, 0.0, 0.0), translation(*start))
+            if hypot(*transform.vector_difference(end, start)) < SHORT:
+                return Solid(SolidForm.BALL, (r, 0.0, 0.0), transform.translation(*start))
             return _upright(SolidForm.CAPSULE, start, end, r)
         case Cylinder(start, end, (r, s)) if r == s:
             return _upright(SolidForm.CYLINDER, start, end, r)
         case Capsule(start, end, (r, s)):
-            return _hull(start, end, (*_cap(r, -1.0), *_cap(s, 1.0, hypot(*vector_difference(end, start)))))
+            return _hull(start, end, (*_cap(r, -1.0), *_cap(s, 1.0, hypot(*transform.vector_difference(end, start)))))
         case Cylinder(start, end, (r, s)):
-            return _hull(start, end, (*_circle(r, 0.0), *_circle(s, hypot(*vector_difference(end, start)))))
+            return _hull(start, end, (*_circle(r, 0.0), *_circle(s, hypot(*transform.vector_difference(end, start)))))
         case Slab():
             return Solid(SolidForm.HULL, points=tuple(_slab(body)))
         case MeshFile(path, pose, scale):
@@ -123,39 +110,39 @@ def solid_of(body: Body) -> Solid:
             return Solid(SolidForm.HULL, pose=pose, points=tuple(map(tuple, points.tolist())))
 
 
-def _box(size: Vector, pose: Transform = IDENTITY) -> Solid:
-    x, y, z = scaled_vector(size, 0.5)
+def _box(size: transform.Vector, pose: transform.Transform = transform.IDENTITY) -> Solid:
+    x, y, z = transform.scaled_vector(size, 0.5)
     return Solid(SolidForm.HULL, pose=pose, points=tuple(product((-x, x), (-y, y), (-z, z))))
 
 
-def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Solid:
+def _upright(form: SolidForm, start: transform.Vector, end: transform.Vector, radius: float) -> Solid:
     middle, way = (
-        scaled_vector((start[0] + end[0], start[1] + end[1], start[2] + end[2]), 0.5),
-        vector_difference(end, start),
+        transform.scaled_vector((start[0] + end[0], start[1] + end[1], start[2] + end[2]), 0.5),
+        transform.vector_difference(end, start),
     )
     return Solid(form, (radius, 0.5 * hypot(*way), 0.0), _along_z(middle, way))
 
 
-def _along_z(place: Vector, way: Vector) -> Transform:
+def _along_z(place: transform.Vector, way: transform.Vector) -> transform.Transform:
     """Return a frame at a position whose z axis points along a direction."""
-    z = unit(way)
-    return frame(any_normal(z), z, place)
+    z = transform.unit(way)
+    return frame(transform.any_normal(z), z, place)
 
 
-def _hull(start: Vector, end: Vector, points: Sequence[Vector]) -> Solid:
+def _hull(start: transform.Vector, end: transform.Vector, points: Sequence[transform.Vector]) -> Solid:
     """Return the hull of points that are given in a frame at `start` with z towards `end`."""
-    T = _along_z(start, vector_difference(end, start))
-    return Solid(SolidForm.HULL, points=tuple(moved_point(T, point) for point in points))
+    T = _along_z(start, transform.vector_difference(end, start))
+    return Solid(SolidForm.HULL, points=tuple(transform.moved_point(T, point) for point in points))
 
 
-def _circle(radius: float, height: float) -> Iterator[Vector]:
+def _circle(radius: float, height: float) -> Iterator[transform.Vector]:
     """Yield the corners of a polygon outside a circle."""
     for k in range(AROUND):
         angle = 2.0 * pi * k / AROUND
         yield OUTSIDE * radius * cos(angle), OUTSIDE * radius * sin(angle), height
 
 
-def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
+def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[transform.Vector]:
     """Yield points on half a ball about a height, below it (-1) or above it (1)."""
     yield 0.0, 0.0, height + side * radius
     for k in range(4):
@@ -163,11 +150,11 @@ def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
         yield from _circle(radius * cos(latitude), height + side * radius * sin(latitude))
 
 
-def _slab(body: Slab) -> Iterator[Vector]:
+def _slab(body: Slab) -> Iterator[transform.Vector]:
     """Yield the corners of the hull of two discs, as the page draws a slab without its bevels."""
-    way, (r1, r2), (t1, t2) = vector_difference(body.end, body.start), body.radii, body.thickness
-    far, x = length(way), unit(way)
-    z = unit(along(body.across, x, -dot(body.across, x)))
+    way, (r1, r2), (t1, t2) = transform.vector_difference(body.end, body.start), body.radii, body.thickness
+    far, x = transform.length(way), transform.unit(way)
+    z = transform.unit(transform.along(body.across, x, -transform.dot(body.across, x)))
     T, edge = frame(x, z, body.start), acos((r1 - r2) / far)  # where the straight edges touch the discs
     for centre, radius, low, high in ((0.0, r1, edge, 2.0 * pi - edge), (far, r2, -edge, edge)):
         for k in range(AROUND // 2 + 1):
@@ -175,4 +162,4 @@ def _slab(body: Slab) -> Iterator[Vector]:
             u, v = centre + radius * cos(angle), radius * sin(angle)
             half = 0.5 * (t1 + (t2 - t1) * (u + r1) / (far + r1 + r2))
             for side in (-half, half):
-                yield moved_point(T, (u, v, side))
+                yield transform.moved_point(T, (u, v, side))
