@@ -52,7 +52,7 @@ SETTLING = 2.0  # [s] maximum wait for the first answers before the arm follows
 SILENT = 3.0  # [s] without joint_states, after which a message says so
 STATE_PERIOD_MS = 200  # period of the states that an active controller publishes [ms]
 MAX_STATE_GAP_S = 1.0  # maximum gap between states; after it, while joint_states come, the arm counts as stopped [s]
-OPENING = 10.0  # [s] in which a connection opens
+OPENING = 10.0  # [s] maximum time to open a connection
 MAX_TOLD = 5  # maximum number of different rosbridge messages shown in one connection
 
 

@@ -173,9 +173,8 @@ def _commands(kinds: tuple[JointKind, ...], tell: Tell) -> asyncio.Queue[Disturb
 
 
 async def _stream(options: Namespace) -> int:
-    """Be the body with another program: write set points to standard output and read reports from standard input until
-    it ends. Return FAILED if some lines were no reports.
-    """
+    """Let another program act as the body: write set points to standard output, and read reports from standard input
+    until it ends. Return FAILED if some lines were not reports."""
     tell, form = teller(options.prog), LineFormat(options.format)
     async with _client(options) as body:
         units, joint_count = body.model.units, body.model.joint_count

@@ -134,7 +134,7 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def has_moved(self) -> bool:
-        """Whether the robot has moved: not all commands were aborted."""
+        """Whether the robot has moved, that is, at least one command was not aborted."""
         return self.outcome.aborted < self.outcome.commands
 
 

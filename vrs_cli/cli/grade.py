@@ -65,7 +65,7 @@ def _order(one: Submission) -> tuple[str, str]:
 
 
 def _places(name: str) -> Iterable[Path]:
-    """Return the files and the folders of one student that a word of the command line names."""
+    """Return the files and folders of one student that an argument of the command line names."""
     path = Path(name)
     if not os.path.lexists(path) and set(name) & set("*?["):
         found = [one for each in sorted(glob(name, recursive=True)) for one in _places(each)]

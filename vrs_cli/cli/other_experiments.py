@@ -1,6 +1,5 @@
-"""`vrs lab experiment methods`, `twin` and `study`: try viewers and controllers of users, disturb a simulated body, and
-let people drive under delays.
-"""
+"""`vrs lab experiment methods`, `twin` and `study`: try viewers and controllers written by users, disturb a simulated
+body, and let people drive under delays."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class Occurrence(Struct, frozen=True):
 
 @lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
-    """Return all names of a part, in the order of the text."""
+    """Return all occurrences of names in one part, in the order of the text."""
     node = part.node
     entries = node.entries if isinstance(node, Section) else ()
     found = _of_program(part, node) if isinstance(node, Program) else (_variable(part, one.variable) for one in entries)
@@ -466,9 +466,8 @@ class Document:
         return variables
 
     def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
-        """Yield every variable that gets a value in the file, with its part, its kind, and the name of the section or
-        program: first those in sections, then those in programs, with the part `first` before others.
-        """
+        """Yield every variable that is assigned in the file, with its part, its kind, and the name of its section or
+        program. Sections come before programs; in each of these groups, the part `first` comes first."""
         sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
         for placed, section in sections:
             for entry in section.entries:

@@ -81,7 +81,8 @@ class Workspace:
     # --- which files belong together ---
 
     def project(self, uri: str) -> tuple[str, ...]:
-        """Return the addresses of one name space: this one, then the others in alphabetical order."""
+        """Return the URIs of all documents that share a name space with this document: this document first, then the
+        others in alphabetical order."""
         if self._links is None:
             self._links = self._find_links()
         found, waiting = {uri}, [uri]

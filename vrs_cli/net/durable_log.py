@@ -251,7 +251,8 @@ def _seal(text: str) -> bytes:
 
 
 def _sound(path: Path) -> str:
-    """Return the text of a file up to its first incomplete part; all of a file without seals, as users write."""
+    """Return the text of a file up to its first incomplete part. A file without seals, which a user wrote, is returned
+    whole."""
     try:
         data = path.read_bytes()
     except OSError as error:

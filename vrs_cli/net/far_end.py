@@ -203,7 +203,7 @@ class FarEnd:
 
     @property
     def no_connection(self) -> RequestRefused:
-        """The error for a message that cannot be sent; its text contains how long there was no connection."""
+        """The error for a message that cannot be sent; its text says for how long the connection has been cut."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 

@@ -430,7 +430,7 @@ class ServedRobot:
     # --- the thread of the connections ---
 
     def put(self, tell: Callable[[], None]) -> None:
-        """Call `tell` in the thread of the connections. In any thread."""
+        """Schedule a call of `tell` in the thread of the connections. Any thread may call this method."""
         self.said.append(tell)
         self.wake()
 

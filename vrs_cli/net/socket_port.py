@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
-CLOSING = 5.0  # [s] in which a connection is closed
+CLOSING = 5.0  # [s] maximum time to close a connection
 CLOSED = "it was let go", "connect again"
 T = TypeVar("T")
 

@@ -18,7 +18,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 
-WINDOW = 300.0  # [s] exchanges are used so long
+WINDOW = 300.0  # [s] how long an exchange is used
 PARTS = 16  # number of parts of the window; the drift is fitted to the best exchange of each
 MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is taken as 0
 SIGNIFICANT = 2.0  # ratio of the drift to its standard deviation below which it is taken as 0

@@ -275,7 +275,8 @@ class Shell:
                 self._redraw()
 
     def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
-        """Leave an empty prompt for the question of a program, and a question that waits for no answer any more."""
+        """Switch from an empty prompt to the question of a program, and leave a question that no longer needs an
+        answer."""
         idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
         withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:

@@ -209,11 +209,9 @@ def _without_byte_order_mark(source: Iterable[str]) -> Iterator[str]:
 
 
 class Exchange:
-    """Sends the lines of one user to a port, shows what is said and asks what is asked at a terminal.
-
-    `told` takes messages about the connection. `interrupted`: Ctrl-C was pressed during the last line. `failed`:
-    something was not done, and `told` took the reason. `noted`: an error that cannot be shown now.
-    """
+    """Sends the lines of one user to a port, and shows messages and questions at a terminal. `told`: callback for
+    messages about the connection. `interrupted`: Ctrl-C was pressed during the last line. `failed`: something failed,
+    and `told` got the reason. `noted`: an error to be shown later."""
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         self.terminal, self.port, self.told = terminal, port, told
@@ -427,9 +425,8 @@ class Exchange:
         self.wake()
 
     def keep_up(self) -> None:
-        """Carry out and show everything that is due while no line is carried out. Messages of a command whose question
-        is open come after the question.
-        """
+        """Carry out and show everything that is due while no line runs. If a command waits for an answer, its messages
+        appear after its question."""
         try:
             while (message := self.port.take(self._heard, 0.0)) is not None:
                 if isinstance(message, Asked) or (self._waits and isinstance(message, Done | Refused)):

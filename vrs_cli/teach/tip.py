@@ -214,7 +214,7 @@ def _stands(segment: Segment, s: float) -> bool:
     return all(abs(rate) <= STILL for rate in rates)
 
 
-NOISE = 1e-9  # of a measure: smaller differences between machines are ignored, so that all find the same result
+NOISE = 1e-9  # tolerance of a measure: smaller differences are ignored, so that all machines give the same result
 NOISE_DIGITS = 9
 MIN_PIECE_S = 1e-5  # [s] minimum length of a piece that is halved
 INSTANT = 1e-4  # [s] precision of the time at which a measure crosses a value

@@ -370,7 +370,7 @@ class DivergenceWatch:
         return known
 
     def _add(self, block: Blocks, joints: Floats) -> None:
-        """Add a block to all sums; learn from the second that has become old enough."""
+        """Add a block to all sums; then let the healthy model learn from the second of data that is now old enough."""
         predicted = self.healthy.predict(block)
         error, deviation = (block.residual - predicted.mean)[0], predicted.deviation[0]
         # The squared displacement of the tool for its covariance: chi-square with three degrees of freedom

@@ -52,7 +52,7 @@ class Jumping(Op, frozen=True):
 
 
 class Jump(Jumping, frozen=True):
-    """A jump. `counted`: it is a step (GOTO), not a passive mark (ELSE, the END of WHILE)."""
+    """A jump. `counted`: it counts as an executed step (GOTO); False for a mark of a block (ELSE, the END of WHILE)."""
 
     counted: bool
 

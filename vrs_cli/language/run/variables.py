@@ -504,7 +504,8 @@ class Variables:
 
 
 class _Kinds(Mapping[str, Kind]):
-    """The names that have a value, and their kinds, without a copy: a line of the prompt needs few of many."""
+    """A view of the defined names and their kinds. It copies nothing, because a line of the prompt needs only a few of
+    many names."""
 
     def __init__(self, simple: Mapping[Kind, Cells], arrays: Mapping[Kind, Mapping[str, Cells]]) -> None:
         self._rows = tuple((kind, simple[kind], arrays[kind]) for kind in Kind)

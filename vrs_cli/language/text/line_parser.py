@@ -551,7 +551,8 @@ class Complaint:
         return self._say(IllegalExpression, self._said, hint or missing + form)
 
     def _meant_beside(self, last: Token, row: Word | None) -> str:
-        """Return a hint at the meaning of two values side by side, as in MOVE Z 100, 30 DEG and f"x={x}"."""
+        """Return a hint about the meaning of two values with nothing between them, as in MOVE Z 100, 30 DEG and
+        f"x={x}"."""
         if last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES and row in _MOVES:
             return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
         if self._start == "header" and len(self._before) == 1:

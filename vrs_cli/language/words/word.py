@@ -351,9 +351,8 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
 
 
 def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
-    """Return the words that begin with `name`. If one of them begins all others, it alone is meant (MOV: MOVE, not
-    MOVES), unless it is drastic.
-    """
+    """Return the words that start with `name`. If one of them is a prefix of all others, return that one alone (MOV:
+    MOVE, not MOVES), unless it is a destructive command."""
     found = tuple(word for word in words if word.name.startswith(name))
     old = tuple(word for word in found if "1" in word.where or "2" in word.where)
     if len(old) == 1:

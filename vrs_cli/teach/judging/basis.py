@@ -204,7 +204,7 @@ class Basis(Struct, frozen=True):
 
 
 class JudgedRun(Struct, frozen=True, dict=True):
-    """A run that checks judge. Shared values are computed once."""
+    """A run to be judged by checks. Values that several checks need are computed once."""
 
     evidence: Evidence
     basis: Basis
