@@ -19,15 +19,17 @@ from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine import book
 from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.files import program_file
 from vrs_cli.interfaces.actor import actor
 from vrs_cli.interfaces.dialogue import Ticket, quietly
 from vrs_cli.interfaces.editor import buffer, editors
-from vrs_cli.interfaces.monitor import files, programs
+from vrs_cli.interfaces.monitor import programs
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station import station
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.language.run import environment
+from vrs_cli.language.text import parser
 from vrs_cli.values.acts import Define
 
 FILE = ".PROGRAM brought\nx = 1\nDRIVE 1, 5\n.END\n.REALS\nx 7\nrow[1] 8\n.END\n.LOCATIONS\np 1 2 3 0 0 0\n.END\n"
@@ -263,17 +265,17 @@ def test_no_step_of_a_robot_works_on_a_whole_long_program(
 
 
 WORK = (
-    (station, "parse_file"),
+    (parser, "parse_file"),
     (LoadedFile, "of"),
     (environment, "compile_program"),
-    (programs, "list_steps"),
+    (buffer, "list_steps"),
     (buffer, "rebuild"),
     (buffer.ProgramBuffer, "read"),
     (buffer.ProgramBuffer, "of_program"),
     (editors, "edit_line"),
     (programs, "with_called"),
     (programs, "variables_used"),
-    (files, "read_program_file"),
+    (program_file, "read_program_file"),
 )
 
 
