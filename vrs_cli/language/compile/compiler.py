@@ -56,6 +56,16 @@ FIRST_LINE = 2  # the line number of operation 0; leaves that trees share have l
 OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, in which no other thread has a turn
 
 
+# statements that all operations share: to count a step, and to load n, while other programs may have run
+_COUNT = tree.placed(tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1))))
+_LOAD_LEFT = tree.placed(
+    py.Assign(
+        [tree.unpacked("nt")],
+        tree.tuple_of((tree.item("B", tree.constant(0)), py.BinOp(tree.name("t"), py.Add(), tree.constant(1)))),
+    )
+)
+
+
 # --- programs ----------------------------------------------------------------------------------------------------
 
 
@@ -102,7 +112,7 @@ class ProgramCompiler(ExpressionCompiler):
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
         flags = [tree.assign(flag, tree.constant(None)) for flag in self._real.values()]
         turn = tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load()))
-        body = [*flags, tree.assign("t", tree.constant(0)), turn, _load_left()]
+        body = [*flags, tree.assign("t", tree.constant(0)), turn, _LOAD_LEFT]
         body += self._with_frame(loop) if self._lowered.slots else loop
         names = ["X", *CELLS.values(), *KEYS.values(), "C", "F", "pc", *self.parameter_fields(), *self.arrays.values()]
         body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
@@ -197,9 +207,8 @@ class ProgramCompiler(ExpressionCompiler):
         if self.reads:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
         if not is_silent(op):
-            suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _load_left()], [])
-            count = tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1)))
-            statements = [count, suspended, *statements]
+            suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _LOAD_LEFT], [])
+            statements = [_COUNT, suspended, *statements]
         for statement in statements:
             tree.place(statement, place + FIRST_LINE)
         return statements
@@ -275,7 +284,7 @@ class ProgramCompiler(ExpressionCompiler):
         if INSTRUCTIONS[statement.word].breaks and not statement.modifiers.has_time:
             statements.insert(0, tree.yield_(tree.name("BREAK")))
         assert self._counted is not None
-        return [_store(0), _store(1, self._counted), *statements, _load_left()]
+        return [_store(0), _store(1, self._counted), *statements, _LOAD_LEFT]
 
     def _assignment(self, statement: ast.Assignment) -> list[py.stmt]:
         target, value = statement.target, statement.value
@@ -374,7 +383,7 @@ class ProgramCompiler(ExpressionCompiler):
             tree.name("m"),
         )
         done = tree.compare(tree.name("m"), py.Gt(), tree.constant(0))
-        away = [_store(1, self._counted), tree.yield_(by_task), _load_left()]
+        away = [_store(1, self._counted), tree.yield_(by_task), _LOAD_LEFT]
         return [*self.call_bound(op), py.If(done, [tree.assign("n", tree.name("m"))], away)]
 
     def call_bound(self, op: lowering.Invoke) -> list[py.stmt]:
@@ -396,12 +405,6 @@ def _store(place: int, op: int | None = None) -> py.stmt:
     """Store n (place 0) or the number of an operation (place 1) in the context's `turn`."""
     target = py.Subscript(tree.name("B"), tree.constant(place), py.Store())
     return py.Assign([target], tree.name("n") if op is None else tree.constant(op))
-
-
-def _load_left() -> py.stmt:
-    """Load n from the context's `turn`. Other programs may have run meanwhile, so t changes."""
-    later = py.BinOp(tree.name("t"), py.Add(), tree.constant(1))
-    return py.Assign([tree.unpacked("nt")], tree.tuple_of((tree.item("B", tree.constant(0)), later)))
 
 
 def _constant_step(statement: ast.For) -> float | None:

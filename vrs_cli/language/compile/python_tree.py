@@ -102,5 +102,11 @@ def place(root: py.AST, line: int = _LINE) -> None:
         node.lineno, node.col_offset = line, _COLUMN
 
 
+def placed(statement: py.stmt) -> py.stmt:
+    """Return a statement that trees can share, because it has its line already."""
+    place(statement)
+    return statement
+
+
 def yield_(value: py.expr) -> py.Expr:
     return py.Expr(py.Yield(value))
