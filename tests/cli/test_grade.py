@@ -58,6 +58,7 @@ def test_a_class_becomes_a_table_and_files(vrs: Vrs, school: Path, tmp_path: Pat
     assert (tmp_path / "all.xml").read_text().startswith("<?xml")
 
 
+@pytest.mark.long
 def test_marks_are_the_same_wherever_and_however_they_are_made(
     vrs: Vrs, school: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

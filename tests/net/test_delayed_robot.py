@@ -220,6 +220,7 @@ async def sampled(client: Client, count: int) -> list[tuple[float, Sample]]:
     return found
 
 
+@pytest.mark.long
 def test_samples_over_a_line_with_jitter_come_in_order_and_no_sooner_than_most(robot: Serving) -> None:
     async def watch(address: str) -> None:
         client, arrived = Client(address, hello_of()), dict[float, float]()

@@ -219,6 +219,7 @@ def page_mirror(robot: Serving, page: Page) -> Mirror:
     return mirror
 
 
+@pytest.mark.long
 def test_what_was_shown_until_a_change_came_is_flagged(robot: Serving) -> None:
     with robot.call() as near, behind(robot, 0.15, 0.15) as it, relayed(it.address) as address, Page(address) as page:
         page.shown(lambda one: one.round_trip)
@@ -261,6 +262,7 @@ def test_a_command_that_never_arrives_is_not_expected_for_ever(robot: Serving) -
         assert len(fates) == 1, "whatever became of it"
 
 
+@pytest.mark.long
 def test_a_tool_that_is_dragged_leaves_nothing_confirmed_but_the_past(robot: Serving) -> None:
     pose = (1.0, 0.0, 0.0, 0.3, 0.0, -1.0, 0.0, 0.3, 0.0, 0.0, -1.0, 0.2)
     with behind(robot, 0.1, 0.1) as it, relayed(it.address) as address, Page(address) as page:

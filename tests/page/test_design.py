@@ -184,6 +184,7 @@ def test_the_picture_is_told_in_words_and_numbers(shown: Page) -> None:
     )
 
 
+@pytest.mark.long
 def test_a_click_on_the_strip_seeks(shown: Page) -> None:
     line(shown, "DRIVE 1, 90, 10")
     until(shown, "app.source.timeline.end > 1")

@@ -49,6 +49,7 @@ def test_a_reload_shows_the_robot_again(shown: Page) -> None:
     assert shown.title() == "cell1"
 
 
+@pytest.mark.long
 def test_the_measured_arm_is_beside_the_virtual_one(shown: Page, served: Serving) -> None:
     """Joint 1 stands still while it should turn."""
     line(shown, "DRIVE 1, 60")

@@ -147,6 +147,7 @@ def test_a_page_goes_on_when_vrs_view_is_started_again_at_its_port(tmp_path: Pat
     assert secret.read_text() in said
 
 
+@pytest.mark.long
 def test_a_saved_trajectory_is_played_at_its_rate(tmp_path: Path, page: Page) -> None:
     (tmp_path / "one.v2").write_text(".PROGRAM one\nDRIVE 1, 90, 10\n.END\n")
     with started(tmp_path, "run", "one.v2", "--save", "day.vrst") as (run, _):

@@ -23,6 +23,7 @@ def mistakes(exercise: Exercise, folder: Path) -> list[str]:
         return [one.text for one in found if not one.doubtful]
 
 
+@pytest.mark.long
 def test_a_solution_with_a_cell_becomes_an_exercise_without_mistakes(tmp_path: Path) -> None:
     folder, told = propose(str(tmp_path / "mine"), str(PROGRAMS / "pick_and_place.v2"))
     exercise = read_exercise(folder)
