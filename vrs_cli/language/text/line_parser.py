@@ -381,7 +381,6 @@ _ENDS_VALUE = _VALUES | {"RPAR", "RGROUP", "RSQB"}
 _PARAMETERS = "a parameter is a name alone: .PROGRAM name(a, $text, #joints)"
 _SECONDS = "a time is in seconds: AT 2 is a time of the clock, IN 2 is two seconds from now"
 _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
-_MOVES = [row for row in INSTRUCTIONS.values() if row.arguments and row.arguments[0].shape is Shape.PLACE]
 
 
 class Complaint:
@@ -553,7 +552,9 @@ class Complaint:
     def _meant_beside(self, last: Token, row: Word | None) -> str:
         """Return a hint about the meaning of two values with nothing between them, as in MOVE Z 100, 30 DEG and
         f"x={x}"."""
-        if last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES and row in _MOVES:
+        first = () if row is None or INSTRUCTIONS.get(row.name) is not row else row.arguments[:1]
+        moves = any(argument.shape is Shape.PLACE for argument in first)
+        if moves and last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES:
             return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
         if self._start == "header" and len(self._before) == 1:
             return f"a name has letters, digits, . and _: {last.text}_{self._text}"
