@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.make_files import with_files
 from docs.make_rooms import IMAGE, ROOMS, picture
 from tests.test_architecture import FLOORS, INNER_FLOORS
 
@@ -26,6 +27,10 @@ def test_the_picture_has_all_floors_in_their_order() -> None:
 def test_the_drawing_has_all_floors_and_is_of_now() -> None:
     assert {folder for room in ROOMS for folder in room.folders} == set(FLOORS) - UNTOLD - {"errors", "page"}
     assert IMAGE.read_text(encoding="utf-8") == picture(), "draw it again: python -m docs.make_rooms"
+
+
+def test_the_list_of_files_is_of_now() -> None:
+    assert with_files(PAGE) == PAGE, "make it again: python -m docs.make_files"
 
 
 @pytest.mark.parametrize("folder", INNER_FLOORS)

@@ -1,4 +1,4 @@
-"""Load robots from files: a TOML file (`robots/puma560.toml`), a URDF file, or a TOML file that extends a URDF file."""
+"""Load robots from files: a TOML file (`kinematics/robots/puma560.toml`), a URDF file, or a TOML file based on a URDF."""
 
 from __future__ import annotations
 
