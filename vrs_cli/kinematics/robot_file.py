@@ -1,4 +1,4 @@
-"""Load robots from files: a TOML file (`kinematics/robots/puma560.toml`), a URDF file, or a TOML file based on a URDF."""
+"""Load robots from files: TOML (`kinematics/robots/puma560.toml`), URDF, or TOML that extends a URDF file."""
 
 from __future__ import annotations
 
