@@ -46,11 +46,12 @@ if TYPE_CHECKING:
 
 
 class Solution(NamedTuple):
-    """One branch of the inverse: its joints [rad, m], or None if out of reach, and the joints outside their limits."""
+    """One branch of the inverse: its joints [rad, m], or None if the pose is out of reach, and the numbers of the
+    joints outside their limits."""
 
     configuration: Configuration
     joints: Joints | None
-    outside: tuple[int, ...]  # counted from 1, as JT1 is
+    outside: tuple[int, ...]  # joint numbers, counted from 1 (JT1)
 
     @property
     def usable(self) -> bool:
@@ -88,9 +89,8 @@ class LineProof(Protocol):
     sure: float
 
     def prove(self, gaps: Any, pieces: int) -> Flags:
-        """Return for each of k gaps between samples whether it is proved (k,). Each gap is divided into `pieces`
-        pieces.
-        """
+        """Return whether the joints are proved continuous in each of k gaps between samples (k,). Each gap is divided
+        into `pieces` pieces."""
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
         """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
@@ -105,10 +105,10 @@ class RobotArm:
     `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose is out of reach if it
     needs a motion that no joint can make. Each arm has one object, so the object may cache results.
 
-    `ways`: the configurations; one without words if there is no choice. `lines_keep_words`: whether poses between two
-    configurations are singular, so that a straight line stays in one configuration, and a MOVE too if it can.
-    `seed_step`: greatest distance of joints from which `branch_joints` finds the same branch [rad, m]. `method`: the
-    method of the inverse in a few words, for the user.
+    `ways`: the configurations; a single one without words if the arm has no choice. `lines_keep_words`: whether poses
+    between two configurations are singular, so that a straight line stays in one configuration, and a MOVE too if it
+    can. `seed_step`: the maximum change of the joints [rad, m] for which `branch_joints` finds the same branch.
+    `method`: the method of the inverse in a few words, for the user.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
@@ -123,7 +123,7 @@ class RobotArm:
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
 
     @cached_property
-    def forward(self) -> Callable[[Joints], Transform]:  # a stored function: read once, called often
+    def forward(self) -> Callable[[Joints], Transform]:  # a stored function, because it is called often
         """Return T_base_flange of joints."""
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
@@ -160,7 +160,7 @@ class RobotArm:
 
     @property
     def all_line_ways(self) -> tuple[Configuration, ...]:
-        """Return all configurations in which a straight line may be."""
+        """Return all configurations that a straight line may have."""
         return self.ways if self.lines_keep_words else (NONE,)
 
     def limits_ok(self, q: Joints) -> bool:
@@ -186,7 +186,8 @@ class RobotArm:
         """Return the lengths [m] and angles [rad] of a closed form by their symbols; none for a search."""
         return {}
 
-    # the robot's joints from those of a closed form, joint = sign (theta - offset [rad]); empty: they are the same
+    # sign and offset [rad] of each joint: the robot's joint is sign (theta - offset) of the closed form's theta; empty
+    # if both are the same
     senses: tuple[tuple[float, float], ...] = ()
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
@@ -197,11 +198,11 @@ class RobotArm:
         raise NotImplementedError
 
     def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:  # noqa: ARG002 (see formula)
-        """Return the variables that `branch_joints` computes before it ends; empty without a closed form."""
+        """Return the intermediate variables of `branch_joints`; empty without a closed form."""
         return {}
 
-    redundancy = 0  # number of joints beyond those that the task needs, and of guides for a straight line
-    still_joints: tuple[int, ...] = ()  # redundant joints, by index, that stand still without a guide
+    redundancy = 0  # number of redundant joints, which is also the number of guides of a straight line
+    still_joints: tuple[int, ...] = ()  # indexes of redundant joints that keep their values without a guide
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
         """Return the joints near `near` that reach T and meet the demands, whatever the limits (redundant arms)."""
@@ -231,7 +232,7 @@ class RobotArm:
         raise NotImplementedError
 
     def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
-        """Return the walk with the shortest joint motion, whatever the ranges."""
+        """Return the walk with the shortest joint motion, ignoring the joint ranges."""
         raise NotImplementedError
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
@@ -241,8 +242,7 @@ class RobotArm:
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
     def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (subclasses use T)
-        """Return whether T_base_flange is farther away than all links stretched in one line can reach, if this can be
-        checked quickly."""
+        """Return True if a quick check shows that T_base_flange is farther away than the stretched arm reaches."""
         return False
 
     @cached_property
@@ -287,9 +287,11 @@ class RobotArm:
         """Return the joints that a MOVE from `near` goes to.
 
         The result has the words in `asked`. If `asked` has no word for arm or elbow, the word of `near` holds. If it
-        has no word for the wrist, the wrist is taken that the arm reaches sooner (the slowest joint at its full
-        velocity decides). Raises LocationTooFar, LocationTooClose or JointOutOfRange; the error names a configuration
-        that would work, if there is one.
+        has no word for the wrist, the arm takes the wrist that it reaches sooner (the slowest joint at its full
+        velocity decides).
+
+        Raises LocationTooFar, LocationTooClose or JointOutOfRange; the error names a configuration that would work, if
+        there is one.
         """
         self.check_task(T)
         have = self.configuration(near)
@@ -369,7 +371,7 @@ class RobotArm:
     def check_task(
         self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
     ) -> None:
-        """Raise LocationOutOfRange for a pose that needs a motion that no joint can make, such as a tilt of a SCARA's
+        """Raise LocationOutOfRange if a pose needs a motion that the joints cannot make, such as a tilt of a SCARA's
         tool.
 
         The error names the nearest allowed values of the user's location, T_world_tool = T_robot_world^-1 T
@@ -381,10 +383,10 @@ class RobotArm:
             raise LocationOutOfRange(f"this robot {what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Raise IllegalValue for a tool whose tip moves if the flange makes a turn that does not count."""
+        """Raise IllegalValue if a turn of the flange that does not count for the task moves the tip of this tool."""
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
-        levers = ((y, z), (z, x), (x, y))  # levers of a turn about X, Y, Z
+        levers = ((y, z), (z, x), (x, y))  # distances of the tip from the axes X, Y and Z
         steady = self.unchanging.approach is not None  # then only turns about the approach axis are possible
         for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
             if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
@@ -396,7 +398,7 @@ class RobotArm:
     # --- clearances --------------------------------------------------------------------------------------
 
     hand: Hand | None = None  # the point that clearances follow; None without a closed form
-    boundary = Clearance()  # clearances below which a pose is on a boundary, or its wrist straight
+    boundary = Clearance()  # a pose with a smaller clearance counts as on a boundary, or its wrist as straight
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
         """Return the distances of a pose from the poses where the closed form of one branch ends or is singular."""
@@ -411,7 +413,7 @@ class RobotArm:
         *,
         beside_axis: bool = False,  # noqa: ARG002
     ) -> Clearance:
-        """Return a lower bound of the clearances on a path of length h between two poses, at most as fast as `pace`.
+        """Return a lower bound of the clearances between two poses, for a path of length h with the bounds `pace`.
 
         `beside_axis`: the whole path is on the shoulder's boundary.
         """
@@ -423,7 +425,7 @@ class RobotArm:
     def outward(self, q: Joints) -> float:  # noqa: ARG002 (subclasses use q)
         """Return the distance of the arm's end from axis 1 in the arm's plane [m], negative for RIGHTY.
 
-        Infinite for arms whose configurations it does not distinguish.
+        Infinite for arms whose configurations do not depend on it.
         """
         return inf
 
@@ -434,7 +436,8 @@ class RobotArm:
     steady: Steady | None = None
 
     def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (another place of the tip, for some)
-        """Return the arm that brings the tip of a tool to a position; most arms bring the flange to a whole pose."""
+        """Return the arm for a tool: an arm that brings the tip of this tool to a position; for most arms this
+        object."""
         return self
 
     # --- velocities --------------------------------------------------------------------------------------
@@ -452,16 +455,16 @@ class RobotArm:
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Return joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular with the place.
+        """Return joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular with the name of the
+        singularity.
 
         `demands`: rates of sums of the joints of a redundant arm.
         """
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (see numeric)
-        """Return the joint rates for a twist of the tool, or for a part of its derivatives that `beyond` has
-        computed.
-        """
+        """Return joint rates for a twist of the tool, or higher derivatives of the joints for the result of
+        `beyond`."""
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:

@@ -53,7 +53,7 @@ def _shapes_in(path: Path, joint_count: int) -> tuple[LinkShape, ...]:
 def size_of(model: RobotModel) -> float:
     """Return the reach of an arm, for the scale of a drawing [m]."""
     _, (reach, *_) = levers(model)
-    return max(reach, 0.05)  # [m] the smallest reach for drawing
+    return max(reach, 0.05)  # [m] minimum reach for drawing
 
 
 # --- capsules ------------------------------------------------------------------------------------------------------
@@ -68,7 +68,7 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
         found = [LinkShape(0, Box((3.0 * first, 3.0 * first, 2.0 * first)), "dark")]
     else:  # a pedestal, down to the lowest point of the arm at READY or NEST
         frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
-        lowest = min(T.pz for T in frames) - model.base.pz  # of joints and flange, above frame 0 [m]
+        lowest = min(T.pz for T in frames) - model.base.pz  # [m] height of the lowest joint or flange above frame 0
         low = min(0.0, (lowest if lowest < -SHORT else inf) - 2.0 * first)
         plate, column = (0.0, 0.0, low + 0.4 * first), (1.25 * first, 1.25 * first)
         found = [

@@ -27,7 +27,7 @@ from vrs_cli.kinematics.transform import Transform, Vector
 AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-CONSTANT = 1e-9  # [m, sine] smaller changes are none
+CONSTANT = 1e-9  # [m, sine] smaller changes count as 0
 
 
 class Forbidden(NamedTuple):
@@ -46,7 +46,7 @@ class Unchanging(NamedTuple):
     approach: Vector | None = None
 
     def allows(self, T: Transform) -> bool:
-        """Return whether no joint would have to change these parts of a pose."""
+        """Return whether a pose has the values of these parts, so that no joint would have to change them."""
         return all(abs(transform.dot(transform.position(T), way) - value) <= LEVEL for way, value in self.places) and (
             self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
         )
@@ -58,7 +58,7 @@ class Unchanging(NamedTuple):
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
             points = upright if abs(approach[2]) > 1.0 - CONSTANT else "in one direction"
             what = f"keeps its tool {points}; the location tilts it by {degrees(tilt):.2f} deg"
-            z = axis_of(T).direction  # turned the shortest way to the approach axis
+            z = axis_of(T).direction  # to be turned to the approach axis by the smallest angle
             axis = (
                 transform.any_normal(z)
                 if dist(transform.cross(z, approach), STILL) < CONSTANT
@@ -81,9 +81,8 @@ class Unchanging(NamedTuple):
 
 
 def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
-    """Return the parts of a pose that no joint changes, measured on sample poses; no parts for an arm with six
-    freedoms.
-    """
+    """Return the parts of a pose that no joint changes, measured on sample poses. An arm with six freedoms has no such
+    parts."""
     if model.joint_count >= ALL_PARTS and all(model.counts):
         return Unchanging()
     limits = list(zip(model.lower, model.upper, strict=True))
@@ -97,9 +96,7 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """Return the values of `instead` that the user must give in place of those of `asked`: angles, or coordinates if
-    the angles agree.
-    """
+    """Return a text with the angles of the pose `instead`; if `asked` has the same, those coordinates that differ."""
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
     if transform.angle_between(asked, instead) <= STRAIGHT:
         places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
@@ -108,7 +105,7 @@ def difference(asked: Transform, instead: Transform) -> str:
 
 
 def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
-    """Return whether all these poses are equally far along a direction."""
+    """Return whether all these poses have the same coordinate along a direction."""
     first, *others = (transform.dot(transform.position(T), way) for T in poses)
     return all(abs(other - first) < CONSTANT for other in others)
 
@@ -120,9 +117,9 @@ def _angle(a: Vector, b: Vector) -> float:
 
 
 SINGULAR = 1e-10  # sine or [m] below which a joint's angle is noise
-BOUNDARY = 1e-11  # cosine of the elbow, or [m2] at axis 1: rounding beyond the reach that is allowed
+BOUNDARY = 1e-11  # allowed excess over the reach by rounding: cosine of the elbow, or [m2] at axis 1
 ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundary, or two wrist axes as one
-UNKNOWN = -inf  # the least clearance if another clearance that it depends on may be 0
+UNKNOWN = -inf  # clearance without a known bound, because another clearance that it depends on may be 0
 
 
 class Hand(NamedTuple):
@@ -134,7 +131,7 @@ class Hand(NamedTuple):
 
 
 class HandPace(NamedTuple):
-    """The greatest first and second derivatives of the motion of the hand on a path, by the parameter of the path.
+    """The maximum first and second derivatives of the motion of the hand on a path, by the parameter of the path.
 
     `across`: the part of the wrist centre's speed that is perpendicular to axis 1. `tilt`: the rate at which the last
     axis turns.
@@ -149,11 +146,11 @@ class HandPace(NamedTuple):
 
 
 class Clearance(NamedTuple):
-    """The clearances of a pose, or the least clearances on a path; infinite for edges that an arm does not have.
+    """The clearances of a pose, or the minimum clearances on a path; infinite for edges that an arm does not have.
 
     `shoulder` [m2]: the squared distance of the wrist from axis 1, less the squared distance of the arm's plane from
-    axis 1. `outer`, `inner` [m2]: how far the squared distance from the shoulder is below and above the ends of the
-    reach. `wrist`: the sine of the angle between two wrist axes; `across` is their cross product.
+    axis 1. `outer`, `inner` [m2]: how far the squared distance from the shoulder is below its maximum and above its
+    minimum. `wrist`: the sine of the angle between two wrist axes; `across` is their cross product.
     """
 
     shoulder: float = inf
@@ -164,15 +161,15 @@ class Clearance(NamedTuple):
 
     @property
     def sizes(self) -> tuple[float, float, float, float]:
-        """Return all clearances without `across`."""
+        """Return all clearances except the vector `across`."""
         return self.shoulder, self.outer, self.inner, self.wrist
 
 
-SHOULDER, WRIST = 0, 3  # places in `sizes`
+SHOULDER, WRIST = 0, 3  # indexes in `sizes`
 
 
 class TwoBars(NamedTuple):
-    """Two bars that fold and bound a reach, in a plane at the distance `side` from axis 1 [m]."""
+    """Two hinged bars that limit the reach, in a plane at the distance `side` from axis 1 [m]."""
 
     upper: float
     fore: float
@@ -219,28 +216,28 @@ class TwoBars(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """Bounds of the motion of joint 1 and of the wrist centre in the arm's plane, at least u from axis 1.
+    """Bounds of the motion of joint 1 and of the wrist centre, which is at least u from axis 1 in the arm's plane.
 
     With unit vectors r outward and t across, the wrist centre c seen from above, w = side and u = r . c: u q1' = t . c'
     and u' = r . c' + q1' w; the second derivatives follow from these equations.
     """
 
-    rate: float  # greatest rate of joint 1
+    rate: float  # maximum rate of joint 1
     bend: float
-    outward: float  # of u
+    outward: float  # maximum rate of u
     outward_bend: float
 
 
 def turning(
     bars: TwoBars, a: float, b: float, pace: HandPace, h: float, *, beside_axis: bool
 ) -> tuple[float, Turning | None]:
-    """Return the least `shoulder` between two values, and the bounds of the motion; None if u may be 0.
+    """Return the minimum of `shoulder` between two poses, and the bounds of the motion, or None if u may be 0.
 
-    `beside_axis`: u is 0 on the whole path. Then joint 1 follows the wrist centre, or stands still if the wrist centre
-    is on the axis.
+    `beside_axis`: u is 0 on the whole path. Then joint 1 follows the wrist centre, or is at rest if the wrist centre is
+    on the axis.
     """
     across, side = pace.across, bars.side
-    far = sqrt(max(a, b, 0.0) + side * side) + 0.5 * across * h  # greatest distance of the wrist centre from axis 1
+    far = sqrt(max(a, b, 0.0) + side * side) + 0.5 * across * h  # maximum distance of the wrist centre from axis 1
     shoulder = min(a, b) - 0.25 * h * h * (across * across + far * pace.across_bend)
     if beside_axis and side <= ON_BOUNDARY:
         return shoulder, Turning(0.0, 0.0, 0.0, 0.0)
@@ -259,21 +256,23 @@ def turning(
 def from_shoulder(
     bars: TwoBars, a: Clearance, b: Clearance, speed: float, bend: float, h: float, beside: float = 0.0
 ) -> tuple[float, float]:
-    """Return the least `outer` and `inner` between two clearances, for a point of this speed and bend.
+    """Return the minimum of `outer` and `inner` between two poses, for a point with these bounds of speed and second
+    derivative.
 
     `beside`: the part of the point's squared distance from the shoulder that does not count for the reach [m2].
     """
     far = sqrt(max(bars.outer - min(a.outer, b.outer) + beside, 0.0)) + 0.5 * speed * h
     quarter = 0.25 * h * h
-    outer = min(a.outer, b.outer) - quarter * far * bend  # a straight path bulges inward only
+    outer = min(a.outer, b.outer) - quarter * far * bend  # a straight path is nearer to the shoulder than its ends
     return outer, min(a.inner, b.inner) - quarter * (speed * speed + far * bend)
 
 
 def shortest(a: Vector, b: Vector, rate: float, bend: float, h: float) -> float:
-    """Return the least length of a vector between two values, from bounds of its first and second derivative."""
+    """Return a lower bound of the length of a vector between two values, from bounds of its first and second
+    derivatives."""
     ax, ay, az = a
     dx, dy, dz = b[0] - ax, b[1] - ay, b[2] - az
     square = dx * dx + dy * dy + dz * dz
     part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0) if square else 0.0
-    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # at the point nearest to the origin
+    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # minimum distance from the origin
     return max(chord - 0.125 * bend * h * h, 0.5 * (hypot(*a) + hypot(*b) - rate * h))

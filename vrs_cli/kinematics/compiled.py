@@ -1,6 +1,6 @@
 """Write functions for one arm as Python code: kinematics and linear equations.
 
-The matrices of a chain are mostly zeros and ones. Multiplied symbolically once, they leave a few dozen products. The
+The matrices of a chain are mostly zeros and ones. One symbolic multiplication leaves a few dozen products. The
 functions take floats or, with the sine and cosine of numpy, arrays. Small systems of equations are written out too: six
 unknowns take less time than a call of numpy.
 """
@@ -18,11 +18,11 @@ from vrs_cli.kinematics.joints import JointKind, Twist
 from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.transform import Transform
 
-Entry = float | str  # a number that is known, or the name of a variable
+Entry = float | str  # a known number, or the name of a variable
 Column = tuple[Entry, Entry, Entry]
 
 STILL: Column = (0.0, 0.0, 0.0)
-NOTHING = 1e-15  # greatest entry that counts as rounding of right angles
+NOTHING = 1e-15  # maximum entry that counts as rounding of right angles
 
 
 class Formulas(NamedTuple):
@@ -143,7 +143,7 @@ class Writer:
                 w2 = self.mix((1.0, w2), (rate, z2), (self.sum([(2.0, change)]), z1))
                 w1 = self.mix((1.0, w1), (rate, z1), (change, z))
                 w = self.mix((1.0, w), (rate, z))
-            p = self.mix(*step)  # the next point, as seen from this one, which turns with the frame
+            p = self.mix(*step)  # vector to the next point, which turns with the frame
             p1 = self.cross(w, p)
             if jerk:
                 p2 = self.add_crosses(STILL, (w1, p), (w, p1))
@@ -212,7 +212,7 @@ class Writer:
         return x, y, z
 
     def sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
-        """Return a sum of products: a number, an existing name, or the name of a new variable."""
+        """Return a sum of products, as a number, an existing name, or the name of a new variable."""
         known, rest = 0.0, list[str]()
         for a, b in terms:
             if isinstance(a, str) and isinstance(b, str):
@@ -268,10 +268,10 @@ def function(head: str, lines: Iterable[str]) -> str:
     return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
 
 
-LOST = 1e-10  # fraction of the largest coefficient: smaller pivots are rounding
+LOST = 1e-10  # pivots below this fraction of the largest coefficient are rounding
 SMALL = 1e-4  # [m, 1] smaller pivots count as singular
-LARGE = 0.1  # [m, 1] pivots above it are taken without a search
-DEMAND = 1e-9  # greatest allowed residual of an equation without unknowns, in the equation's unit
+LARGE = 0.1  # [m, 1] larger pivots are taken without a search
+DEMAND = 1e-9  # maximum residual of an equation without unknowns, in the equation's unit
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
@@ -371,7 +371,7 @@ def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
 
 
 def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> tuple[float, ...]:
-    """Return rows^T (rows rows^T + damping)^-1 wanted, by a system as large as the number of equations."""
+    """Return rows^T (rows rows^T + damping)^-1 wanted, by a system of as many equations as there are rows."""
     table = gram(rows)
     for k, row in enumerate(table):
         row[k] += damping

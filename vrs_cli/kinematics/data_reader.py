@@ -12,8 +12,8 @@ from typing import NamedTuple
 from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.transform import Transform, from_oat
 
-HUGE = 1e9  # greatest length, angle or rate of a robot; excludes infinity and NaN
-TINY = 1e-9  # least positive number
+HUGE = 1e9  # maximum length, angle or rate of a robot; excludes infinity and NaN
+TINY = 1e-9  # minimum positive number
 
 
 class Quantity(NamedTuple):

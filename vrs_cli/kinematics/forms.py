@@ -38,7 +38,7 @@ def arm_for(model: RobotModel) -> RobotArm:
     return NumericArm(model)
 
 
-# A form is imported only when a robot may have it; most robots have the first form.
+# A closed form is imported only if the robot may fit it; most robots fit the first one.
 
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
@@ -116,16 +116,16 @@ class Canonical(NamedTuple):
 
     @property
     def hand(self) -> float:
-        """Return 1.0 if the flange lies, or points, along axis 6 from the wrist; else -1.0."""
+        """Return 1.0 if the flange is ahead of the wrist on axis 6, or in the wrist and pointing ahead; else -1.0."""
         flange = self.chain.flange
         way = self.chain.links[-1].d + flange.pz
         return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
 
 
 def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
-    """Return the chain of turning joints with these alphas; None if the robot's axes are arranged otherwise.
+    """Return the chain of turning joints with these alphas; None if the robot's axes have another arrangement.
 
-    `bare`: move a base and a flange that only turn about the first and last axis, or slide along it, into the links.
+    `bare`: move a base and a flange into the links if they only turn about the first or last axis, or slide along it.
     """
     if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
         return None

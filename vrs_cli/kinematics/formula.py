@@ -1,7 +1,7 @@
 """Solve arms by a formula, and derive its variants from its source: for arrays, with its steps, for all configurations.
 
 The inverse of one branch is written once, as a function of floats: assignments, each to new names, choices (`a if test
-else b`), `if test: return None` for what is out of reach, and one result.
+else b`), `if test: return None` for poses out of reach, and one result.
 """
 
 from __future__ import annotations
@@ -110,14 +110,14 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def steps_of(formula: Callable[..., Any], names: Sequence[str], *arguments: Any) -> Steps:
-    """Return the variables with the given names that a formula computes before it ends."""
+    """Return the intermediate variables with the given names that a formula computes."""
     found = _variant(formula, _WithSteps(), {})(*arguments)
     return {name: found[name] for name in names if name in found}
 
 
-SIGNS = {"arm": ARM, "elbow": ELBOW, "wrist": WRIST}  # signs of a configuration, and their bits of its `index`
+SIGNS = {"arm": ARM, "elbow": ELBOW, "wrist": WRIST}  # signs of a configuration, and their bits in its `index`
 
-Level = tuple[list[ast.stmt], list[ast.stmt]]  # statements that need the same signs, and the turns of their joints
+Level = tuple[list[ast.stmt], list[ast.stmt]]  # statements that need the same signs, and whole turns of their joints
 
 
 def every_branch(
@@ -126,7 +126,7 @@ def every_branch(
     """Return a function of a pose: the joints q1 to q6 of all configurations in the order of `joints.ALL`, None out of
     reach.
 
-    Each joint is on the turn nearest to `middle`; where it may have any value, it is that of `near`. The first
+    Each joint is on the turn nearest to `middle`. A joint that may have any value has its value in `near`. The first
     statement of the formula takes the signs of a configuration, the last two collect the joints. A statement runs once
     for all configurations whose signs it does not need. `flip`: a function that makes the joints of FLIP from those of
     NOFLIP.
@@ -135,7 +135,8 @@ def every_branch(
     flipped = [] if flip is None else _tree(flip).body[1:-1]
 
     def nested(level: int, known: dict[str, float]) -> list[ast.stmt]:
-        """Return the statements from a level on. `known`: numbers, and the signs of the outer levels."""
+        """Return the statements of a level and of the levels inside it. `known`: the values of names, with the signs of
+        the outer levels."""
         index = sum(bit for sign, bit in SIGNS.items() if known.get(sign, 1.0) < 0.0)
         rows, turns = levels[level]
         found = body = list[ast.stmt]()
@@ -161,8 +162,9 @@ def every_branch(
 
 
 def _levels(rows: Iterable[ast.stmt], middle: Joints) -> tuple[list[Level], list[str]]:
-    """Return the statements that need no sign, the first one, the first two, and so on; and the signs in this order."""
-    turns_of = dict[str, list[ast.stmt]]()  # statements that bring a joint to the turn nearest to the middle
+    """Return levels of statements (those that need no sign, those that need the first sign, and so on), and the order
+    of the signs."""
+    turns_of = dict[str, list[ast.stmt]]()  # statements that put a joint on the turn nearest to the middle
     for i, x in enumerate(middle, 1):
         turned = f"q{i} -= {TURN} * ((q{i} - {x - pi}) // {TURN})"
         turns_of[f"q{i}"] = ast.parse(f"if not {x - pi} <= q{i} <= {x + pi}: {turned}").body
@@ -182,7 +184,7 @@ def _levels(rows: Iterable[ast.stmt], middle: Joints) -> tuple[list[Level], list
 
 
 def _single_assignments(rows: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
-    """Yield statements; an assignment of several values becomes one for each."""
+    """Yield statements; an assignment of several values becomes one assignment for each value."""
     for row in rows:
         match row:
             case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
@@ -203,14 +205,14 @@ def _tree(formula: Callable[..., Any] | str) -> ast.FunctionDef:
 
 
 def _scope(formula: Callable[..., Any]) -> ClosureVars:
-    """Return the names that a formula sees."""
+    """Return the names in the scope of a formula."""
     from inspect import getclosurevars
 
     return getclosurevars(formula)
 
 
 class _WithNumbers(ast.NodeTransformer):
-    """Writes numbers in place of their names, and leaves out factors of 1."""
+    """Replaces names by their numbers, and leaves out factors of 1."""
 
     def __init__(self, numbers: dict[str, float]) -> None:
         self.numbers = numbers
@@ -227,7 +229,7 @@ class _WithNumbers(ast.NodeTransformer):
 
 
 def _made(tree: ast.FunctionDef, formula: Callable[..., Any], others: dict[str, Any]) -> Callable[..., Any]:
-    """Return the function of a tree, which sees the names that the formula sees, and others."""
+    """Return the function of a syntax tree. It can use the names in the scope of the formula, and `others`."""
     scope = _scope(formula)
     names = {**scope.globals, **scope.nonlocals, **others}
     module = ast.fix_missing_locations(ast.Module([tree], []))

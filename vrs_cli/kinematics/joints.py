@@ -67,7 +67,7 @@ class JointUnits:
 TURNING = JointUnits()
 
 TURN = 2 * pi
-LIMIT_TOLERANCE = 1e-9  # [rad] rounding allowed beyond a limit
+LIMIT_TOLERANCE = 1e-9  # [rad] tolerance of a limit, for rounding
 
 
 def nearest_turn(angle: float, reference: float) -> float:
@@ -83,7 +83,7 @@ def turned_near(angles: Iterable[float], near: Joints) -> Joints:
 
 
 def six_turned_near(q: Joints, near: Joints) -> Joints:
-    """Return `turned_near` of six joints, in half the time of `turned_near`."""
+    """Do the same as `turned_near` for six joints, in half the time."""
     q1, q2, q3, q4, q5, q6 = q
     n1, n2, n3, n4, n5, n6 = near
     return (
@@ -135,16 +135,17 @@ def largest_change(a: Joints, b: Joints) -> float:
 
 Twist = tuple[float, float, float, float, float, float]
 Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n numbers
-Demands = tuple[tuple[Joints, float], ...]  # of redundant joints: weights of a sum of all joints, and its value
+Demands = tuple[tuple[Joints, float], ...]  # required sums of all joints of a redundant arm: weights, value
 
-MAX_RATE_ERROR = 1e-5  # fraction of the joint rates that may be wrong while a line is planned
-AT_REST = 1e-9  # [m/s, rad/s] smaller demands on a lost direction are rounding
+MAX_RATE_ERROR = 1e-5  # allowed fraction of error of the joint rates while a line is planned
+AT_REST = 1e-9  # [m/s, rad/s] smaller demands in a lost direction are rounding
 
 
 class Singularity(NamedTuple):
     """The distances of a pose from the singularities, from 0 (singular) to 1 (as far as possible).
 
-    `shoulder` is |u| divided by the arm's length, `elbow` is |sin psi|, `wrist` is |sin q5|.
+    `shoulder`: the distance of the wrist from axis 1, divided by the arm's length. `elbow`: |sin psi| of the angle psi
+    between upper arm and forearm. `wrist`: |sin q5|.
     """
 
     shoulder: float
@@ -167,7 +168,7 @@ def beyond(rate: Twist, bias: Twist) -> Twist:
 
 # --- walks of redundant joints along a line (`numeric.arm`) --------------------------------------------------------
 
-Asked = tuple[tuple[int, float], ...]  # joints, by index, with their values at the end: each is then its own guide
+Asked = tuple[tuple[int, float], ...]  # indexes of joints, with their values at the end: each has a guide of its own
 
 
 class Walk(NamedTuple):
@@ -189,17 +190,17 @@ class Walk(NamedTuple):
 
 # --- configurations ------------------------------------------------------------------------------------------------
 #
-# The ways in which an arm reaches one location: eight for six joints in the usual arrangements, two for a SCARA. As Lee
-# and Ziegler (1984) define them, in the words of VAL-II (`sign` +1 is the first of each pair), for any signs and zeros
-# of the joints, and up as the base has it:
+# The configurations in which an arm reaches one location: eight for six joints in the usual arrangements, two for a
+# SCARA. Lee and Ziegler (1984) define them; here they have the words of VAL-II (`sign` +1 is the first of each pair).
+# They do not depend on signs and zeros of the joints, and up is the Z axis of the base:
 #
 #     RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen from above along the arm
 #     ABOVE / BELOW     elbow above / below the line from shoulder to wrist
 #     NOFLIP / FLIP     joint 5, from where the hand points along the forearm, positive (or zero) / negative
 #
-# An arm straight before that axis is RIGHTY where it reaches forward from its shoulder, LEFTY where it reaches back
-# over it; with the shoulder on the axis, where joint 2, turning positively, raises / lowers the wrist. All are the same
-# on a PUMA. The module of each closed form says what they mean for other arms.
+# An arm in one plane with the axis of joint 1 is RIGHTY if it reaches forward from its shoulder, and LEFTY if it
+# reaches back over it. If the shoulder is on the axis, it is RIGHTY if joint 2, turning positively, raises the wrist,
+# else LEFTY. On a PUMA these definitions agree. The module of each closed form explains the words for other arms.
 
 
 class Arm(Enum):
@@ -276,7 +277,7 @@ class Configuration:
         return " ".join(flag.name for flag in self.flags if flag is not None)
 
 
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below it: FLIP and NOFLIP meet
+WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below this angle: FLIP and NOFLIP meet
 NONE = Configuration()  # for an arm with one configuration, or with more than words can name
 SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # for an arm without another choice, such as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))

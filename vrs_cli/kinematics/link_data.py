@@ -90,11 +90,8 @@ class Opening(NamedTuple):
 
 
 class LinkShape(NamedTuple):
-    """A body of a link.
-
-    `opens`: for a part of the hand, the motions of the joints between link and part, the first joint first, from the
-    closed hand on.
-    """
+    """A body of a link. `opens`: the motions of the joints between the link and a part of the hand, measured from the
+    closed hand, in the order of the joints from the link outward."""
 
     link: int
     body: Body
@@ -143,9 +140,9 @@ KINDS: Mapping[str, Keys] = {
     "cylinder": Keys(("from", "to", "radius")),
     "capsule": Keys(("from", "radius"), ("to",)),
     "slab": Keys(("from", "to", "across", "radius", "thickness")),
-    "mesh": Keys(("file",), ("at", "scale", "glb")),  # `glb`: its address at a server, for clients
+    "mesh": Keys(("file",), ("at", "scale", "glb")),  # `glb`: the address on a server, for clients
 }
-BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the word of a kind, and a key for each of its fields
+BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the name of a kind of shape, and a key for each field
     Box: ("box", "size", "at"),
     Cylinder: ("cylinder", "from", "to", "radius"),
     Capsule: ("capsule", "from", "to", "radius"),
@@ -237,7 +234,7 @@ class ShapeReader(DataReader):
         if kind == "box":
             return Box(self.three(table["size"], f"{key}: size", SIZE), at)
         if kind == "mesh":
-            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)  # a negative scale mirrors
+            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)  # negative: mirrored
             if min(map(abs, scale)) < TINY:
                 raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
             file = self.word(
@@ -277,7 +274,7 @@ class ShapeReader(DataReader):
         return first, last
 
 
-Inertia = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz, yz
+Inertia = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz, yz [kg m2]
 
 DRIVE_KEYS: Mapping[str, Quantity] = {
     "rotor": PLAIN,

@@ -158,7 +158,7 @@ def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: fl
     found = atan2(sine, cosine)
     if alpha is not None and abs(found - alpha) > EXACT:
         return None
-    between = vector_difference(axis.point, origin)  # feet of the common normal, by Cramer's rule
+    between = vector_difference(axis.point, origin)  # the foot of the common normal on each axis, by Cramer's rule
     p, q = dot(between, z), dot(between, axis.direction)
     foot = along(origin, z, (p - cosine * q) / (sine * sine))
     onto = along(axis.point, axis.direction, (cosine * p - q) / (sine * sine))
@@ -223,7 +223,7 @@ class ArmTask(Enum):
         return FEWEST if self is ArmTask.STEADY else sum(self.counts)
 
     def suits(self, joints: int) -> bool:
-        """Return whether an arm with so many joints may have the task."""
+        """Return whether an arm with this number of joints may have the task."""
         if self is ArmTask.STEADY and joints >= ALL_PARTS:
             return False
         return self.size <= joints or (self is ArmTask.POSE and joints >= FEWEST)
@@ -240,12 +240,18 @@ _PARTS = {
 }
 
 
-PROFILES = tuple(Profile.__members__)  # the first one is the default
+PROFILES = tuple(Profile.__members__)  # the default profile is first
 STILL = (0.0, 0.0, 0.0)
-LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] allowed distance from the arm's plane, and tilt: three decimals stay below
+LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] allowed distance from the arm's plane and tilt, for three decimals
 SEED = 560
-MEASURED = 16  # number of poses on which freedoms are measured
-SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # fractions of joint ranges: poses that show what an arm cannot change
+MEASURED = 16  # number of sample poses for measuring freedoms
+SAMPLES = (
+    0.05,
+    0.3,
+    0.45,
+    0.7,
+    0.9,
+)  # fractions of joint ranges, for poses that show what an arm cannot change
 
 
 class Origin(NamedTuple):
@@ -263,7 +269,7 @@ class Origin(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-NOT_COMPARED = 3  # number of the last fields of a model that may differ in equal models
+NOT_COMPARED = 3  # number of fields at the end of a model that do not count when models are compared
 
 
 class _ModelData(NamedTuple):

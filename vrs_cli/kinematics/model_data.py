@@ -35,8 +35,8 @@ from vrs_cli.kinematics.transform import IDENTITY, Vector, cross, dot
 if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
-NOTHING = 1e-6  # fraction of the volume of perpendicular unit rows: less on all poses means that an arm cannot do it
-WELL = 0.1  # fraction of that volume on the mean from which an arm does something well
+NOTHING = 1e-6  # minimum volume of unit rows (perpendicular: 1): if all poses have less, the arm lacks a motion
+WELL = 0.1  # minimum mean of this volume for a motion that an arm does well
 
 SAID = {  # the part of a location that counts, in words
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
@@ -68,10 +68,10 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
         return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
     if model.joint_count == ArmTask.POINTING.size:
         second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
-        # joints 2 to 4 only tilt the tool in the plane of the arm, so that it points nowhere else
+        # joints 2 to 4 only tilt the tool in the plane of the arm, so that it cannot point out of the plane
         keeps_plane = model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
             max(map(abs, cross(second, other))) < 1e-6
-            for other in (third, fourth)  # sine
+            for other in (third, fourth)  # sine of the angle between axes
         )
         if not keeps_plane and _mean(model, ArmTask.POINTING) > WELL:
             return ArmTask.POINTING
@@ -151,7 +151,7 @@ URDF_OPTIONS = (
     *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
     *("collision", "hand", "masses", "xacro", "flange"),
 )
-CLOSED = ("lower", "upper")  # the end of its joints at which a hand is closed
+CLOSED = ("lower", "upper")  # the end of the joint ranges at which a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
 
 
@@ -299,12 +299,12 @@ class ModelReader(DataReader):
         return list(own.values())
 
     def numbers(self, data: object, key: str, quantities: Mapping[str, Quantity]) -> dict[str, float]:
-        """Check a table that has some of these numbers, and return them."""
+        """Check a table that may have some of these numbers, and return them."""
         table = self.table(data, key, (), tuple(quantities))
         return {name: self.number(value, f"{key}.{name}", quantities[name]) for name, value in table.items()}
 
     def words(self, data: object, key: str) -> dict[str, str]:
-        """Check a table of texts, numbers, true and false, and return its values as words."""
+        """Check a table of texts, numbers, true and false, and return its values as strings."""
         if not isinstance(data, Mapping) or not all(isinstance(value, str | int | float) for value in data.values()):
             raise self.wrong(key, "is not a table of words and numbers", 'write it as xacro = { prefix = "left_" }')
         return {

@@ -17,20 +17,24 @@ from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import TURN, Vector, inverse
 
-POSES = 40_000  # sample poses
+POSES = 40_000  # number of sample poses
 BEYOND = 0.12  # fraction of a range by which samples are drawn beyond its ends, and then clipped
 CELLS = 44  # number of cells of the grid across the reach
-LEVEL = 0.5  # reached share of a cell and its neighbours at the boundary
-FLAT = 1e-3  # [m] height below which a reach is a plane
+LEVEL = 0.5  # reached fraction of a cell and its neighbours at the boundary
+FLAT = 1e-3  # [m] a reach of smaller height is a plane
 
-Grid = NDArray[np.float64]  # (distance from the first axis, height)
+Grid = NDArray[np.float64]  # rows by distance from the first axis, columns by height
 Points = NDArray[np.float64]  # (N, 3) [m]
 Sections = NDArray[np.float64]  # (S, 2, 3): pieces of an outline by distance, height and angle about the first axis
 
 
 DIRECTIONS = 32  # number of directions in a plane, for which the outline is at most 0.5 % too small
-FIRST_POSES, TRIES = 10_000, 24  # random poses at first, and then around the best pose of each direction
-ROUNDS, SPREAD, NARROWER = 30, 0.6, 0.75  # rounds of tries; their spread as a fraction of a range, first and by round
+FIRST_POSES, TRIES = 10_000, 24  # number of random poses at first, then of tries around the best pose of each direction
+ROUNDS, SPREAD, NARROWER = (
+    30,
+    0.6,
+    0.75,
+)  # number of rounds; first spread (fraction of a range) and its factor
 CHANGED = 0.4  # probability that a try changes a joint
 
 
@@ -82,7 +86,7 @@ def lines_of(sections: Sections) -> list[tuple[Vector, ...]]:
 
 def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Sections:
     """Return the boundary of the reach while joint 1 is 0, seen from its axis."""
-    # Sample places of the tip while joint 1 is 0, in frame 0: (N, 3)
+    # Sample positions of the tip while joint 1 is 0, in frame 0: (N, 3)
     model = arm.model
     lower, upper = np.array(model.lower), np.array(model.upper)
     parts = np.random.default_rng(1).random((POSES, model.joint_count)) * (1.0 + 2.0 * BEYOND) - BEYOND
@@ -158,7 +162,7 @@ def _march_squares(grid: Grid) -> NDArray[np.float64]:
         n, m = grid.shape[0] - 1, grid.shape[1] - 1
         values = np.stack([grid[i : i + n, j : j + m] for i, j in corners])
         inside = values > LEVEL
-        for one in range(3):  # the corner on the other side of LEVEL than the other two
+        for one in range(3):  # the corner that is alone on its side of LEVEL
             others = [k for k in range(3) if k != one]
             cut = np.argwhere((inside[one] != inside[others[0]]) & (inside[one] != inside[others[1]]))
             rows, columns = cut.T

@@ -139,7 +139,8 @@ class SerialBatch:
         raise NotImplementedError
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Return joints (N, k, n) of the k ways for poses (N, 3, 4), and whether they are inside the limits (N, k).
+        """Return joints (N, k, n) of the k configurations for poses (N, 3, 4), and whether they are inside the limits
+        (N, k).
 
         Joints are NaN out of reach.
         """
@@ -160,7 +161,7 @@ class SerialBatch:
         """Return joints (N, n) for poses (N, 3, 4), on the turns nearest to `near` (N, n) or (n,); NaN out of reach."""
         assert self.formula is not None  # numerical arms have their own class
         near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
-        with np.errstate(invalid="ignore", divide="ignore"):  # in rows for which the other choice holds
+        with np.errstate(invalid="ignore", divide="ignore"):  # rows that take the other choice may be invalid
             for part in chunks(len(T)):
                 q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T
         if self.unchanging != Unchanging():
@@ -205,7 +206,7 @@ class WristBatch(SerialBatch):
             solve = _by_halves(J)
             qd = solve(vector_difference(v, spin), w)
             bias: Any = self.biases.acceleration(joints, qd, *centre)
-            a = vector_difference(a, vector_sum(cross(alpha, r), cross(w, spin)))  # of the wrist centre
+            a = vector_difference(a, vector_sum(cross(alpha, r), cross(w, spin)))  # acceleration of the wrist centre
             return (*qd, *solve(vector_difference(a, bias[:3]), vector_difference(alpha, bias[3:])))
 
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -215,7 +216,7 @@ class WristBatch(SerialBatch):
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         assert self.formula is not None
         q, inside = np.empty((len(T), len(self.ways), 6)), np.empty((len(T), len(self.ways)), dtype=np.bool_)
-        rest = np.where(np.arange(6) == 3, np.clip(0.0, self.lower, self.upper), 0.0)  # joint 4 of a singular wrist
+        rest = np.where(np.arange(6) == 3, np.clip(0.0, self.lower, self.upper), 0.0)  # joint 4, at a singular wrist
         middle, half = 0.5 * (self.upper + self.lower)[:, None], 0.5 * (self.upper - self.lower)[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):
             for part in chunks(len(T)):

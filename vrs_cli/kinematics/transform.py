@@ -23,7 +23,7 @@ Z: Vector = (0.0, 0.0, 1.0)
 
 RIGHT_ANGLE = pi / 2
 TURN = 2 * pi
-POLE = 1e-10  # [rad] below it the tool is vertical: yaw and roll are one angle, and roll takes all of it
+POLE = 1e-10  # [rad] closer to the vertical, the tool's yaw and roll are one angle, and roll takes all of it
 
 
 class Transform(NamedTuple):
@@ -280,7 +280,7 @@ def quaternion(T: Transform) -> tuple[float, float, float, float]:
 def unit_quaternion(T: Transform) -> tuple[float, float, float, float]:
     """Return the quaternion (w, x, y, z) of the rotation, of length 1."""
     q = quaternion(T)
-    scale = 0.5 / sqrt(max(q))  # its largest part is four times the square of that of the unit quaternion
+    scale = 0.5 / sqrt(max(q))  # the largest component is 4 times the square of that of the unit quaternion
     w, x, y, z = (scale * value for value in q)
     return w, x, y, z
 

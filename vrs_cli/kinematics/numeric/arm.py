@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import Continuation, NumericBatch
 
 
-PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # parts of the gradient over the whole walk
+PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # total weights of the gradient in each walk
 MIN_MARGIN = 0.03  # fraction of a range: a walk with this margin is accepted immediately
-ROUNDING = 1e-9  # fraction of a range
-BEYOND = 0.02  # fraction of a range that a coarse walk may leave it by, though the line does not
+ROUNDING = 1e-9  # allowed rounding of a margin, as a fraction of a range
+BEYOND = 0.02  # fraction of a range: a coarse walk may go this far outside, if the exact line does not
 THERE = 0.01  # [m, rad] a walk with a larger error at its end does not arrive
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
@@ -57,7 +57,7 @@ class NumericArm(RobotArm):
             model.joint_count < model.task.size
         )  # with fewer joints than the task needs, most poses are out of reach
         self.redundancy = max(0, model.joint_count - model.task.size)
-        self.guesses = self.redundancy > 0  # on other arms a line may end in a singular pose, and a guess could pass it
+        self.guesses = self.redundancy > 0  # other arms may end a line in a singular pose, where a guess may be wrong
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
@@ -127,7 +127,7 @@ class NumericArm(RobotArm):
             q = tuple(map(add, q, step))
             shrunk = (
                 largest / before
-            ) ** 2  # the remaining part of the step, and the error of the rates, if steps shrink quadratically
+            ) ** 2  # estimates the next step, and the error of the rates, if steps shrink quadratically
             if shrunk < MAX_RATE_ERROR and shrunk * largest < search.CONVERGED:
                 return q, qd
             before = largest
@@ -141,9 +141,8 @@ class NumericArm(RobotArm):
     def _newton_of_parts(
         self, q: Joints, T: Transform, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
-        """Return one Newton step and the rates for a task that leaves parts of a pose free (otherwise:
-        `search.newton`).
-        """
+        """Return one Newton step and the rates for a task that leaves parts of a pose free (`search.newton` is for
+        whole poses)."""
         rows, error = self.missing(q, T)
         _, wanted = self.rows_that_count(q, (), twist)
         error += [value - sum(map(mul, weights, q)) for weights, value in demands]
@@ -172,7 +171,7 @@ class NumericArm(RobotArm):
         return self._walk(begin, poses, asked, PARTS[0])
 
     def _walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
-        """Return the walk with this part of the gradient."""
+        """Return the walk with this weight of the gradient."""
         q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
         axes = [_axis(joint, len(q)) for joint, _ in asked]
         others = [i for i in self.still_joints if i not in dict(asked)]
@@ -237,9 +236,8 @@ class NumericArm(RobotArm):
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return solutions inside the limits: the one near `near` for a redundant arm, else those of the first
-        starts.
-        """
+        """Return solutions inside the limits: the one near `near` for a redundant arm, else those that the first starts
+        find."""
         if not self.unchanging.allows(T) or self.beyond(T):
             return []
         if self.model.joint_count > self.model.task.size:
@@ -326,7 +324,7 @@ class NumericArm(RobotArm):
         return tuple([steps.get(i, 0.0) for i in self._all])
 
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
-        """Return the rows of the Jacobian that count, and the error in them [m, rad]."""
+        """Return the rows of the Jacobian that count, and the errors in these rows [m, rad]."""
         have, J = self.forward_and_jacobian(q)
         return self.rows_that_count(q, J, search.missing(self.model.task, have, T))
 
@@ -338,7 +336,7 @@ def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
         rest = direction
         for unit in basis:
             rest = _plus(rest, -_dot(rest, unit), unit)
-        size = max(sqrt(_dot(rest, rest)), 1e-6)  # least length of a direction
+        size = max(sqrt(_dot(rest, rest)), 1e-6)  # minimum length of a direction
         basis.append(tuple([x / size for x in rest]))
     return basis
 

@@ -40,7 +40,7 @@ from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LA
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
-SINGULAR = 5e-9  # [m, rad] allowed error in a singular pose, where steps do not lessen it
+SINGULAR = 5e-9  # [m, rad] allowed error in a singular pose, where further steps do not reduce it
 
 
 class NumericBatch(SerialBatch):
@@ -119,16 +119,16 @@ class NumericBatch(SerialBatch):
             done = np.abs(error).max(axis=1) < CONVERGED
             before = q[rows]
             q[rows] = self._next_joints(before, J, error, bounded=bounded)
-            found[rows[done]] = q[rows[done]]  # one more step than needed, so that results agree
+            found[rows[done]] = q[rows[done]]  # one more step than necessary, so that different searches agree
             rows, before = rows[~done], before[~done]
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
                 missing = self._missing(self.forward(q[stuck]), T[stuck])
                 away, turned = np.linalg.norm(missing[:, :3], axis=1), np.linalg.norm(missing[:, 3:], axis=1)
-                there = stuck[(away <= LEVEL) & (turned <= STRAIGHT)]  # the error is less than three decimals show
+                there = stuck[(away <= LEVEL) & (turned <= STRAIGHT)]  # an error that three decimals do not show
                 found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
-        if guides is None and len(rows):  # a single pose, not a line
+        if guides is None and len(rows):  # only a single pose, not a line
             there = rows[np.abs(self.error(q[rows], T[rows])[1]).max(axis=1) < SINGULAR]
             found[there] = q[there]
         return found
@@ -198,7 +198,7 @@ def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
     """Return vectors (N, 3) whose lengths are angles, from vectors whose lengths are the sines of these angles."""
     sine = np.linalg.norm(v, axis=1)
     factor = np.arctan2(sine, cosine) / np.maximum(sine, 1e-12)
-    half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: take any axis, the next step corrects it
+    half = (sine < 1e-12) & (cosine < 0.0)  # half a turn: take any axis, because the next step corrects it
     turn = v * np.where(sine < 1e-12, 1.0, factor)[:, None]
     turn[half] = (1e-3, 0.0, 0.0)
     return turn
@@ -206,15 +206,16 @@ def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:
 
 # --- the proof of continuous joints ----------------------------------------------------------------------------------
 
-LENGTH = 0.4  # fraction of the longest lever at which the proof is easiest
-MAX_KANTOROVICH = 0.5  # greatest beta L eta for which the theorem holds
-LOST = 0.9  # greatest |1 - A F'| that is accepted: F' has an inverse where this norm is less than 1
-HERMITE = 1.0 / 384.0  # fraction of a fourth derivative by which the cubic is off at most
-SLOPES = 8.0 / 27.0  # fraction of an error of the slopes at both ends by which the cubic is off at most
+LENGTH = 0.4  # unit of length, as a fraction of the longest lever, that makes the proof easiest
+MAX_KANTOROVICH = 0.5  # maximum beta L eta for which the theorem holds
+LOST = 0.9  # maximum |1 - A F'| that is accepted: F' has an inverse where this norm is less than 1
+HERMITE = 1.0 / 384.0  # maximum error of the cubic, as a fraction of the fourth derivative
+SLOPES = 8.0 / 27.0  # maximum error of the cubic, as a fraction of the error of the slopes at both ends
 
 
 class Cubic(NamedTuple):
-    """Cubics of the unknowns between samples: values (k, n) and rates at both ends, by the part of the time between."""
+    """Cubics of the unknowns between samples: values (k, n) and rates at both ends. Rates are by the fraction of the
+    time between the samples."""
 
     begin: Floats
     end: Floats
@@ -222,33 +223,33 @@ class Cubic(NamedTuple):
     end_rate: Floats
 
     def bends(self) -> tuple[Floats, Floats, Floats]:
-        """Return the second derivatives at both ends, and the third (k, n)."""
+        """Return the second derivatives at both ends, and the third derivative (k, n)."""
         way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
         bend, third = 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
         return bend, bend + third, third
 
     def at(self, parts: Floats) -> Floats:
-        """Return the unknowns at parts (m,) of the time: (k, m, n)."""
+        """Return the unknowns at fractions (m,) of the time: (k, m, n)."""
         bend, _, third = self.bends()
         x = parts[:, None]
         halves = 0.5 * bend[:, None], third[:, None] / 6.0
         return np.asarray(self.begin[:, None] + x * (self.begin_rate[:, None] + x * (halves[0] + x * halves[1])))
 
     def most(self) -> tuple[Floats, Floats, Floats]:
-        """Return bounds (k, n) of the sizes of the first three derivatives."""
+        """Return upper bounds (k, n) of the sizes of the first three derivatives."""
         before, after, third = (np.abs(bend) for bend in self.bends())
         rates = np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)) + third / 8.0
         return rates, np.maximum(before, after), third
 
 
 class Gaps(NamedTuple):
-    """The gaps between neighbouring samples; derivatives are by the part of the time between them."""
+    """The gaps between neighbouring samples. Derivatives are by the fraction of the time between the samples."""
 
-    way: Cubic  # of the joints (k, n) [rad, m] between the samples
-    place: Floats  # (k,) bounds of the fourth derivative of the desired place [m]
-    turn: Floats  # (k, 4) bounds of the first four derivatives of the desired turn's angles, together [rad]
+    way: Cubic  # the joints between the samples (k, n) [rad, m]
+    place: Floats  # (k,) bounds of the fourth derivative of the desired position [m]
+    turn: Floats  # (k, 4) bounds of the first four derivatives of the angles of the desired turn, summed [rad]
     guide: Floats  # (k,) bounds of the fourth derivative of the guides
-    weights: Floats  # of r guides (r, n)
+    weights: Floats  # weights of r guides (r, n)
 
     def some(self, which: Rows) -> Gaps:
         """Return the gaps with the given numbers."""
@@ -260,7 +261,7 @@ class Gaps(NamedTuple):
 class Continuation:
     """The proof for one arm with as many joints as parts of its task and guides.
 
-    `sure`: from joints this near [rad, m] Newton's method leads to the proved joints of a line.
+    `sure`: the maximum distance of joints [rad, m] from which Newton's method finds the proved joints of a line.
     """
 
     sure = 0.1
@@ -270,20 +271,21 @@ class Continuation:
         self.turns = batch.turning
         _, reached = levers(model)
         self.length = LENGTH * reached[0]
-        sliding = np.cumsum(~batch.turning[::-1])[::-1]  # joints up to a length beyond their ranges
+        # the number of sliding joints from each joint on: each may be up to one unit beyond its range
+        sliding = np.cumsum(~batch.turning[::-1])[::-1]
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
         self.longest = np.maximum.accumulate(self.levers[::-1])[
             ::-1
-        ]  # the longest lever of a joint and of the joints after it
+        ]  # the longest lever of a joint and of all later joints
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.counts[:3])
         n = model.joint_count
         first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
-        # a bound of the second derivatives of the flange's place: the lever of the later joint counts
+        # a bound of the second derivatives of the flange's position: the lever of the later joint counts
         self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
     def prove(self, gaps: Gaps, pieces: int) -> Flags:
-        """Return for each gap whether it is proved (k,)."""
+        """Return whether the joints are proved continuous in each gap (k,)."""
         n = float(self.turns.sum())
         missed, bend = self._bounds(gaps)
         q = gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))  # the ends of the pieces
@@ -310,7 +312,7 @@ class Continuation:
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
         """Return bounds (k,) of |F| on the cubic, and of the second derivative of J on it."""
         changes = np.stack(gaps.way.most()) / self.units  # (3, k, n)
-        first, second, third = changes.sum(axis=2)  # bounds (k,) of the first three derivatives of the joints, together
+        first, second, third = changes.sum(axis=2)  # bounds (k,) of each derivative, summed over the joints
         far1, far2, far3 = changes @ self.longest
         turn = [own + asked for own, asked in zip((first, second, third, 0.0), gaps.turn.T, strict=True)]
         place = first**2 * (far1 * first + 6.0 * far2) + 3.0 * far2 * second

@@ -1,12 +1,12 @@
 """Search joints for a pose: by damped least squares, by Newton's method, and downhill to the nearest pose.
 
-The search is that of Levenberg and Marquardt with the damping of Sugihara (2011), a part of the squared error: far from
-the goal a step follows the gradient, near it it is Newton's. A search within the limits holds joints at a limit that
-they would leave, and may get stuck there. A search without limits does not get stuck, and three in four of its results
-are within the limits on another turn. So the solver makes both searches. They start from the near joints, then from a
-fixed sequence of other joints in their ranges: from a few first, and from more if these find nothing. So the same
-location always has the same solution. An arm with fewer than six joints reaches a pose if the error is less than three
-decimals show.
+The search is that of Levenberg and Marquardt with the damping of Sugihara (2011), a fraction of the squared error: far
+from the goal a step follows the gradient, near the goal it is Newton's. A search within the limits holds joints at a
+limit that they would leave, and may get stuck there. A search without limits does not get stuck, and three in four of
+its results are within the limits on another turn. So the solver makes both searches. They start from the near joints,
+then from a fixed sequence of other joints in their ranges: from a few first, and from more if these find nothing. So
+the same location always has the same solution. An arm with fewer than six joints reaches a pose if the error is less
+than three decimals show.
 
 An arm with more joints than its task needs can be at one place in many ways. A MOVE takes the result from the joints
 where the arm is. On a straight line the joints follow guides (`numeric.arm`): they are then a function of pose and time
@@ -43,12 +43,12 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, c
 CONVERGED = 1e-10  # [m, rad] allowed error of a result
 STEPS = 60  # maximum number of steps of a search within the limits
 FREE_STEPS = 30  # maximum number of steps of a search without limits
-LARGEST_STEP = 0.5  # [rad, m] change of a joint in one step
-DAMPING, LEAST_DAMPING = 0.1, 1e-13  # fraction of the squared error; least damping
+LARGEST_STEP = 0.5  # [rad, m] maximum change of a joint in one step
+DAMPING, LEAST_DAMPING = 0.1, 1e-13  # damping as a fraction of the squared error; minimum damping
 HOPELESS = 1e-3  # fraction of the error: a search with smaller steps that do not grow is given up
-NEWTON = 1e-3  # [m2, rad2] with less damping take Newton's step, which costs half
-SHORT, FEW = 0.35, 6  # [rad, m] and number of steps for Newton's method alone, which converges from there
-LAST = 1e-6  # [rad, m] a step after which there is no error
+NEWTON = 1e-3  # [m2, rad2] with less damping Newton's step is taken, which costs half
+SHORT, FEW = 0.35, 6  # [rad, m] maximum first step, and number of steps, for Newton's method alone
+LAST = 1e-6  # [rad, m] after a smaller step the error is negligible
 ROUNDS = (40, 160, 640)  # number of starts in each round; later rounds are tried if earlier rounds find nothing
 FEW_JOINTS = 2  # number of rounds for an arm that reaches few poses, since most of its searches fail
 
@@ -95,13 +95,13 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
 def as_long_as_angle(v: Vector, cosine: float) -> Vector:
     """Return a rotation vector as long as its angle, from one as long as the sine of the angle."""
     sine = hypot(*v)
-    if sine < 1e-12:  # no turn, or half a turn: take any axis, the next step corrects it
+    if sine < 1e-12:  # no turn, or half a turn: take any axis, because the next step corrects it
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
     factor = atan2(sine, cosine) / sine
     return v[0] * factor, v[1] * factor, v[2] * factor
 
 
-SEEN_FROM = 2  # the frame with the axis of the third joint
+SEEN_FROM = 2  # index of the frame in which all is computed: the one with the axis of the third joint
 SIDES = 2  # number of right sides of the equations: the error, and the rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -171,11 +171,11 @@ class _StepWriter(compiled.Writer):
         ]
         n, s, a, _ = self.columns
         v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        twist = *self.add_crosses(v, (self.flange[3], w)), *w  # the flange's twist at the origin
+        twist = *self.add_crosses(v, (self.flange[3], w)), *w  # the twist of the flange, of the point at the origin
         wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
         columns = list[
             tuple[compiled.Entry, ...]
-        ]()  # of the Jacobian: the velocity of the origin, and the angular velocity
+        ]()  # columns of the Jacobian: the velocity of the origin, and the angular velocity
         for link, (z, o) in zip(self.all, self.axes, strict=True):
             columns.append((*z, *compiled.STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
         rows = (*zip(*columns, strict=True), *weights)
@@ -231,15 +231,16 @@ class _StepWriter(compiled.Writer):
 LEVER = 0.1  # fraction of the arm's length: a turn [rad] times this lever counts as a distance [m]
 SLIGHT = 0.05  # fraction of that lever for an arm that turns its tool as nearly as it can: the position matters more
 NEAREST_STEPS = 6  # maximum number of steps of a search for the nearest pose
-CLOSE = 1e-18  # [m2] allowed squared error
-NEAREST_DAMPING = 0.05  # fraction of the squared error
-MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2]
+CLOSE = 1e-18  # [m2] a smaller squared error counts as 0
+NEAREST_DAMPING = 0.05  # damping as a fraction of the squared error
+MIN_DAMPING_M2, MAX_DAMPING_M2 = 1e-9, 5e-4  # [m2] minimum and maximum damping
 HEAVY = 100.0  # weight of leaving the side of axis 1, relative to that of a distance
 DIFFERENCE = 1e-7  # [rad, m] change of a joint for a difference quotient
 
 
 class Miss(NamedTuple):
-    """The distance and the angle of a tool from a pose, in the parts of a pose that count for the robot [m, rad]."""
+    """The distance and the angle between a tool and a pose, in the parts of a pose that count for the robot [m,
+    rad]."""
 
     away: float
     turned: float
@@ -251,8 +252,8 @@ class Miss(NamedTuple):
 class Nearest(NamedTuple):
     """The result of a search for the nearest pose.
 
-    `gain`: how much nearer the joints are than at the start (1: they reach the pose). `pressed`: for each joint -1 if
-    its lower bound stops it, 1 if its upper bound does, else 0.
+    `gain`: how much nearer the tool is than at the start (1: it reaches the pose). `pressed`: for each joint -1 if its
+    lower bound stops it, 1 if its upper bound does, else 0.
     """
 
     joints: Joints
@@ -297,7 +298,7 @@ class Aim:
         return Miss(hypot(*error[: self.places]), turned)
 
     def nearest(self, q: Joints, lower: Joints, upper: Joints) -> Nearest:
-        """Return the nearest joints downhill from q, within the bounds."""
+        """Search downhill from q within the bounds, and return the joints nearest to the pose."""
         rows, error = self._linear(q)
         first = cost = self._cost(q, error)
         damping = min(max(NEAREST_DAMPING * cost, MIN_DAMPING_M2), MAX_DAMPING_M2)
@@ -358,17 +359,18 @@ def _move_within(q: Joints, change: Sequence[float], lower: Joints, upper: Joint
 def bounded_step(
     rows: Sequence[Sequence[float]], error: Sequence[float], damping: float, room: Sequence[tuple[float, float]]
 ) -> list[float]:
-    """Return the step d with the least |rows d - error|^2 + damping |d|^2, each d within its room, which contains 0.
+    """Return the step d with the least |rows d - error|^2 + damping |d|^2. Each component of d has bounds, which
+    include 0.
 
-    Joints are held at an end of their room or free. While a free joint leaves its room or a held joint would move
-    inwards, the last such joint changes from one to the other. This ends at the minimum.
+    Each joint is held at a bound or free. While a free joint leaves its bounds or a held joint would move inwards, the
+    last such joint changes from one to the other. This ends at the minimum.
     """
     columns = list(zip(*rows, strict=True))
     table = compiled.gram(columns)
     for k, row in enumerate(table):
         row[k] += damping
     slope = [sum(map(mul, column, error)) for column in columns]
-    held, d = [0] * len(columns), [0.0] * len(columns)  # -1: at the lower end, 1: at the upper end
+    held, d = [0] * len(columns), [0.0] * len(columns)  # -1: held at the lower bound, 1: at the upper bound, 0: free
     for _ in range(2 ** len(columns)):
         free = [i for i, side in enumerate(held) if not side]
         d = [(low, 0.0, high)[side + 1] for side, (low, high) in zip(held, room, strict=True)]

@@ -72,7 +72,7 @@ def offsets_of(model: RobotModel) -> Offsets | None:
     return Offsets(l1.d, l2.a, l3.a, side, l5.d, l6.d, -1.0 if side < 0.0 else 1.0)
 
 
-ON_AXIS = bounds.SINGULAR * bounds.SINGULAR  # [m2]
+ON_AXIS = bounds.SINGULAR * bounds.SINGULAR  # [m2] maximum squared distance of a point on an axis
 
 STEPS = (  # variables of a branch, as `render/symbols.py` shows them
     *("arm", "elbow", "wrist", "x", "y", "z", "u2", "u", "q1", "c5", "s5", "q5", "q6"),
@@ -81,7 +81,7 @@ STEPS = (  # variables of a branch, as `render/symbols.py` shows them
 
 
 def make_branch(offsets: Offsets) -> Branch:
-    """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
+    """Return the inverse of one branch: each joint on the turn nearest to `near`, ignoring the limits.
 
     None if the pose is out of reach. Joint 1 or joint 6 keeps its value in `near` if it may have any value.
     """
@@ -131,7 +131,7 @@ def make_branch(offsets: Offsets) -> Branch:
     return branch
 
 
-CLEAR = 1e-3  # measures of singularities above which the rates are in closed form
+CLEAR = 1e-3  # minimum distance from singularities for rates in closed form
 
 
 class OffsetWristArm(FormulaArm):
@@ -193,14 +193,14 @@ class OffsetWristArm(FormulaArm):
         c1, s1, c5, s5, s3 = cos(q1), sin(q1), cos(q5), sin(q5), sin(q3)
         c23, s23 = cos(q2 + q3), sin(q2 + q3)
         c, s = cos(q2 + q3 + q4), sin(q2 + q3 + q4)
-        h, v = a2 * cos(q2) + a3 * c23, a2 * sin(q2) + a3 * s23  # joint 4 from joint 2, outward and up
+        h, v = a2 * cos(q2) + a3 * c23, a2 * sin(q2) + a3 * s23  # position of joint 4 from joint 2, outward and up
         outward = h + d5 * s
         if -CLEAR < s3 < CLEAR or -CLEAR < s5 < CLEAR or abs(outward) < CLEAR * (a2 + a3 + abs(d5)):
             return super().joint_velocity(q, twist, T_flange_tool, demands)
         vx, vy, vz, wx, wy, wz = twist
-        out, across = c1 * wx + s1 * wy, s1 * wx - c1 * wy  # of the turn
+        out, across = c1 * wx + s1 * wy, s1 * wx - c1 * wy  # components of the angular velocity
         tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
-        x, y, z = -s5 * tz, c5 * tz, 0.0  # from where axes 5 and 6 meet to the tip, in frame 4
+        x, y, z = -s5 * tz, c5 * tz, 0.0  # vector from the point where axes 5 and 6 meet to the tip, in frame 4
         if tx or ty:
             c6, s6 = cos(q6), sin(q6)
             along = c6 * tx - s6 * ty

@@ -192,7 +192,7 @@ def make_wrist(bars: Bars) -> Callable[[Transform], tuple[float, float, float, f
 
 
 def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, float, float]]) -> Branch:
-    """Return the inverse of one branch: each joint that turns on the turn nearest to `near`, whatever the limits."""
+    """Return the inverse of one branch: each joint that turns on the turn nearest to `near`, ignoring the limits."""
     (l1, l2), (b1, b2), up, most = bars.lengths, bars.bearings, bars.up, 1.0 + BOUNDARY
     i1, i2, i3 = (*bars.turns, bars.turns[1])[:3]
     s1, s2, s3, s4 = (bars.signs[i] for i in (i1, i2, i3, (*bars.slides, i1)[0]))
@@ -208,7 +208,7 @@ def make_branch(bars: Bars, wrist: Callable[[Transform], tuple[float, float, flo
         psi = acos(k if -1.0 < k < 1.0 else copysign(1.0, k)) * arm
         m, t = l1 + l2 * cos(psi), l2 * sin(psi)
         first = atan2(y, x) - atan2(t, m)
-        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]  # else joint 1 may have any value: it stays
+        q1 = s1 * (first - b1) if far > SINGULAR else near[i1]  # on its axis, joint 1 keeps its value
         q2 = s2 * (psi - b2 + b1)
         q3 = nearest_turn(s3 * (turn - s1 * q1 - s2 * q2), near[i3])
         joints: Joints = in_order((nearest_turn(q1, near[i1]), nearest_turn(q2, near[i2]), q3, s4 * rise))
@@ -235,7 +235,7 @@ def make_rates(bars: Bars) -> Callable[[Joints, Twist, Transform], Joints | None
     third, signs = (*i3, i2)[0], bars.signs
     s1, s2, s3, s4 = signs[i1], signs[i2], signs[third], signs[(*bars.slides, i1)[0]]
     in_order = joints_in_order(bars)
-    near = 1e-3 * l1 * l2  # measure of the singularity above which the rates are in closed form
+    near = 1e-3 * l1 * l2  # minimum distance from the singularity for rates in closed form
 
     def rates(q: Joints, twist: Twist, T_flange_tool: Transform) -> Joints | None:
         px, py, pz = T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]

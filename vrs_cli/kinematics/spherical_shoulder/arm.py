@@ -43,9 +43,9 @@ if TYPE_CHECKING:
 
 ALPHAS = (-0.5 * pi, 0.5 * pi, 0.5 * pi, -0.5 * pi, 0.5 * pi, 0.5 * pi)
 VERTICAL = 1e-4  # sine of joint 2 below which axes 1 and 3 count as one
-STEPS = (0.5, 0.02)  # [rad] of joint 7 from one try to the next; the fine step if the coarse one finds nothing
-CLOSE = 0.3  # [m, rad] from the pose of the present joints: the search from them finds a near solution
-HALVINGS = 5  # of a step, around the best try
+STEPS = (0.5, 0.02)  # [rad] steps of joint 7 between tries; the fine step is used if the coarse one finds nothing
+CLOSE = 0.3  # [m, rad] maximum distance from the present pose at which a search finds a near solution
+HALVINGS = 5  # number of halvings of a step around the best try
 
 
 def has_spherical_shoulder(links: Sequence[Link]) -> bool:
@@ -63,8 +63,8 @@ def make_branches(links: Sequence[Link]) -> Callable[[Transform, float], list[Jo
     z1, z2, z3, z4, z5, z6, z7 = [link.theta for link in links]
     d1, _, d3, _, d5, _, d7 = [link.d for link in links]
     _, _, a3, a4, _, a6, _ = [link.a for link in links]
-    kappa = atan2(d3 * a4 - a3 * d5, d3 * d5 + a3 * a4)  # theta 4 of the stretched arm
-    upper, lower = hypot(d3, a3), hypot(d5, a4)  # from axis 4 to the shoulder and to the wrist
+    kappa = atan2(d3 * a4 - a3 * d5, d3 * d5 + a3 * a4)  # theta 4 while the arm is stretched
+    upper, lower = hypot(d3, a3), hypot(d5, a4)  # distances of axis 4 from the shoulder and from the wrist
     bars, twice = upper * upper + lower * lower, 2.0 * upper * lower
 
     def branches(T: Transform, q7: float) -> list[Joints]:
@@ -114,7 +114,8 @@ class SphericalShoulderArm(NumericArm):
         self.links, self.branches_at = links, make_branches(links)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        """Return one solution inside the limits, with joint 7 near the middle of its range; one outside if none is."""
+        """Return one solution, with joint 7 near the middle of its range. If no solution is inside the limits, it is
+        outside."""
         for q7 in self._grid(self.middle[6], STEPS[0]):
             found, time = self._quicker(T, self.middle, q7, self.middle, inf)
             if time < inf:
@@ -147,9 +148,10 @@ class SphericalShoulderArm(NumericArm):
         return sorted([q7 + k * step for k in numbers], key=lambda x: abs(x - q7))
 
     def _quicker(self, T: Transform, near: Joints, q7: float, best: Joints, least: float) -> tuple[Joints, float]:
-        """Return the solution for a value of joint 7 to which the joints `near` move in less than a time, and its time.
+        """Return the solution for a value of joint 7 that the arm reaches from `near` in less time than `least`, and
+        its time.
 
-        `best`, `least`: the solution and its time if there is none.
+        If there is none, return `best` and `least`: the solution so far and its time.
         """
         if abs(q7 - near[6]) >= least * self.model.max_velocity[6]:
             return best, least

@@ -82,7 +82,7 @@ class SphericalWristArm(FormulaArm):
         if q is None:
             return bounds.Clearance(shoulder, outer, inner)
         s23 = sin(q[1] + q[2])
-        forearm = cos(q[0]) * s23, sin(q[0]) * s23, cos(q[1] + q[2])  # along the axis of joint 4
+        forearm = cos(q[0]) * s23, sin(q[0]) * s23, cos(q[1] + q[2])  # direction of the forearm
         return bounds.Clearance(shoulder, outer, inner, abs(sin(q[4])), cross(forearm, (T[2], T[6], T[10])))
 
     def least_clearance(
@@ -100,12 +100,12 @@ class SphericalWristArm(FormulaArm):
             outer = inner = bounds.UNKNOWN
         if turns is None or outer <= 0.0 or inner <= 0.0:
             return bounds.Clearance(shoulder, outer, inner, bounds.UNKNOWN)
-        # joints 2 and 3 turn the bars a2 and forearm and so make the velocity of the wrist centre; their
-        # derivatives make its acceleration
+        # joints 2 and 3 turn the bars a2 and forearm: their rates give the velocity of the wrist centre, and the
+        # derivatives of the rates give its acceleration
         fold = bars.fold(outer, inner)
-        upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # greatest rates of both bars
+        upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # maximum rates of both bars
         fore_bend = (bend + bars.upper * upper * upper + bars.fore * fore * fore) / (bars.fore * fold)
-        spin = hypot(turns.rate, fore)  # of the forearm, which turns about two perpendicular axes
+        spin = hypot(turns.rate, fore)  # maximum turning rate of the forearm, about two perpendicular axes
         swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
         wrist = bounds.shortest(
             a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h
@@ -144,13 +144,13 @@ class SphericalWristArm(FormulaArm):
         c4, s4 = cos(q4), sin(q4)
         c5, s5 = cos(q5), sin(q5)
         uu, uv = a2 * cos(q2), a2 * sin(q2)  # upper arm, outward and down
-        fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23  # forearm
-        u = a1 + uu + fu  # wrist centre from the axis of joint 1
+        fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23  # forearm, outward and down
+        u = a1 + uu + fu  # distance of the wrist centre from the axis of joint 1
         x, y = c4 * s5, s4 * s5
         e = c23 * x + s23 * c5
         tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
-        rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)  # wrist centre to tool
-        if tx or ty:  # off the axis of joint 6
+        rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)  # from wrist to tool
+        if tx or ty:  # the tool is not on the axis of joint 6
             c6, s6 = cos(q6), sin(q6)
             along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
             x, y = c4 * c5 * along - s4 * across, s4 * c5 * along + c4 * across
@@ -160,7 +160,7 @@ class SphericalWristArm(FormulaArm):
             ry += s1 * e + c1 * y
             rz += c23 * z - s23 * x
         vx, vy, vz, wx, wy, wz = twist
-        x = vx - wy * rz + wz * ry  # of the wrist centre
+        x = vx - wy * rz + wz * ry  # velocity of the wrist centre
         y = vy - wz * rx + wx * rz
         out, across, down = c1 * x + s1 * y, c1 * y - s1 * x, wx * ry - wy * rx - vz
         turn = c1 * wx + s1 * wy
@@ -183,7 +183,7 @@ class SphericalWristArm(FormulaArm):
             if reach < bounds.SINGULAR or abs(out * h + down * v) > AT_REST * reach:
                 raise _singular("elbow", "the arm is stretched or folded flat")
             qd2 = qd23 = (down * h - out * v) / (reach * reach)
-        # the rest of the turn, for the wrist
+        # the rest of the turn, which the wrist makes
         x += s23 * qd1
         y -= qd23
         z -= c23 * qd1
@@ -192,8 +192,8 @@ class SphericalWristArm(FormulaArm):
         if s5 > bounds.ON_BOUNDARY or s5 < -bounds.ON_BOUNDARY:
             qd6 = lost / s5
             return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
-        # so short a vector has no direction: joint 4 stands still. If it had to turn, joints would jump to the
-        # next sample, which no velocity explains
+        # A vector this short has no direction, so joint 4 is at rest. A turn in the lost direction is refused, because
+        # it would need a jump of the joints.
         if -bounds.SINGULAR <= s5 <= bounds.SINGULAR and not -AT_REST < lost < AT_REST:
             raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
         return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5

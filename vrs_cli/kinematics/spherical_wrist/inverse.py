@@ -51,7 +51,7 @@ class Geometry(NamedTuple):
     a3: float
     d4: float
     d6: float
-    side: float  # w, of the arm's plane from the axis of joint 1
+    side: float  # w, the distance of the arm's plane from the axis of joint 1
     forearm: float
     beta: float
 
@@ -118,7 +118,7 @@ def outward(geometry: Geometry, q: Joints) -> float:
     return a1 + a2 * cos(q2) + a3 * cos(q2 + q3) + d4 * sin(q2 + q3)
 
 
-ON_AXIS = SINGULAR * SINGULAR  # [m2]
+ON_AXIS = SINGULAR * SINGULAR  # [m2] maximum squared distance of a point on an axis
 
 
 def flipped_wrist(q4: float, q5: float, q6: float, bends: bool) -> tuple[float, float, float]:
@@ -137,7 +137,7 @@ STEPS = (  # variables of a branch, as `render/symbols.py` shows them
 
 
 def make_branch(geometry: Geometry) -> Branch:
-    """Return the inverse of one branch: each joint on the turn nearest to `near`, whatever the limits.
+    """Return the inverse of one branch: each joint on the turn nearest to `near`, ignoring the limits.
 
     None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`, and joint 6 makes the rest
     of the turn.
@@ -165,7 +165,7 @@ def make_branch(geometry: Geometry) -> Branch:
         if k >= most or k <= -most or rho == 0.0:
             return None
         cosine = k if -1.0 < k < 1.0 else copysign(1.0, k)
-        beside = across > ON_AXIS  # else joint 1 may have any value: it stays
+        beside = across > ON_AXIS  # on its axis, joint 1 keeps its value
         c1 = (u * x + side * y) / across if beside else cos(near[0])
         s1 = (u * y - side * x) / across if beside else sin(near[0])
         m, rise, angle = a2 + forearm * cosine, forearm * sqrt((1.0 - cosine) * (1.0 + cosine)), acos(cosine)
@@ -181,7 +181,7 @@ def make_branch(geometry: Geometry) -> Branch:
         aX, nX, sX = c23 * aH - s23 * az, c23 * nH - s23 * nz, c23 * sH - s23 * sz
         s5 = sqrt(aX * aX + aY * aY)
         X, Y, Z = wrist * aX, wrist * aY, s23 * aH + c23 * az
-        bends = s5 > ON_BOUNDARY  # else joint 4 may have any value: it stays
+        bends = s5 > ON_BOUNDARY  # at a singular wrist, joint 4 keeps its value
         c4 = X if bends else cos(near[3])
         s4 = Y if bends else sin(near[3])
         q4 = atan2(Y, X) if bends else near[3]
@@ -213,7 +213,7 @@ def make_within(lower: Joints, upper: Joints) -> Callable[[Joints], bool]:
 
 
 CIRCLE_ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)
-SKEW = 0.1  # least sine of an angle between axes of the wrist
+SKEW = 0.1  # minimum sine of an angle between axes of the wrist
 
 
 class Circle(NamedTuple):

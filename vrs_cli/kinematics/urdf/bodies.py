@@ -21,7 +21,7 @@ from vrs_cli.kinematics.data_reader import TINY
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.kinematics.urdf.tree import HUGE, Joint, Tree, name_of
 
-INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # in the order of `Inertia`
+INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")  # attributes, in the order of `Inertia`
 ZERO: link_data.Inertia = (0.0,) * 6
 USUAL_COLOUR = "grey"
 
@@ -110,7 +110,7 @@ def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
 
 
 def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
-    """Return the greatest torque and the friction of a joint, if the file contains them."""
+    """Return the maximum torque and the friction of a joint, if the file contains them."""
     said = dict[str, Any]()
     for key, tag, attribute in (
         ("max_torque", "limit", "effort"),

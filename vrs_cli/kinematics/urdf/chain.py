@@ -145,8 +145,8 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
     nexts = tree.nearest(link)
     if (
         len(nexts) == 1
-    ):  # one branch is a jaw by its names, unless the joint before is a finger's too (a file of one finger), or
-        (last,) = nexts  # because it does not move the place between the fingers
+    ):  # a single branch is a jaw if its names say so, but not if the joint before it is a finger too (a file of one
+        (last,) = nexts  # finger); it is also a jaw if the point between the fingers does not move with it
         if any(_counts(after) for after in tree.moving_below(last) if after is not last):
             return False
         if _is_finger(last):
@@ -171,7 +171,7 @@ def _is_finger(joint: Joint) -> bool:
 
 
 def _end(tree: Tree, link: str) -> str:
-    """Return the end of the last moving body that has the most usual name."""
+    """Return the end of the last moving body with the most usual name."""
     ends = [held for held in tree.together(link) if not tree.below.get(held)] or [link]
     return min(ends, key=lambda end: _rank(end, TIPS))
 
@@ -324,11 +324,11 @@ class _Gauge:
         return T
 
 
-CLEAR = 0.7  # least cosine of the angle between the fingers and an axis
+CLEAR = 0.7  # minimum cosine of the angle between the fingers and an axis
 
 
 class Turned(NamedTuple):
-    """A direction of the tip, and the turn that brings Z there."""
+    """A direction of the tip, and the turn that moves the Z axis to this direction."""
 
     name: str
     direction: Vector

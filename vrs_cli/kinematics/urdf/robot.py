@@ -59,16 +59,16 @@ from vrs_cli.kinematics.urdf.tree import (
 WHOLE_TURNS = 2 * pi  # [rad] limits of a joint that turns without end
 
 # figures that a URDF file may omit
-USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s]
+USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] if the file has none
 FULL_SPEED_IN = 0.3  # [s] time to full velocity, for accelerations
 FULL_ACCELERATION_IN = 0.1  # [s] time to full acceleration, for jerks
-USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
+USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s] speeds of the tool
 
 
 class UrdfArm(NamedTuple):
     """The arm of a file.
 
-    `joints`: the joints that move. `scales`: the motion of each for one of its own units (more than 1 for a telescope).
+    `joints`: the joints that move. `scales`: the total motion per unit of each joint (more than 1 for a telescope).
     `chain`: links with the axes of the joints, T_base_tip(q) = base . links . flange. `fingers`: the hand. `places`:
     all links that the arm carries.
     """
@@ -142,10 +142,8 @@ def robot_of(
 
 
 def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> UrdfArm:
-    """Return the arm between two links of a file. `flange`: T_tip_flange.
-
-    Raises FileDamaged for a joint that no arm has.
-    """
+    """Return the arm between two links of a file. `flange`: T_tip_flange. Raises FileDamaged for a kind of joint that
+    an arm cannot have."""
     joints, axes, scales, T = list[Joint](), list[AxisLine](), list[float](), IDENTITY
     for joint in chosen.way:
         T = transform.compose(T, tree.origin(joint.element))
@@ -274,15 +272,15 @@ def _model(
 
 SINGULAR = 0.02  # isotropy below which a pose is too singular for READY
 END = 0.01  # fraction of a joint's range that counts as its end
-STEP = pi / 12  # [rad] steps of the joints of READY
-FAR = 2 * pi / 3  # [rad] greatest turn of a joint
-STARTS, TRIED, SWEEPS = 150, 3, 3  # first poses, how many of them are improved, and how often
+STEP = pi / 12  # [rad] joints of READY are multiples of this step
+FAR = 2 * pi / 3  # [rad] maximum distance of a joint from its value in the file's READY
+STARTS, TRIED, SWEEPS = 150, 3, 3  # number of first poses, of poses to be improved, and of sweeps over all joints
 
-# terms of a pose's worth beside its isotropy: few and small turns; the tool pointing down, in front, and high
-TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of each half turn
+# A pose is better if few joints are turned, and little, and if the tool points down, in front of the arm and high up.
+TURNED, TURNS = 0.05, 0.03  # cost of each turned joint, and of half a turn of a joint
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
-STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # greatest Z of a tool that points down, and the cost that this may have
-NEAR = 0.3  # fraction of the reach: places nearer to the first axis cost more
+STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # maximum Z of a tool that points down, and maximum cost of turning it down
+NEAR = 0.3  # fraction of the reach: positions nearer to the first axis cost more
 
 
 class Ready(NamedTuple):
@@ -322,7 +320,7 @@ class _Wanted:
         self.choices = [self._choices(i) for i in range(model.joint_count)]
 
     def fault(self) -> str:
-        """Return what is wrong with READY; empty if nothing is."""
+        """Return the reason why READY is unsuitable; empty if it is suitable."""
         if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
             return "the arm is singular"
         rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
@@ -337,7 +335,7 @@ class _Wanted:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
         margin = 0.05 * (upper - lower)  # fraction of a joint's range that stays free at either end
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
-            return [min(max(rest, lower + margin), upper - margin)]  # joint 1 changes only the direction
+            return [min(max(rest, lower + margin), upper - margin)]  # joint 1 only turns the whole arm
         if self.model.links[i].kind is JointKind.PRISMATIC:
             return [rest, 0.5 * (lower + upper)]
         low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)
@@ -356,7 +354,7 @@ class _Wanted:
             yield tuple(x if part < 0.0 else xs[int(len(xs) * part)] for xs, part, x in rows)
 
     def improve(self, q: Joints) -> Joints:
-        """Return q with one joint after the other at its best value, until none gets better."""
+        """Return q after setting one joint after the other to its best value, until no joint improves."""
         for _ in range(SWEEPS):
             before = q
             for i, xs in enumerate(self.choices):
@@ -395,7 +393,7 @@ class _Wanted:
 
     def isotropy(self, frames: Sequence[Transform]) -> float:
         at, unit = transform.position(frames[-1]), 0.5 * self.reach
-        columns = list[list[float]]()  # of the Jacobian at the flange
+        columns = list[list[float]]()  # columns of the Jacobian at the flange
         for link, frame in zip(self.model.links, frames, strict=False):
             axis = axis_of(frame)
             if link.kind is JointKind.PRISMATIC:

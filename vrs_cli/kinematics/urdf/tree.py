@@ -58,7 +58,7 @@ def expand_macros(file: str, arguments: Mapping[str, str]) -> str:
     if done.returncode == 0:
         return done.stdout
     what, _, hint = done.stderr.strip().partition("\n")
-    if done.returncode != REFUSED:  # ended by the system
+    if done.returncode != REFUSED:  # the system ended the process
         what, hint = f"xacro: its macros take more than {MEMORY >> 20} MB", expanding(file)
     raise FileDamaged(f"{file}: {what}", hint)
 
@@ -77,11 +77,11 @@ def _expand(file: str, *pairs: str) -> int:
         with (
             _packages_beside(Path(file).absolute()),
             redirect_stderr(StringIO()),
-        ):  # hides warnings, which are for the file's author
+        ):  # hide warnings, which are for the author of the file
             text = xacro.process_file(file, mappings=arguments, verbosity=0).toxml()
     except _NoPackage as lost:
         what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
-    except Exception as error:  # any error of the macros
+    except Exception as error:  # macros may raise any error
         if any(isinstance(one, MemoryError) for one in _behind(error)):
             return TOO_LARGE
         what = "xacro: " + (" ".join(f"{error}".split()) or type(error).__name__)
@@ -93,14 +93,14 @@ def _expand(file: str, *pairs: str) -> int:
 
 
 def _behind(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield an error and the errors behind it."""
+    """Yield an error and the errors that caused it."""
     while error is not None:
         yield error
         error = error.__context__
 
 
 class _NoPackage(BaseException):
-    """Raised for a missing package. It is no Exception, because xacro rewords exceptions."""
+    """Raised for a missing package. It is not an Exception, because xacro rewords exceptions."""
 
 
 @contextmanager
@@ -125,7 +125,7 @@ def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
     beside = package_folder(path, name)
     try:
         return str(usual(name) if beside is None else beside)
-    except Exception:  # each version of ROS raises another one
+    except Exception:  # each version of ROS raises another class of error
         raise _NoPackage(f"no folder above it, or beside one of these, is the package {name!r}") from None
 
 
@@ -142,11 +142,11 @@ def package_folder(path: Path, name: str) -> Path | None:
 
 
 MAX_FILE_CHARS = 20_000_000  # maximum number of characters of a file
-HUGE = 1e6  # [m, rad] above any figure of an arm; excludes infinity and NaN
-EXPRESSION = re.compile(r"\$[{(]")  # of xacro
+HUGE = 1e6  # [m, rad] larger than any figure of an arm; excludes infinity and NaN
+EXPRESSION = re.compile(r"\$[{(]")  # start of an expression of xacro
 
 MAX_FILE_JOINTS = 1000  # maximum number of joints of a file, and between base and tip
-ENDLESS = 1e3  # [rad, m] files write 999999 for a joint without an end
+ENDLESS = 1e3  # [rad, m] a limit this large means a joint without an end; files write 999999
 STEP, ROUNDED = (
     pi / 12,
     1e-5,
@@ -154,7 +154,7 @@ STEP, ROUNDED = (
 
 MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "prismatic": JointKind.PRISMATIC}
 FIXED = "fixed"
-LOOSE = ("floating", "planar")  # joints of a vehicle
+LOOSE = ("floating", "planar")  # types of joints of a vehicle
 _CHAIN = "an arm is a chain without loops"
 
 _DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
@@ -281,7 +281,7 @@ class Tree:
             raise self.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
         return link
 
-    # --- links ---
+    # --- links of the tree ---
 
     def check_link(self, link: str) -> str:
         if link not in self.by_child and link not in self.below:
@@ -327,7 +327,7 @@ class Tree:
             yield joint
             left += self.nearest(joint.child)
 
-    # --- what they say ---
+    # --- data of joints ---
 
     def kind(self, joint: Joint) -> JointKind:
         kind = MOVING.get(joint.type)
@@ -346,7 +346,7 @@ class Tree:
 
     def mimic(self, joint: Joint) -> Mimic:
         found = joint.element.find("mimic")
-        assert found is not None  # callers have checked it
+        assert found is not None  # the caller has checked that the element exists
         (factor,) = self.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
         (offset,) = self.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
         return Mimic(name_of(found, "joint"), factor, offset)

@@ -24,10 +24,10 @@ from vrs_cli.kinematics.transform import Transform, inverse
 
 GRID = 96  # number of values of joint 6 in a turn
 CLOSER = 16  # number of pieces of an interval that is searched again
-LOOKS, MORE = 2, 4  # searches before solutions are taken, and the most after that, where joint 1 turns quickly
-QUICK = 0.1  # sine of half the turn of joint 1 between neighbours, from which on it turns quickly
-NEAR = 0.1  # f and `beyond` near a solution
-FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # shoulder and fold: the ways of joints 1 to 3
+LOOKS, MORE = 2, 4  # number of grids before solutions are taken; maximum number after that, for quick joints 1
+QUICK = 0.1  # minimum sine of half the turn of joint 1 between neighbours that counts as quick
+NEAR = 0.1  # maximum |f| and `beyond` near a solution
+FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # signs of shoulder and fold
 
 Indices = NDArray[np.intp]
 
@@ -90,7 +90,7 @@ def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
     """Return joints (K, 6), at least one near each solution of the poses (N, 3, 4), and their pose indexes (K,)."""
     count, step = len(T), 2.0 * pi / GRID
     rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
-    ends = np.full(len(rows), pi + step)  # one step beyond a whole turn at either end
+    ends = np.full(len(rows), pi + step)  # one step more than a whole turn at either end
     arcs, pieces = Arcs(rows, ways, -ends, ends), GRID + 2
     for _ in range(LOOKS):
         arcs, pieces = _closer(circle, T, arcs, pieces), CLOSER
@@ -117,14 +117,14 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
     a, b, c = (np.where(inside, np.abs(at.f), np.inf)[:, k : k + pieces - 1] for k in range(3))
     same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
-    # of three neighbours on the same side of 0: is the middle one nearest, and may 0 be between
+    # three neighbours on the same side of 0: f may reach 0 between them if the middle one is nearest
     with np.errstate(invalid="ignore"):
         turns = same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf)
     turns &= ~(quick[:, 1:] & quick[:, :-1])
     middle = inside[:, 1:-1]  # one of three neighbours is in reach and another is not
     edges = (middle != inside[:, 2:]) | (middle != inside[:, :-2])
     a, b, c = at.beyond[:, :-2], at.beyond[:, 1:-1], at.beyond[:, 2:]
-    # of three neighbours: may the reach end, or not end, between them
+    # three neighbours: the circle may enter or leave the reach between them
     turns_at_0 = ((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c))
     d, i = np.nonzero(edges | turns | turns_at_0)
     both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
@@ -136,8 +136,8 @@ def _quick(q1: Floats) -> Flags:
     return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
 
 
-POSES = 64  # poses at once, which stay in the processor's cache
-STEPS = 12  # steps of Newton's method from joints near a solution
+POSES = 64  # number of poses searched at once: they stay in the processor's cache
+STEPS = 12  # number of Newton's steps from joints near a solution
 
 
 class WristCircleBatch(NumericBatch):
@@ -174,13 +174,13 @@ class WristCircleBatch(NumericBatch):
         there = there[np.argsort(rows[there], kind="stable")]
         q, rows = q[there], rows[there]
         q = self.turned_near(q, self.middle)
-        first = np.ones(len(q), dtype=np.bool_)  # whether no solution before it is the same
+        first = np.ones(len(q), dtype=np.bool_)  # whether a solution is the first of equal ones
         for apart in range(1, len(q)):
             same_pose = rows[apart:] == rows[:-apart]
             if not same_pose.any():
                 break
             turn = np.abs(np.sin((q[apart:] - q[:-apart]) / 2.0)).max(axis=1)
-            first[apart:] &= ~(same_pose & (turn < 1e-5))  # [rad] distance of solutions that count as one
+            first[apart:] &= ~(same_pose & (turn < 1e-5))  # [rad] solutions closer than this are equal
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:
@@ -201,7 +201,7 @@ class WristCircleBatch(NumericBatch):
         words = rows * len(self.ways) + self._indices(q)
         order = np.lexsort((self._duration(q, self.middle), ~self.inside(q), words))
         q, words = q[order], words[order]
-        better = np.arange(len(q)) - np.searchsorted(words, words)  # solutions of the same pose and words
+        better = np.arange(len(q)) - np.searchsorted(words, words)  # number of better ones with the same words
         every = np.full((len(T), max(better, default=0) + 1, len(self.ways), self.joints), np.nan)
         every[words // len(self.ways), better, words % len(self.ways)] = q
         every = every.reshape(len(T), -1, self.joints)
@@ -221,7 +221,7 @@ class WristCircleBatch(NumericBatch):
         return best
 
     def _indices(self, q: Floats) -> Indices:
-        """Return the places in ALL of the configurations of joints (K, 6)."""
+        """Return the indexes in ALL of the configurations of joints (K, 6)."""
         return np.array([self.configuration(tuple(row)).index for row in q.tolist()], dtype=np.intp)
 
     def _duration(self, q: Floats, near: Floats) -> Floats:

@@ -22,7 +22,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compo
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch, SteadyContinuation
 
-SAME_TURN = 1e-5  # [rad] missing turns that count as equal: then the joints that are reached sooner are taken
+SAME_TURN = 1e-5  # [rad] missing turns this close count as equal: the arm takes the joints reached sooner
 
 
 class SteadyArm(RobotArm):

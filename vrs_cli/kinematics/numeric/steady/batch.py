@@ -55,17 +55,17 @@ from vrs_cli.kinematics.transform import Transform, length, position
 
 STEPS = 25  # maximum number of steps of a search; nearly all searches end sooner
 FOLLOWING = 12  # maximum number of steps of Newton's method from near joints
-SETTLED = 1e-7  # [rad, m] after a smaller step the next one would be rounding
+SETTLED = 1e-7  # [rad, m] after a smaller step a further step would only be rounding
 THERE, TURNED = 1e-10, 5e-10  # [m, rad] allowed error of a pose; in singular joints steps shrink slowly
-BRANCH = 0.5  # [rad, m] from near joints: farther off is another branch
-ROUNDING = 1e-12  # [rad, m] distance of a joint at a limit
+BRANCH = 0.5  # [rad, m] solutions farther from the near joints are on another branch
+ROUNDING = 1e-12  # [rad, m] a joint closer to a limit counts as at the limit
 POSES = 64  # number of poses that are searched at once
-DAMPING = 1e-13  # [m2, rad2] damping of the way to a place, which matters in singular joints only
-NEARER, WAITS = 0.7, 5  # factor of improvement, and number of steps without it after which a search is given up
-LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step ahead and after a step back
-FAR = 0.05  # [rad] missing turn from which a search ends if another search of the pose has arrived
-ALIKE = 0.03  # [rad, m] joints of searches for one pose that will take the same way
-MERGED = 6, 3  # the first step after which such searches are merged, and the steps until the next time
+DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position, which matters in singular joints only
+NEARER, WAITS = 0.7, 5  # required factor of improvement; number of steps without it after which a search is given up
+LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step in the same direction and after a step back
+FAR = 0.05  # [rad] with a larger missing turn a search ends if another search of the pose has arrived
+ALIKE = 0.03  # [rad, m] searches for one pose with joints this close will take the same path
+MERGED = 6, 3  # such searches are merged after this step first, and then at this interval
 FLAT = 1e-12  # smaller bends and determinants count as 0
 OVER = 1e-9  # [rad, m] a step may leave the box by rounding
 
@@ -101,7 +101,7 @@ class SteadyBatch(SerialBatch):
         return _joints_and_turns(self._search_all(np.reshape(T, (1, 3, 4)), near)[1])
 
     def without_limits(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Return `least_turns` of the first starts, whatever the limits."""
+        """Return `least_turns` of the first starts, ignoring the limits."""
         pose, begin, bounded = self._first_starts(np.reshape(T, (1, 3, 4)), near)
         return _joints_and_turns(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
 
@@ -179,7 +179,7 @@ class SteadyBatch(SerialBatch):
         return found
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        """Return the joints with the least missing turn downhill from `near`, within the limits."""
+        """Return the joints with the least missing turn, searched downhill from `near` within the limits."""
         found = self.search(np.reshape(T, (1, 3, 4)), np.array([near]), np.array([True])).joints[0].tolist()
         return None if isnan(found[0]) else tuple(found)
 
@@ -247,7 +247,7 @@ class SteadyBatch(SerialBatch):
         ways = np.zeros((len(place), self.joints, 2))
         ways[:, :, : self.joints - PLACES] = np.linalg.qr(place, mode="complete")[0][
             :, :, PLACES:
-        ]  # directions that keep the position
+        ]  # directions of joint motion that keep the position
         bent = bend @ ways
         curve = np.swapaxes(ways, 1, 2) @ bent
         curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one direction
@@ -260,7 +260,7 @@ class SteadyBatch(SerialBatch):
         conditions, n = self.conditions, self.joints
         wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
         table = conditions.system(at, bend)
-        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # keeps the table regular if no joint changes the place
+        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # keeps the matrix regular if no joint changes the position
         try:
             solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
         except np.linalg.LinAlgError:  # at least one row is singular
@@ -273,7 +273,7 @@ def _joints_and_turns(found: Found) -> list[tuple[Joints, float]]:
     return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
 
 
-# --- the least in a box --------------------------------------------------------------------------------------------
+# --- minimum in a box ----------------------------------------------------------------------------------------------
 
 
 def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats) -> Floats:
@@ -287,7 +287,7 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
     x = bend[:, 0, 1] * slope[:, 1] - bend[:, 1, 1] * slope[:, 0]
     y = bend[:, 0, 1] * slope[:, 0] - bend[:, 0, 0] * slope[:, 1]
     z = np.stack((x, y), axis=1) / np.where(upwards, determinant, np.nan)[:, None]
-    step = np.asarray((ways @ z[:, :, None])[:, :, 0])  # to where the slope is 0; NaN if that is not a minimum
+    step = np.asarray((ways @ z[:, :, None])[:, :, 0])  # step to where the slope is 0; NaN if that is not a minimum
     rows = np.flatnonzero(~(_over(step, low, high) <= OVER))
     if len(rows):
         step[rows] = _on_sides(*(some[rows] for some in (ways, slope, bend, low, high, step)))
@@ -335,8 +335,8 @@ def _least_on_sides(ways: Floats, slope: Floats, bend: Floats, ends: Floats) -> 
     return np.asarray((foot + part[..., None] * along[:, :, None]).reshape(len(ways), -1, 2))
 
 
-CHORD = 1.0 / 96.0  # fraction of the fourth derivative of F: distance of F from its chord on a gap of one piece
-AROUND = 0.5  # distance from the cubic of multipliers that can solve F
+CHORD = 1.0 / 96.0  # maximum distance of F from its chord on a gap of one piece, as a fraction of its fourth derivative
+AROUND = 0.5  # maximum distance from the cubic of the multipliers that solve F
 BLOCKS = 1.155  # bound of the bilinear part of a third derivative on unit vectors
 PROOF_ROUNDING = 1e-12
 
@@ -349,11 +349,11 @@ class SteadyGaps(NamedTuple):
     """
 
     which: Rows
-    begin: Floats  # joints (k, n)
+    begin: Floats  # joints at the start of each gap (k, n)
     end: Floats
-    twists: Floats  # of the tool at both ends (k, 2, 6), by the part
-    place: Floats  # (k,) bounds of the fourth derivative of the desired place [m]
-    turn: Floats  # (k, 4) bounds of the first four derivatives of the desired turn's angles, together [rad]
+    twists: Floats  # twists of the tool at both ends (k, 2, 6), by the fraction of the time
+    place: Floats  # (k,) bounds of the fourth derivative of the desired position [m]
+    turn: Floats  # (k, 4) bounds of the first four derivatives of the angles of the desired turn, summed [rad]
     poses: Callable[[Rows, Floats], Floats]
 
     def some(self, which: Rows) -> SteadyGaps:
@@ -373,7 +373,8 @@ class SteadyContinuation:
         self.n, turning = conditions.joints, batch.turning
         reached = np.array(levers(batch.model)[1]) + length(position(conditions.tool))
         self.length = LENGTH * reached[0]
-        sliding = np.cumsum(~turning[::-1])[::-1]  # joints up to a length beyond their ranges
+        # the number of sliding joints from each joint on: each may be up to one unit beyond its range
+        sliding = np.cumsum(~turning[::-1])[::-1]
         self.levers = np.where(turning, reached / self.length + sliding, 1.0)
         i = np.arange(self.n)
         later = np.maximum.outer(i, i)
@@ -383,7 +384,7 @@ class SteadyContinuation:
         self.units = np.concatenate((np.where(turning, 1.0, self.length), np.full(PLACES, 1.0 / self.length)))
 
     def prove(self, gaps: SteadyGaps, pieces: int) -> Flags:
-        """Return for each gap whether it is proved (k,)."""
+        """Return whether the joints are proved continuous in each gap (k,)."""
         parts = np.linspace(0.0, 1.0, pieces + 1)
         poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
         ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
@@ -425,7 +426,7 @@ class SteadyContinuation:
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
         greatest = (
             np.maximum(np.abs(cubic.begin), np.abs(cubic.end)) + cubic.most()[1] / 8.0
-        )  # bounds of the unknowns themselves
+        )  # bounds of the unknowns, not of their derivatives
         pull = [np.linalg.norm(order[:, self.n :], axis=1) for order in (greatest, *cubic.most())]
         own = _of_turn(pace)
         turned = _of_turn([mine + asked for mine, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)])

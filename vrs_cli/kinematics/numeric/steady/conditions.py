@@ -47,7 +47,7 @@ from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
 PLACES = 3
-LEAST_CURVATURE = 1e-4  # second derivative of the cosine by the joints: below it a turn is nearly free
+LEAST_CURVATURE = 1e-4  # minimum second derivative of the cosine by the joints; below it a turn is nearly free
 
 
 class Terms(NamedTuple):
@@ -79,13 +79,13 @@ class SteadyConditions:
         self.formulas = formulas(batch.model.links, batch.model.base, batch.model.flange)
         i = np.arange(self.joints)
         self.first, self.later = np.minimum.outer(i, i), np.maximum.outer(i, i)
-        self.before = (i[:, None] > i)[None, :, :, None]  # [i, k]: joint k comes before joint i
+        self.before = (i[:, None] > i)[None, :, :, None]  # [i, k] is true if joint k comes before joint i
 
     def terms(self, q: Floats, T: Floats) -> Terms:
         """Return the terms for joints (N, n) and desired poses of the flange (N, 3, 4)."""
-        if len(q) > 20:  # number of rows up to which formulas for floats are faster
+        if len(q) > 20:  # minimum number of rows for which arrays are faster
             have, J = self.batch.forward(q), self.batch.jacobian(q, self.tool)
-        else:  # the formulas for floats are faster
+        else:  # formulas for floats are faster for few rows
             rows = q.tolist()
             have = np.array([self.formulas.forward(row) for row in rows]).reshape(-1, 3, 4)
             J = np.array([self.formulas.jacobian(row, *self.tool[3::4]) for row in rows]).reshape(-1, 6, self.joints)
@@ -161,7 +161,7 @@ OFFSETS = np.arange(-3.0, 4.0)
 # Difference Formulas on Arbitrarily Spaced Grids", Mathematics of Computation 51 (1988), table 1
 SECOND = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
 THIRD = np.array([1 / 8, -1.0, 13 / 8, 0.0, -13 / 8, 1.0, -1 / 8])
-STRIDE = 0.02  # [rad, m] maximum change of a joint between these times
+STRIDE = 0.02  # [rad, m] maximum change of a joint from one of these times to the next
 
 
 class CannotFollow(Exception):
@@ -179,7 +179,7 @@ class Way:
     @property
     def freedom(self) -> float:
         """Return how well the joints move the position, times how well they turn the tool at a fixed position."""
-        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # the bend if no turn is missing
+        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # its value if no turn is missing
         table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
 
@@ -191,7 +191,7 @@ class Way:
         first = self._solve(self.conditions.wanted_rates(self.at, np.array([twist]))[0])
         if order == 1:
             return (self._of_joints(first),)
-        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / 0.005))  # [s] between them
+        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / 0.005))  # [s] interval of the seven times
         T = np.array([poses(offset * h) for offset in OFFSETS.tolist()]).reshape(-1, 3, 4)
         second = self._solve(-SECOND @ self._residuals(first, np.zeros_like(first), T, h) / h**2)
         if order == 2:
@@ -200,7 +200,7 @@ class Way:
         return self._of_joints(first), self._of_joints(second), self._of_joints(third)
 
     def _residuals(self, first: Floats, second: Floats, T: Floats, h: float) -> Floats:
-        """Return F (7, n + 3) at seven times, with the unknowns continued by these derivatives."""
+        """Return F (7, n + 3) at seven times, for unknowns extrapolated with these derivatives."""
         t, n = (h * OFFSETS)[:, None], len(self.q)
         x = np.concatenate((self.q, self.multipliers[0])) + t * first + 0.5 * t * t * second
         return self.conditions.residual(self.conditions.terms(x[:, :n], T), x[:, n:])
@@ -209,7 +209,7 @@ class Way:
     def _table(self) -> Floats:
         table: Floats = self.conditions.system(self.at, self.conditions.bend(self.at, self.multipliers))[0]
         sizes = np.linalg.svd(table, compute_uv=False)
-        if sizes[-1] <= 1e-12 * sizes[0]:  # fraction of the largest singular value of K: smaller ones count as 0
+        if sizes[-1] <= 1e-12 * sizes[0]:  # smaller fractions of the largest singular value of K count as 0
             raise CannotFollow
         return table
 
@@ -220,16 +220,19 @@ class Way:
         return tuple(x[: len(self.q)].tolist())
 
 
-FIRST = 4  # joints of the plane: one turns it, three move in it
+FIRST = 4  # number of joints of the plane: one turns it, three move in it
 PARALLEL = 0.01  # [rad] angle between axes that count as parallel
-MIN_BAR_M = 1e-3  # [m] shortest bar
-ROLLS, DIRECTIONS = 24, 24  # angles of the last joint; directions of the hand on either side of the shoulder
-# parts of the range of directions: dense near the ends, where the bars turn fast, and without
-# the ends, where they are straight and a search cannot choose a bend
+MIN_BAR_M = 1e-3  # [m] minimum length of a bar
+ROLLS, DIRECTIONS = (
+    24,
+    24,
+)  # number of angles of the last joint, and of hand directions on either side of the shoulder
+# Fractions of the range of directions. They are dense near the ends, where the bars turn fast, and leave out the ends,
+# where the bars are in line and a search cannot choose the bend.
 PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
-BEYOND = 0.02  # fraction of the length of both bars: a place may be so far out of reach at an entry
+BEYOND = 0.02  # fraction of the length of both bars by which a position may be out of reach at an entry
 OUTSIDE = 8.0  # [rad/rad] missing turn that counts as much as an angle outside its range
-WORSE = 0.5  # [rad] entries that miss more than the best one by this lead nowhere
+WORSE = 0.5  # [rad] entries that are worse than the best one by more than this are not used as starts
 MAX_STARTS = 16
 
 
@@ -259,12 +262,12 @@ class PlanarStarts:
         self.signs = np.sign(ways[2:FIRST] @ self.normal)
         self.rolls = np.linspace(batch.lower[-1], batch.upper[-1], ROLLS) if batch.joints > FIRST else np.zeros(1)
         turns = rotation_about_batch(ways[-1], self.rolls if batch.joints > FIRST else np.zeros(1))[:, :, :3]
-        self.hands = turns @ T[:, :3]  # (rolls, 3, 3)
+        self.hands = turns @ T[:, :3]  # rotations of the hand (rolls, 3, 3)
         tips = points[-1] + turns @ (T[:, :3] @ tip + T[:, 3] - points[-1])
-        self.beside = (tips - points[1]) @ self.normal  # (rolls,) of the tip, out of the plane
+        self.beside = (tips - points[1]) @ self.normal  # distance of the tip out of the plane (rolls,)
         self.shoulder = points[1]
         self.upper, self.fore = np.diff(points[1:FIRST], axis=0) @ self.plane
-        self.hand = ((tips - points[FIRST - 1]) @ self.plane)[:, None]  # (rolls, 1)
+        self.hand = ((tips - points[FIRST - 1]) @ self.plane)[:, None]  # hand, in the plane (rolls, 1)
         self.bends, *reach = (np.array(rows) for rows in zip(*self._reach(model), strict=True))
         self.reach, self.slack = np.stack(reach), BEYOND * (abs(self.upper) + abs(self.fore))
         self.joints, self.middle, self.half = (
@@ -302,16 +305,15 @@ class PlanarStarts:
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
         least = _least(within) | _least(missed + OUTSIDE * outside)
-        # if the bars just reach a place, all directions give the same joints: keep one
+        # if the bars just reach a position, all directions give the same joints: keep one
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MAX_STARTS]
         return np.asarray(found[order][size[order] < within.min() + WORSE])
 
     def _reach(self, model: RobotModel) -> Iterator[tuple[float, float, float]]:
-        """Yield each sign of the angle between the bars in the range of joint 3, and the least and greatest reach
-        [m].
-        """
+        """Yield each sign of the angle between the bars in the range of joint 3, with the minimum and maximum reach
+        [m]."""
         upper, fore = abs(self.upper), abs(self.fore)
         straight = np.angle(self.fore) - np.angle(self.upper)
         ends = sorted((self.signs[0] * model.lower[2] + straight, self.signs[0] * model.upper[2] + straight))
@@ -325,7 +327,7 @@ class PlanarStarts:
                 yield sign, sqrt(square + twice * cos(most)), sqrt(square + twice * cos(least))
 
     def _in_plane(self, place: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats]:
-        """Return joints 2 to 4 (rolls, 2, 2, bends, directions) for places of the tip from the shoulder (rolls, 2).
+        """Return joints 2 to 4 (rolls, 2, 2, bends, directions) for positions of the tip from the shoulder (rolls, 2).
 
         Also return how much the bars are too short or too long to reach the wrist there [m].
         """
@@ -375,8 +377,8 @@ def _least(missed: Floats) -> Flags:
 
 
 SAMPLES = 512
-FIRST_SAMPLES, OTHERS = 16, 32  # number of starts of one pose: first, and afterwards
-TURN_COUNTS = 0.1  # [lengths of the arm/rad] weight of a missing turn against the way
+FIRST_SAMPLES, OTHERS = 16, 32  # number of starts of one pose in the first search, and in the next one
+TURN_COUNTS = 0.1  # [lengths of the arm/rad] weight of a missing turn relative to a distance
 
 
 class SampledStarts:
@@ -389,7 +391,7 @@ class SampledStarts:
         self.length = np.ptp(self.tips, axis=0).max() / 2.0
 
     def near(self, T: Floats, after: int, count: int) -> Floats:
-        """Return `count` samples that miss a pose (3, 4) least, after `after` better ones: (count, n)."""
+        """Return the `count` samples nearest to a pose (3, 4), without the `after` nearest ones: (count, n)."""
         away = np.linalg.norm(self.tips - (T[:, :3] @ self.tip + T[:, 3]), axis=1)
         cosine = 0.5 * (np.einsum("nij,ij->n", self.poses[:, :, :3], T[:, :3]) - 1.0)
         missed = away / self.length + TURN_COUNTS * np.arccos(np.clip(cosine, -1.0, 1.0))
