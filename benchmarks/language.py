@@ -16,7 +16,7 @@ parser remembers lines, and remembers none of these. Bar: at least 0.6 of the li
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 from statistics import median
 from time import process_time
@@ -158,9 +158,8 @@ STATEMENTS = (  # what it is; a line of VAL-II, the subroutine that it calls; th
 )
 
 
-def statements(passes: int) -> None:
-    """Print what single statements cost, less the loop, beside the same lines of Python."""
-    print(f"single statements in a loop of {passes} passes, without it, minimum of {REPEATS}")
+def statement_times(passes: int) -> Iterator[tuple[str, float, float]]:
+    """Yield each statement with its time, less the loop, and that of the same line of Python [ns]."""
     loops: list[tuple[float, float]] = []
     for name, line, called, python, before in STATEMENTS:
         first = 'y = 0\n $t = "a"\n a[7] = 0\n'
@@ -170,7 +169,14 @@ def statements(passes: int) -> None:
         loops.append((min(ours for ours, _ in rounds), min(theirs for _, theirs in rounds)))
         if len(loops) > 1:
             ours, theirs = ((it - loop) / passes * 1e9 for it, loop in zip(loops[-1], loops[0], strict=True))
-            print(f"  {name:<28}{ours:8.0f} ns {theirs:8.0f} ns of Python {ours / max(theirs, 1.0):8.1f} x")
+            yield name, ours, theirs
+
+
+def statements(passes: int) -> None:
+    """Print what single statements cost, less the loop, beside the same lines of Python."""
+    print(f"single statements in a loop of {passes} passes, without it, minimum of {REPEATS}")
+    for name, ours, theirs in statement_times(passes):
+        print(f"  {name:<28}{ours:8.0f} ns {theirs:8.0f} ns of Python {ours / max(theirs, 1.0):8.1f} x")
 
 
 # --- checking ----------------------------------------------------------------------------------------------------
