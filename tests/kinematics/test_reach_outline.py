@@ -52,8 +52,8 @@ POSES = some(4000)
 
 
 def directions() -> np.ndarray:
-    """(144, 3): level ones, and those in a plane that stands."""
-    angles = [radians(5.0 * k) for k in range(72)]
+    """(288, 3): level ones, and those in a plane that stands."""
+    angles = [radians(2.5 * k) for k in range(144)]
     return np.array([(cos(a), sin(a), 0.0) for a in angles] + [(cos(a), 0.0, sin(a)) for a in angles])
 
 
@@ -66,7 +66,16 @@ def test_no_pose_is_farther_out_seen_from_above_and_from_the_side(name: str, tip
     T = arm.batch.forward(q)
     tips, u = T[..., :3] @ tip + T[..., 3], directions()
     beyond = (u @ tips.T).max(axis=1) - (u @ points.T).max(axis=1)
-    assert beyond.max() <= 0.006 * np.linalg.norm(points, axis=1).max()
+    assert beyond.max() <= 0.002 * np.linalg.norm(points, axis=1).max()
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e"])
+def test_the_outline_is_symmetric_if_joint_1_turns_to_both_sides(name: str) -> None:
+    """The lowest and the highest poses are equally far out on both sides, so that the outline has straight edges."""
+    points = np.array(outermost(load_robot(name), (0.05, 0.0, 0.15)))
+    u = directions()[144:]
+    one, other = ((ways @ points.T).max(axis=1) for ways in (u, u * (-1.0, 1.0, 1.0)))
+    assert abs(one - other).max() <= 0.0025 * np.linalg.norm(points, axis=1).max()
 
 
 def test_a_scara_reaches_as_far_as_both_arms_are_long_and_down_as_its_quill_slides() -> None:
