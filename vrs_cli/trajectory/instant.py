@@ -10,7 +10,7 @@ from math import ceil, floor
 
 TICKS_PER_SECOND = 2.0**30
 TICK = 2.0**-30
-LATEST = 2.0**22  # [s], 48 days: beyond it the sums would no longer be exact
+LATEST = 2.0**22  # [s], 48 days: the sums of later times would not be exact
 
 
 def on_grid(t: float) -> float:

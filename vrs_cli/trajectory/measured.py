@@ -31,7 +31,7 @@ from vrs_cli.values.measured import MAX_LATENESS_S, BodyMode, Report, ReportCoun
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
-GAP = 0.5  # [s] between two reports farther apart than that the joints are unknown
+GAP = 0.5  # [s] maximum time between two reports for which the joints between them are known
 MEASURED = Motion(0, MotionKind.JOINT, Start.AT, text="measured")
 
 _begin, _end = attrgetter("begin"), attrgetter("end")
@@ -50,9 +50,8 @@ class _Between(NamedTuple):
 
 
 class MeasuredTimeline(Sequence[Report]):
-    """All reports up to some moment, in order of time. It never changes. The module's docstring tells when the joints
-    are known.
-    """
+    """All reports up to some moment, in order of time. It never changes. The module's docstring explains when the
+    joints are known."""
 
     __slots__ = ("_chunks", "_firsts", "_last", "joint_count")
 
@@ -265,7 +264,7 @@ class MeasuredRecord:
         self.joint_count = joint_count
         self.listeners: list[Callable[[Sequence[Report]], None]] = []
         self._chunks: list[ReportColumns] = []
-        self._version = 0  # changes whenever the reports change
+        self._version = 0  # number that changes whenever the reports change
         self._view = 0, MeasuredTimeline(joint_count)
 
     def __len__(self) -> int:
@@ -276,7 +275,7 @@ class MeasuredRecord:
         """All reports so far, as a view that later reports do not change."""
         version, view = self._view
         if version != self._version:
-            version = self._version  # read before the reports, so that a view that misses some reports is made again
+            version = self._version  # read before the reports: if reports are added meanwhile, the view is made again
             view = MeasuredTimeline(self.joint_count, tuple(self._chunks))
             self._view = version, view
         return view
@@ -326,7 +325,7 @@ class MeasuredRecord:
     def _append(self, report: Report) -> None:
         if not self._chunks or self._chunks[-1].full:
             made = ReportColumns(self.joint_count)
-            made.put(report)  # readers never see columns without a report
+            made.put(report)  # readers must not see columns without a report
             self._chunks.append(made)
         else:
             self._chunks[-1].put(report)

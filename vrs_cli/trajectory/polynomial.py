@@ -126,27 +126,27 @@ def bisect_interval(holds: Callable[[float], bool], low: float, high: float, ste
 
 
 def turning_points(a: Polynomial, lasting: float) -> list[float]:
-    """Return the times between 0 and `lasting` at which p(t) turns back, or stands for a moment."""
+    """Return the times between 0 and `lasting` at which p(t) turns back, or is at rest for a moment."""
     if len(a) == 4:
         return sorted([t for t in turns(a[1], 2.0 * a[2], 6.0 * a[3]) if 0.0 < t < lasting])
     return zeros(derivative(a), lasting)
 
 
 def extremes(a: Polynomial, lasting: float) -> tuple[float, float]:
-    """Return the least and the greatest p(t) from 0 to `lasting`."""
+    """Return the minimum and the maximum of p(t) from 0 to `lasting`."""
     values = [value(a, t) for t in (0.0, lasting, *turning_points(a, lasting))]
     return min(values), max(values)
 
 
 def most(a: Polynomial, lasting: float) -> float:
-    """Return the greatest |p(t)| from 0 to `lasting`."""
-    if len(a) < 3:  # of a line the greatest is at an end
+    """Return the maximum of |p(t)| from 0 to `lasting`."""
+    if len(a) < 3:  # a line has its maximum at an end
         return max(abs(a[0]), abs(value(a, lasting)))
     return max(map(abs, extremes(a, lasting)))
 
 
 def turns(v: float, a: float, jerk: float) -> tuple[float, ...]:
-    """Return when a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
+    """Return the times at which a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
     if not jerk:
         return (-v / a,) if a else ()
     square = a * a - 2.0 * jerk * v

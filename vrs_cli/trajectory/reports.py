@@ -17,8 +17,8 @@ from vrs_cli.values.measured import BodyMode, Report
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats, Rows, Singles
 
-CHUNK_REPORTS = 2048  # reports
-MAX_NUMBER = 1e6  # greatest number in a report [rad, m, rad/s, m/s, N m, N]; a greater number is an error
+CHUNK_REPORTS = 2048  # number of reports for which columns have room by default
+MAX_NUMBER = 1e6  # maximum size of a number in a report [rad, m, rad/s, m/s, N m, N]; a larger one is an error
 MODES = tuple(BodyMode)
 MODE, VELOCITY, EFFORT = 3, 4, 8  # bits of a flag: index of the mode in MODES; whether there are velocities, efforts
 
@@ -47,7 +47,7 @@ class ReportColumns:
         self.begin = self.end = nan  # times of the first and of the last report [s]
         self.times, self.flags = array("d", bytes(8 * room)), bytearray(room)
         self.positions = array("d", bytes(8 * room * joint_count))
-        self.rates: dict[int, array[float]] = {}  # VELOCITY, EFFORT: a column, if a report has any
+        self.rates: dict[int, array[float]] = {}  # columns by VELOCITY and EFFORT, if a report has such values
 
     @property
     def full(self) -> bool:

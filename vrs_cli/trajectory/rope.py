@@ -1,14 +1,14 @@
 """A rope of segments: an immutable tree that can be edited and shifted in time anywhere, at a cost that hardly grows
 with its size.
 
-Segments stand in rows. A leaf is a part of a row. After an edit, the remainder of a leaf is a smaller part of the same
-row; the row is neither copied nor read. A row grows only at its end, so appending needs no copy either: older leaves do
-not see the new segments, since each leaf knows its end. A branch holds leaves or branches with the times at which they
-begin, which may differ from the times stored in the rows. So shifting any number of segments changes only a few times a
-level. An edit makes new nodes only along its path down the tree; all other nodes are shared with the old rope, which
-stays unchanged. Times are multiples of the time grid (`instant`): however often they are shifted, the sums are exact.
-(Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the nodes are those of a B+ tree, Comer 1979, with
-leaves of any length.)
+Segments are stored in rows. A leaf is a part of a row. After an edit, the remainder of a leaf is a smaller part of the
+same row; the row is neither copied nor read. A row grows only at its end, so appending needs no copy either: older
+leaves do not see the new segments, since each leaf knows its end. A branch holds leaves or branches with the times at
+which they begin, which may differ from the times stored in the rows. So shifting any number of segments changes only a
+few times a level. An edit makes new nodes only along its path down the tree; all other nodes are shared with the old
+rope, which stays unchanged. Times are multiples of the time grid (`instant`): however often they are shifted, the sums
+are exact. (Boehm, Atkinson, Plass: Ropes, an alternative to strings, 1995; the nodes are those of a B+ tree, Comer
+1979, with leaves of any length.)
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from vrs_cli.trajectory.row import BlockTable, EventRow, Row, later, table_of
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.commands import Event
 
-SMALL_LEAF = 128  # segments: a leaf with at most this many may be copied
+SMALL_LEAF = 128  # maximum number of segments of a leaf that may be copied
 BLOCK_LENGTH = 128  # number of segments of a row that are read as arrays at once
 MAX_CHILDREN = 32  # maximum number of children of a branch
-SPARSE_DIVISOR = 4  # a node with less than this part of SMALL_LEAF or MAX_CHILDREN is joined to a neighbour,
-MERGED_DIVISOR = 2  # if both together hold at most this part
+SPARSE_DIVISOR = 4  # a node with less than this fraction of SMALL_LEAF or MAX_CHILDREN may be merged with a neighbour
+MERGED_DIVISOR = 2  # maximum fraction of SMALL_LEAF or MAX_CHILDREN that both together may have
 
 
 class Columns(Protocol):
@@ -58,7 +58,7 @@ Shiftable = TypeVar("Shiftable", Segment, Event)
 
 
 class ChannelChanges(NamedTuple):
-    """The children of a branch that change a channel, by place, and the value of the channel after each."""
+    """The children of a branch that change a channel, by index, and the value of the channel after each."""
 
     places: array[int]
     values: array[float]
@@ -230,7 +230,8 @@ def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, 
 
 
 def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
-    """Return how many rows at the beginning two ropes share at least, found from their leaves only."""
+    """Return the minimum number of segments or events that two ropes share at their start, judged by their leaves
+    alone."""
     if a is None or b is None:
         return 0
     count = 0
@@ -368,7 +369,7 @@ def _edited_copy(leaf: Leaf[R], first: int, last: int, new: Sequence[Any]) -> li
 
 
 def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]:
-    """Put `new` in place of all segments of a leaf from `first` on."""
+    """Replace all segments of a leaf from `first` on by `new`."""
     if not new:
         return [_part(leaf, 0, first)]
     if not first:
@@ -458,7 +459,7 @@ def locate(held: OffsetNode[Row], t: float) -> tuple[Row, int, float]:
     place = bisect_right(starts, t - offset, first, leaf.last) - 1
     place = place if place > first else first
     start = starts[place]
-    since = t - (offset + start)  # the sum is exact, so g is the same to the bit whatever the offsets are
+    since = t - (offset + start)  # the sum is exact, so g has the same bits for any offset
     if since < 0.0:
         return row, place, 0.0
     duration = row.finishes[place] - start
@@ -553,7 +554,7 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
     offset, node = held
     t -= offset
     way: list[tuple[Branch[EventRow], int]] = []
-    while node.__class__ is Branch:  # not isinstance: g asks for the hand
+    while node.__class__ is Branch:  # not isinstance, because g reads the state of the hand
         place = bisect_right(node.begins, t) - 1
         if place < 0:
             break

@@ -41,7 +41,7 @@ class RowStore(Protocol):
     """A store that holds a row."""
 
     def read(self) -> Row:
-        """Read the same row, to the bit. Raises FileError."""
+        """Read the stored row; it is identical to the bit. Raises FileError."""
 
 
 class Row(Sequence[Segment]):
@@ -171,7 +171,7 @@ class Row(Sequence[Segment]):
 
 
 def later(times: array[float], shift: float) -> array[float]:
-    """Return times that are shifted by `shift` [s]."""
+    """Return the times, shifted by `shift` [s]."""
     return array("d", [t + shift for t in times]) if shift else times
 
 
@@ -217,7 +217,7 @@ class BlockTable(Struct, frozen=True):
         """Store in `out` the joints (N, n), s seconds (N,) into the segments at `places` (N,)."""
         t = s[:, None]
         out[:] = self.coefficients[-1].take(places, axis=0)
-        for power in self.coefficients[-2::-1]:  # Horner
+        for power in self.coefficients[-2::-1]:  # Horner's rule
             out *= t
             out += power.take(places, axis=0)
 
@@ -273,7 +273,7 @@ def coefficients(paths: Sequence[Path]) -> Floats:
     return table
 
 
-TIED, OBSERVED = 1, 2  # bits of a flag
+TIED, OBSERVED = 1, 2  # bits of an event's flag
 NOWHERE = array("q")
 EVENT_COLUMNS = ("starts", "values", "durations", "channels", "numbers", "flags")
 _INDEXING = Lock()
@@ -296,7 +296,7 @@ class EventRow(Sequence[Event]):
         self.channels, self.numbers = array("i"), array("q")
         self.flags = bytearray()
         self._places: dict[int, array[int]] = {}
-        self._indexed = 0  # the number of indexed events
+        self._indexed = 0  # number of indexed events
         self.closed = False
         self.kept: int | None = None
         self.grow(events)

@@ -108,7 +108,7 @@ class JointPath(Struct, eq=False, gc=False):
         """Return the joints [rad, m] at t_s + s."""
         rows = self._rows
         if isinstance(rows, bytes):
-            if len(rows) == _SIX and self._length == 3:  # the usual arm, in the most frequent query
+            if len(rows) == _SIX and self._length == 3:  # the most frequent query: six joints on parabolas
                 p1, v1, h1, p2, v2, h2, p3, v3, h3, p4, v4, h4, p5, v5, h5, p6, v6, h6 = _six_parabolas(rows)
                 return (
                     p1 + s * (v1 + s * h1),
@@ -121,7 +121,7 @@ class JointPath(Struct, eq=False, gc=False):
             degree, polynomials = self._length - 1, _doubles(self._length).iter_unpack(rows)
         else:
             degree, polynomials = len(rows[0]) - 1, iter(rows)
-        if degree == 2:  # the two common cases are spelled out for the same reason
+        if degree == 2:  # the two most frequent degrees are written out, because this is faster
             return tuple([a + s * (b + s * c) for a, b, c in polynomials])
         if degree == 1:
             return tuple([a + s * b for a, b in polynomials])
@@ -162,7 +162,7 @@ class JointPath(Struct, eq=False, gc=False):
             if len(a) == 4:
                 p, v, half, sixth = a
                 way = duration * (abs(v) + duration * (abs(half) + duration * abs(sixth)))
-                if low + way <= p <= high - way:  # no cubic with these coefficients goes farther
+                if low + way <= p <= high - way:  # a cubic with these coefficients moves no farther than `way`
                     continue
             if not low <= value(a, duration) <= high:
                 return False
@@ -195,7 +195,7 @@ class Turn(NamedTuple):
 class Guide(Struct, frozen=True):
     """Determines how redundant joints follow a path: the weighted sum of all joints is `value` [rad].
 
-    A weight of 1 among zeros means that one joint moves so.
+    If one weight is 1 and the others are zero, `value` is the position of one joint.
     """
 
     weights: Joints
@@ -256,7 +256,7 @@ class CartesianPath(NamedTuple):
         alpha = STILL
         if len(self.turns) > 1:
             alpha = self._spin_rates(s)[0]
-        elif self.turns:  # with one turn, as in most paths, it is along the axis of the turn
+        elif self.turns:  # most paths have one turn; the acceleration is then along its axis
             ((axis, angle),) = self.turns
             alpha = vector_sum(STILL, scaled_vector(rotate(self.orientation, axis), second_derivative(angle, s)))
         x, y, z = self.position
@@ -354,7 +354,7 @@ Path = JointPath | CartesianPath
 
 
 class Segment(Struct, frozen=True, gc=False):
-    """`start` is t_s and `finish` t_f [s]; `motion` is the motion it serves.
+    """A stretch of the timeline: `start` is t_s and `finish` t_f [s]; `motion` is the motion that it belongs to.
 
     A truncated segment keeps its path and finishes earlier; a shifted segment keeps its path exactly.
     """
@@ -388,12 +388,12 @@ def stay_inside(segments: Iterable[Segment], lower: Joints, upper: Joints) -> bo
 
 
 def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segment:
-    """Make a segment that stands still; its duration may be 0 if only the hand or the tool changes."""
+    """Make a segment in which the robot is at rest; its duration may be 0 if only the hand or the tool changes."""
     return Segment(start, start + duration, JointPath(tuple((q,) for q in joints)), Phase.REST, motion)
 
 
 def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
-    """Yield the segments at whose end a straight line comes to rest and goes on from there."""
+    """Yield the segments at whose end a straight line stops before it continues."""
     for a, b in pairwise(segments):
         if a.motion.number == b.motion.number and (a.phase, b.phase) == (Phase.DECELERATE, Phase.ACCELERATE):
             yield a

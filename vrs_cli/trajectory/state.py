@@ -12,8 +12,8 @@ from vrs_cli.kinematics.transform import Transform, Vector, length
 
 NEGLIGIBLE = 1e-12  # a smaller displacement or velocity counts as 0 [rad, m, rad/s, m/s]
 STEADY = 1e-9  # a smaller acceleration counts as 0 [rad/s2, m/s2]
-# A blend of two straight lines has the deceleration of the first and the acceleration of the second at once, as in VAL:
-# so the corner is rounded on its inside. What the joints can follow is checked after.
+# A blend of two straight lines decelerates along the first line and accelerates along the second at the same time, as
+# in VAL: so the path cuts the corner. Later code checks whether the joints can follow.
 BLEND_FACTOR = 2.0
 
 
@@ -56,8 +56,8 @@ class GuideState(NamedTuple):
 class ToolState(NamedTuple):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
-    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero if they may jump (LSPB). `guides`: of the redundant
-    joints, which move with the tool.
+    `acceleration` [m/s2] and `spin_rate` [rad/s2]: the derivatives of both velocities; zero if they may jump (LSPB).
+    `guides`: the states of the guides of redundant joints, which move with the tool.
     """
 
     pose: Transform
@@ -106,7 +106,7 @@ class ToolLimits(NamedTuple):
     """The limits of the tool tip in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
     `blending`, `blending_jerk`: the factors by which a blend out of a motion may exceed acceleration and jerk. `guide`,
-    `guide_acceleration`, `guide_jerk`: of the guides of redundant joints, from rest [rad/s, rad/s2, rad/s3].
+    `guide_acceleration`, `guide_jerk`: the limits of the guides of redundant joints, from rest [rad/s, rad/s2, rad/s3].
     """
 
     speed: float

@@ -24,8 +24,8 @@ from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
-PART = 128  # deltas
-_NOT_READ: tuple[int | None, Any] = None, None  # an index and its segment
+PART = 128  # number of deltas of a part
+_NOT_READ: tuple[int | None, Any] = None, None  # index of the last segment that was read, and this segment
 UNPACKED_PARTS = 2  # number of parts that are not packed: the last part, which grows, and the part before it
 
 
@@ -137,9 +137,8 @@ class Timeline:
         return rope.index_at(self._rope, t)
 
     def locate(self, t: float) -> tuple[Segment, float]:
-        """Return the segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in
-        gaps).
-        """
+        """Return the segment in force at t as stored, and t - t_s limited to its duration (the robot is at rest in
+        gaps)."""
         row, place, since = rope.locate(self._rope, t)
         return row[place], since
 
@@ -200,9 +199,8 @@ class Timeline:
         return self.event(self.events_by(t))
 
     def value_at(self, channel: int, t: float) -> float:
-        """Return what a channel is at time t [s]: 0 until the first event that changes it. The last event of an instant
-        counts.
-        """
+        """Return the value of a channel at time t [s]: 0 until the first event that changes it. The last event of an
+        instant counts."""
         if self._events is None:
             return 0.0
         found = rope.value_at(self._events, channel, t)
@@ -219,7 +217,7 @@ class Timeline:
             before = value
 
     def same_until(self, other: Timeline) -> float:
-        """Return the time until which two timelines are the same [s]; infinity if they are so throughout."""
+        """Return the time [s] until which two timelines are the same; infinity if they are completely the same."""
         index = rope.common(self._rope, other._rope)
         rows = (rope.columns(one._rope, index) for one in (self, other))
         since = inf
@@ -237,7 +235,7 @@ class Timeline:
         rest = [one.event(place).time for one in (self, other) if place < one.event_count]
         return min([since, *rest])
 
-    # --- in which rows it is ---
+    # --- rows of the timeline ---
 
     @classmethod
     def of_parts(
@@ -272,7 +270,7 @@ class Timeline:
         return iter(()) if self._events is None else rope.parts(self._events, index)
 
     def in_rows(self, most: int) -> Timeline:
-        """Return the same timeline with at most so many segments in each row that is in memory."""
+        """Return the same timeline with at most `most` segments in each row that is in memory."""
         return self._of_ropes(rope.in_rows(self._rope, most), self._events, self.version, self.world)
 
     # --- changing: a new version ---
@@ -321,7 +319,7 @@ class Timeline:
             return TimelineDelta(self.version + 1, Cause.UNDO, *delta[2:8], 0.0, (), events)
         kept_whole = delta.keep
         if kept_whole and self[kept_whole - 1].finish > delta.cut:
-            kept_whole -= 1  # the inverse gives the truncated segment back whole
+            kept_whole -= 1  # the inverse restores the truncated segment
         return TimelineDelta(
             version=self.version + 1,
             cause=Cause.UNDO,
@@ -331,17 +329,17 @@ class Timeline:
             cut=self[kept_whole - 1].finish if kept_whole else self.start,
             keep=kept_whole,
             drop=delta.keep - kept_whole + len(delta.segments),
-            shift=0.0 - delta.shift,  # not -0.0
+            shift=0.0 - delta.shift,  # avoids -0.0
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
             events=events,
         )
 
 
 class KeptDeltas(Protocol):
-    """A store in which deltas are written down."""
+    """A store of deltas."""
 
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
-        """Read the deltas from number `first` to before `last`. Raises FileError."""
+        """Read the deltas from number `first` up to, but not including, `last`. Raises FileError."""
 
 
 class DeltaLog(Sequence[TimelineDelta]):
@@ -352,12 +350,12 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     def __init__(self, deltas: Iterable[TimelineDelta] = ()) -> None:
         self._parts: list[list[TimelineDelta] | DeltaColumns | AwayDeltas] = [[]]
-        self._away = 0  # parts that have left memory
+        self._away = 0  # number of parts that are not in memory
         self.extend(deltas)
 
     @classmethod
     def after(cls, kept: KeptDeltas, parts: int, deltas: Iterable[TimelineDelta]) -> DeltaLog:
-        """Make a log of `parts` parts that are written down, and the deltas after them."""
+        """Make a log of `parts` stored parts, and the deltas after them."""
         log = cls()
         log._parts, log._away = [*(AwayDeltas(kept, number) for number in range(parts)), []], parts
         log.extend(deltas)
@@ -371,7 +369,7 @@ class DeltaLog(Sequence[TimelineDelta]):
         return again
 
     def put_away(self, number: int, kept: KeptDeltas) -> None:
-        """Let the parts wholly before delta `number` leave memory, except the last two."""
+        """Remove from memory the parts that end before delta `number`, except the last two parts."""
         last = min(number // PART, len(self._parts) - UNPACKED_PARTS)
         for place in range(self._away, last):
             self._parts[place] = AwayDeltas(kept, place)
@@ -394,7 +392,7 @@ class DeltaLog(Sequence[TimelineDelta]):
         return self._parts[at // PART][at % PART]
 
     def _between(self, first: int, last: int) -> Iterator[TimelineDelta]:
-        """Yield the deltas from `first` up to, but not including, `last`; a part that is written down is read once."""
+        """Yield the deltas from `first` up to, but not including, `last`; a stored part is read once."""
         for number in range(first // PART, -(-last // PART)):
             part, begin = self._parts[number], number * PART
             yield from islice(part, max(first - begin, 0), last - begin)
@@ -435,9 +433,9 @@ class DeltaLog(Sequence[TimelineDelta]):
 
 
 class DeltaColumns:
-    """Deltas of consecutive versions as columns; `_firsts` tells where the segments of each delta begin."""
+    """Deltas of consecutive versions as columns; `_firsts` has the number of the first segment of each delta."""
 
-    __slots__ = (  # `_rest`: `drop` and `shift`; None where they are 0, as in steering
+    __slots__ = (  # `_rest` has `drop` and `shift`; None if both are 0, as in steering
         *("version", "_causes", "_motions", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),
         *("_firsts", "_segments", "_events"),
     )
@@ -495,7 +493,7 @@ class DeltaColumns:
 
 
 class PackedSegments(Sequence[Segment]):
-    """The segments of a packed delta."""
+    """The segments of a packed delta, as a sequence."""
 
     __slots__ = ("_columns", "_index")
 
@@ -517,11 +515,11 @@ class PackedSegments(Sequence[Segment]):
     def __repr__(self) -> str:
         return repr(self[:])
 
-    __hash__ = None  # type: ignore[assignment]  # no delta is a key
+    __hash__ = None  # type: ignore[assignment]  # a delta is never a key
 
 
 class AwayDeltas:
-    """A part of a log that is written down, and not in memory."""
+    """A part of a log that is stored and not in memory."""
 
     __slots__ = ("_kept", "_number")
 

@@ -34,9 +34,9 @@ from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, T
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-VERSION = 2  # increases when a law plans other motions from the same state. 1: SCURVE had common times out of motion
+VERSION = 2  # increase it if a law plans other motions from the same state (1: SCURVE had common times out of motion)
 SLIVER = 1e-6  # [s] a shorter cruise is left out
-Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
+Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) pairs of one joint, in order
 # an instant of the time grid, the same in seconds, and the cubic from there on
 Row = tuple[int, float, float, float, float, float]
 # the planned cubics of each joint from now on; None if they are not cubics
@@ -141,7 +141,8 @@ class Change(NamedTuple):
 
     @property
     def ways(self) -> tuple[float, float]:
-        """K0 and K1: the distance for each unit of the acceleration at the start, and for each unit of the level."""
+        """K0 and K1 of the formula in `scurve`: the distance for each unit of the acceleration at the start, and for
+        each unit of the level."""
         rise, hold, fall = self
         by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
         by_level = (
@@ -158,7 +159,7 @@ class Change(NamedTuple):
         return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
 
     def ahead(self, way: float, v0: float, a0: float) -> float:
-        """Return E of the formula in `scurve`."""
+        """Return E of the formula in `scurve`: the distance that the velocity after the change must cover."""
         by_start, _ = self.ways
         carried = v0 + 0.5 * self.rise * a0
         return way - v0 * self.lasts - a0 * by_start + self.lag * carried
@@ -200,7 +201,7 @@ VelocityChange = Blend | Change
 
 
 def ramps(by_acceleration: float, by_jerk: float) -> Change:
-    """Return the shortest change with equal ramps, for velocities with the greatest |v| / a and |v| / j given."""
+    """Return the shortest change with equal ramps, for the given maxima of |v| / a and |v| / j."""
     if by_jerk <= 0.0:
         return NONE
     reach = max(by_acceleration, sqrt(by_jerk))
@@ -235,7 +236,7 @@ class Course(NamedTuple):
         return not self.cruise and not self.slow.lasts
 
     def stretches(self, first: Phase) -> list[tuple[float, Phase]]:
-        """Return the duration and the phase of each stretch; `first`: the phase of the change."""
+        """Return the duration and the phase of each stretch. `first`: the phase of the first change."""
         cruise = [(self.cruise, Phase.CRUISE)] if self.cruise else []
         slowing = [(duration, Phase.DECELERATE) for duration in self.slow.durations]
         return [(duration, first) for duration in self.change.durations] + cruise + slowing
@@ -275,7 +276,7 @@ class ToolMotion:
     at the start.
     """
 
-    acceleration: Vector = STILL  # of the tip at the start
+    acceleration: Vector = STILL  # acceleration of the tip at the start
 
     def __init__(
         self, state: ToolState, target: Transform, limits: ToolLimits, dying: Sequence[tuple[Vector, float, float]]
@@ -302,7 +303,7 @@ class ToolMotion:
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turn_after_change(self, change: VelocityChange, spin: float) -> float | None:
-        """Return the angle of a turn when the change to this spin ends; None: use the value of its polynomials."""
+        """Return the angle of a turn at the end of the change to this spin; None: use the value of its polynomials."""
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
         """Yield the stretches of the line; none if the course has no length."""

@@ -36,12 +36,12 @@ from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStre
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-MARGIN = 1.0 + 1e-7  # keeps velocities inside limits after times are rounded to the grid
-BLEND_ROOM = 8 * TICK  # [s] added to a blend, since rounding the other times moves the limits a little
+MARGIN = 1.0 + 1e-7  # factor that keeps velocities inside limits after times are rounded to the grid
+BLEND_ROOM = 8 * TICK  # [s] added to a blend, because rounding of the other times moves the limits a little
 SAME_QUOTIENT = 1e-9  # quotients that differ by less count as equal
 LONGER_BLEND = 1.2
 FIRST_STEPS = 2
-MAX_BLEND_S = 1e6  # [s]
+MAX_BLEND_S = 1e6  # [s] maximum time of a blend
 
 
 def _course(blend: float, cruise: float, slow: float) -> Course:
@@ -61,7 +61,8 @@ class Component(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """The bounds of a blend time: u lies in [low, high]; `slowing` is max |v1| / (u a), so that slow = slowing u."""
+    """The bounds for a blend time: u of the formula lies in [low, high]; `slowing` is max |v1| / (u a), so that slow =
+    slowing u."""
 
     low: float
     high: float
@@ -83,7 +84,7 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
     square = least * least - 4.0 * by_acceleration  # the whole time is S + by_acceleration / S
     by_time = 0.5 * (least + sqrt(square)) if square > 0.0 else 0.0
     reach = MARGIN * max(by_velocity, sqrt(by_acceleration), by_time)
-    blend = up_to_grid(by_acceleration / reach)  # as long as the time of slowing down
+    blend = up_to_grid(by_acceleration / reach)  # as long as the last stretch, which slows down
     return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
 
 
@@ -194,7 +195,7 @@ def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_step
     """Return a blend time of (nearly) the least total time: find the shortest possible blend, and go downhill from
     there.
     """
-    for _ in range(first_steps):  # where the room would start if it grew linearly; the middle if that is unknown
+    for _ in range(first_steps):  # estimate where room begins, if it grows linearly; else the middle
         known = -inf < low.room < 0.0 and best.room < inf
         part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
         middle = try_blend(low.blend + part * (best.blend - low.blend))
@@ -213,7 +214,7 @@ def _shortest(try_blend: Callable[[float], Try], low: Try, best: Try, first_step
 
 
 def _most(demand: Demand, blend: float) -> float:
-    """Return the greatest u within the demand whose cruise time is not negative; inf if no distance remains."""
+    """Return the maximum u within the demand whose cruise time is not negative; inf if no distance remains."""
     _, high, slowing = demand
     if slowing <= 0.0:
         return high
@@ -227,7 +228,7 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
     while True:
         times = _on_grid(demands(blend), blend, least)
         if times is None:
-            blend = up_to_grid(blend * 1.001) + BLEND_ROOM  # rounding left no room
+            blend = up_to_grid(blend * 1.001) + BLEND_ROOM  # rounding has left no room between the bounds
         elif times.total < least - SLIVER:
             # the motion starts so fast that it would have to turn back to last that long
             blend = up_to_grid(blend * LONGER_BLEND)
@@ -244,10 +245,10 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
         return None
     if u == inf:  # the blend itself ends at rest on the target
         return _course(blend, 0.0, 0.0)
-    u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
+    u = max(u / MARGIN, 0.5 * (demand.low + u))  # rounding leaves room on both sides of this u
     rest = least - 0.5 * blend
     square = rest * rest - 2.0 * demand.slowing
-    # with any u, the total time 1/u + (blend + slowing u) / 2 is at least this long
+    # for every u, the total time 1/u + (blend + slowing u) / 2 is at least this long
     slow_enough = 2.0 / (rest + sqrt(square)) if rest > 0.0 and square > 0.0 else inf
     u = max(min(u, slow_enough), min(u, demand.low * (1.0 + BLEND_ROOM * u)))
     slow = up_to_grid(demand.slowing * u)
@@ -256,8 +257,8 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
 
 
 LINE_FIRST_STEPS = 4  # number of steps towards the shortest blend of two lines, which is usually the quickest
-RESPONSE_TICKS = 2.5  # D in ticks: quick, and steady for one target a tick
-COASTING_TICKS = 1.0  # ticks: maximum delay of the next target without a jolt
+RESPONSE_TICKS = 2.5  # D of the steering rule in ticks: quick, and steady for one target a tick
+COASTING_TICKS = 1.0  # [ticks] maximum delay of the next target without a jolt
 LIMIT_MARGIN = 1.0 - 1e-9  # factor on limits, to allow for rounding
 
 
@@ -433,9 +434,7 @@ def replay_steering(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the velocities with which `replay_steering` made the segments; None if the segments were made
-    otherwise.
-    """
+    """Return the velocities with which `replay_steering` made the segments; None if it did not make them."""
     path = segments[0].path
     if segments[0].phase is not Phase.BLEND or not isinstance(path, JointPath):
         return None
@@ -463,7 +462,7 @@ def _next_velocity(
 
 
 def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
-    """Return the greatest velocity at the end of the tick from which the joint can still stop within `room`:
+    """Return the maximum velocity at the end of the tick from which the joint can still stop within `room`:
 
     (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0.
 

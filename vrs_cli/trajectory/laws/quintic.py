@@ -43,18 +43,18 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, s
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # factors of D/T, D/T^2 and D/T^3 from rest to rest
+FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # factors of D/T, D/T^2, D/T^3 in maxima from rest
 TIME_FACTOR = 1.06  # ratio of each tried time to the one before
 MAX_TRIES = 160
 MIN_TIME_S = 1e-3  # minimum time [s] of a motion that begins in motion
 PEAK_TOLERANCE = 1.0 + 1e-6  # factor on a velocity limit, below which a velocity counts as at the limit
 HALVINGS = 5  # number of halvings of the step from a time that is too short to a time that is long enough
 
-Part = tuple[float, float, float]  # remaining displacement, present velocity and acceleration
+Part = tuple[float, float, float]  # remaining displacement, present velocity and present acceleration of a component
 
 
 class Bounds(NamedTuple):
-    """The greatest velocity, acceleration and jerk of a part."""
+    """The maximum velocity, acceleration and jerk of a part."""
 
     velocity: float
     acceleration: float
@@ -107,7 +107,7 @@ def _on_grid(lasting: float) -> float:
 def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
     rates = derivative(quintic(0.0, part, lasting))
     bends = derivative(rates)
-    # the quickest check first
+    # begin with the quickest check
     rows = (derivative(bends), bounds.jerk), (bends, bounds.acceleration), (rates, bounds.velocity)
     return all(most(row, lasting) <= bound for row, bound in rows)
 
@@ -248,7 +248,7 @@ def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vecto
     for axis, rate, change in spin_turns(spin, spin_rate):
         gain = change * time
         cubic = -(rate + 2.0 * gain / 3.0) / (time * time)
-        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # to rest, at any final angle
+        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # comes to rest at any angle
         turns.append((axis, angle))
         turned = compose(turned, rotation_about(axis, value(angle, time)))
     axis, left = axis_angle(compose(inverse(turned), target))

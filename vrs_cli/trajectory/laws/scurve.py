@@ -52,13 +52,13 @@ HALVINGS = 50
 
 
 class Bounds(NamedTuple):
-    """The bounds of a change: u in [low, high]; the greatest |v1| / (u a) and |v1| / (u j), for slowing down."""
+    """The bounds of a change: u in [low, high]; for slowing down, the maxima of |v1| / (u a) and |v1| / (u j)."""
 
     low: float
     high: float
     by_acceleration: float
     by_jerk: float
-    lag: float = 0.0  # of the change
+    lag: float = 0.0  # lag of the change [s]
 
 
 Demands = Callable[[Change], Bounds]
@@ -108,8 +108,9 @@ def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
 
 
 def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
-    """Return the greatest u up to `high` whose cruise time is not negative. `lag` None: the change starts from rest,
-    and takes as long as slowing down.
+    """Return the maximum u up to `high` whose cruise time is not negative.
+
+    `lag` None: the change starts from rest, and takes as long as slowing down.
     """
     fixed, halves = (0.0, 1.0) if lag is None else (lag, 0.5)
     high, m, n = bounds.high, bounds.by_acceleration, bounds.by_jerk
@@ -124,9 +125,8 @@ def _most_that_cruises(bounds: Bounds, lag: float | None) -> float:
 
 
 def _root(c2: float, c3: float) -> float:
-    """Return the x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule from above, where neither part alone is
-    more than 1.
-    """
+    """Return the x > 0 with 1 = c2 x^2 + c3 x^3, by Newton's rule. It starts at the largest x for which neither term is
+    more than 1."""
     x = min(1.0 / cbrt(c3), 1.0 / sqrt(c2)) if c2 else 1.0 / cbrt(c3)
     for _ in range(8):
         excess = (c2 + c3 * x) * x * x - 1.0
@@ -137,9 +137,8 @@ def _root(c2: float, c3: float) -> float:
 
 
 def _slower(total: Callable[[float], float], low: float, high: float, least: float) -> float:
-    """Return a u in (low, high] at which the total time is (just) at least `least`; the slowest possible u if there is
-    no such u.
-    """
+    """Return a u in (low, high] for which the total time is (just) at least `least`; the minimum u if there is no such
+    u."""
     slow, quick = max(low, high * 1e-9), high
     for _ in range(HALVINGS):
         middle = sqrt(slow * quick)
@@ -181,7 +180,7 @@ def vector_bounds(
 
 
 def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
-    """Return whether a change to rest from a velocity and an acceleration `at` the start is within limits."""
+    """Return whether a change to rest from a velocity and an acceleration `at` the start keeps the limits."""
     level = scaled_vector(vector_sum(velocity, scaled_vector(at, 0.5 * change.rise)), -1.0 / change.reach)
     most = min(acceleration, jerk * change.fall)
     return length(level) <= most and length(vector_difference(level, at)) <= jerk * change.rise
@@ -253,9 +252,8 @@ def _total(bounds: Bounds, change: Change, u: float) -> float:
 
 
 def _quickest(bounds: Bounds) -> float | None:
-    """Return the greatest u whose cruise time is not negative; 0 if the change itself ends at rest on the target; None
-    if no u is possible.
-    """
+    """Return the maximum u whose cruise time is not negative; 0 if the change itself ends at rest on the target; None
+    if no u is possible."""
     if bounds.low > bounds.high:
         return None
     if bounds.by_jerk <= 0.0:
@@ -265,7 +263,7 @@ def _quickest(bounds: Bounds) -> float | None:
 
 
 def _possible(total: Callable[[Change], float], guess: Change, shortest: float) -> Change:
-    """Return a possible change: the guess, or ever longer ones, with long ramps or with the shortest rise."""
+    """Return a possible change: the guess, or longer and longer ones, with long ramps or with the shortest rise."""
     change = guess
     for _ in range(DOUBLINGS):
         for rise in (change.rise, max(1.02 * shortest, 1e-3), 2.0 * guess.fall):
@@ -327,7 +325,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
         return None
     if u == 0.0:
         return Course(change, 0.0, NONE)
-    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # where rounding finds room on both sides
+    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # rounding leaves room on both sides of this u
     if _total(bounds, change, u) < least:
         u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + BLEND_ROOM * u), u, least)
     slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
@@ -335,7 +333,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     return course if bounds.low * course.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-STOP_FACTOR = 1.02  # ratio of neighbouring trial times: the likely times of a stop times powers of this ratio
+STOP_FACTOR = 1.02  # ratio of neighbouring trial times, which are the likely times of a stop times powers of this ratio
 STOP_POWERS = (-150, 150)  # the range of the powers, from short to long
 STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # fractions of the last ramp, tried as the first ramp
 
@@ -451,7 +449,7 @@ def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float,
 
 LAW = Law(
     smooth=True,
-    samples=4,  # fewer than in LSPB, because SCURVE has more stretches
+    samples=4,  # fewer samples than in LSPB, because SCURVE has more stretches
     joint_motion=joint_motion,
     joint_stops=joint_stops,
     straight_motion=straight_motion,

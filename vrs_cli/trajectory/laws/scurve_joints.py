@@ -3,17 +3,17 @@
 A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. The distance that it covers in a
 time T,
 
-    x(v1) = way of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
+    x(v1) = distance of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
 
-grows with v1, so Newton's rule finds the v1 with the right way. `fall` is the end of the first change, in which the
-acceleration goes to zero, `ramp` the start of the second. So a joint never exceeds its velocity limit, unless its state
-at the start forces it to. If a joint slows down already, and its goal is a little farther than its quickest stop, a
-cruise without acceleration takes too long; the joint then brakes less, in one change. (All cases, in closed form:
+grows with v1, so Newton's rule finds the v1 with the right distance. `fall` is the end of the first change, in which
+the acceleration goes to zero, `ramp` the start of the second. So a joint never exceeds its velocity limit, unless its
+state at the start forces it to. If a joint slows down already, and its goal is a little farther than its quickest stop,
+a cruise without acceleration takes too long; the joint then brakes less, in one change. (All cases, in closed form:
 Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
 
 The instants between phases are real numbers, the instants between segments lie on the time grid. Each segment goes on
-from the nearest instant of the grid, on the very cubic of its phase. So jerks stay unchanged, position and velocity are
-continuous except for rounding, and the acceleration to the jerk times 0.5 ns.
+from the nearest instant of the grid, on the cubic of its phase itself. So jerks stay unchanged, position and velocity
+are continuous except for rounding, and the acceleration jumps by at most the jerk times 0.5 ns.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from vrs_cli.trajectory.laws.scurve_steering import MIN_PIECE_S, common_stretche
 from vrs_cli.trajectory.segment import Path, Phase
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 
-SAME_WAY = 1e-12  # [rad, m] a smaller rest of a way is no jump
-# [s] phases may last longer than their time by this, which is less than half an instant of the grid
+SAME_WAY = 1e-12  # [rad, m] a smaller remaining distance does not count
+# [s] tolerance of the total time of all phases, less than half an instant of the grid
 TIME_TOLERANCE = 0.4 * TICK
 NEWTON_STEPS = 15  # maximum number of Newton steps; five are usual
 SEARCH_STEPS = 60  # maximum number of steps of other searches
-MIN_BRAKING = 1e-3  # weakest braking, as a fraction of the acceleration limit
+MIN_BRAKING = 1e-3  # minimum braking, as a fraction of the acceleration limit
 MAX_RAISES = 20  # maximum number of attempts to find the time in which all joints arrive
 
 _new = tuple.__new__
@@ -106,12 +106,12 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
     """Return the quickest changes to velocity v1 and from there to rest, with accelerations up to a_max."""
     _, v0, a0, _, _, jerk = joint
     dv, a, sign = v0 - v1, a0, -1.0
-    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # the joint has to become faster than its present acceleration makes it
+    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # the joint must become faster than its present acceleration would make it
         dv, a, sign = -dv, -a, 1.0
     square = jerk * dv + 0.5 * a * a
     size, hold = sqrt(square) if square > 0.0 else 0.0, 0.0
     if size > a_max:
-        size, rise = a_max, abs(a + a_max) / jerk  # from a greater acceleration down to a_max, if ACCEL is lower now
+        size, rise = a_max, abs(a + a_max) / jerk  # reduce a larger acceleration to a_max, if ACCEL is lower now
         hold = (dv + 0.5 * (a - size) * rise) / size - 0.5 * size / jerk
         hold = hold if hold > 0.0 else 0.0
     else:
@@ -134,8 +134,7 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
 
 def _arriving(joint: Joint, whole: float) -> Phases | float:
     """Return the phases with which a joint arrives in a given time [s]; if that is impossible, the next possible
-    time.
-    """
+    time."""
     found = _in_two(joint, whole, joint.max_velocity)
     if _arrives(joint, found, whole):
         return found
@@ -144,7 +143,7 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
         found = _in_two(joint, whole, abs(quick.cruising))
         if _arrives(joint, found, whole):
             return found
-        # slower than the solution that takes too long, and without a cruise phase
+        # this solution is slower than the quickest one, which lasts too long, and has no cruise phase
         sign = 1.0 if found.cruising > 0.0 else -1.0
         speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(found.cruising))
         quick = phases(joint, sign * speed, joint.max_acceleration)
@@ -166,7 +165,7 @@ def _in_two(joint: Joint, whole: float, fastest: float) -> Phases:
     found = phases(joint, 0.0, a_max)
     sign = 1.0 if way > found.way else -1.0
     low, high, speed = 0.0, fastest, 0.0
-    if found.lasts > whole:  # and all other solutions last longer
+    if found.lasts > whole:  # all other solutions last longer still
         return found
     for _ in range(NEWTON_STEPS):
         cruise = whole - found.lasts
@@ -204,7 +203,7 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
     if sign * (way - top.way) >= 0.0:
         return top.lasts + (way - top.way) / top.cruising, top
     low, high, free = 0.0, v_max, sign * (v + 0.5 * a * abs(a) / jerk)
-    if 0.0 < free < v_max:  # the distance jumps below the velocity that remains once the acceleration is 0
+    if 0.0 < free < v_max:  # here the distance jumps: `free` is the velocity when the acceleration has become 0
         low, high = (free, high) if sign * _past(joint, sign * free) <= 0.0 else (low, free)
     found = phases(joint, sign * _root(lambda speed: sign * _past(joint, sign * speed), low, high), a_max)
     return found.lasts, found
@@ -229,17 +228,19 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def _past(joint: Joint, v1: float) -> float:
-    """Return how far a joint goes past its target if it changes to velocity v1 and then slows down at once."""
+    """Return the distance by which a joint overshoots its target if it changes to velocity v1 and then slows down at
+    once."""
     return phases(joint, v1, joint.max_acceleration).way - joint.way
 
 
-# --- in one change, that brakes less than the joint could ----------------------------------------------------------
+# --- in one change, which brakes less than the joint could ----------------------------------------------------------
 
 
 def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phases | float:
-    """Return the phases of one change that lasts `whole` [s]; else its least time, or `otherwise` if that is less.
+    """Return the phases of one change that lasts `whole` [s]; if that is impossible, the minimum time of such a change
+    or `otherwise`.
 
-    `otherwise`: how long the joint takes with the phases `quick`.
+    `otherwise`: the time that the joint takes with the phases `quick`.
     """
     weak = _weakest(joint, otherwise, quick)
     if not weak:
@@ -248,7 +249,7 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
     if quickest.lasts >= whole:
         return quickest if quickest.lasts <= whole + TIME_TOLERANCE else quickest.lasts
     sign, strong = 1.0 if quick.cruising > 0.0 else -1.0, joint.max_acceleration
-    for _ in range(SEARCH_STEPS):  # the more a joint brakes at first, the later it arrives
+    for _ in range(SEARCH_STEPS):  # a joint that brakes more at first arrives later
         level = 0.5 * (weak + strong)
         found = _change(joint, -sign * level)
         if abs(found.lasts - whole) <= MIN_PIECE_S:
@@ -263,7 +264,7 @@ def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
     """
     way, v, a, _, a_max, jerk = joint
     sign = 1.0 if quick.cruising > 0.0 else -1.0
-    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # no braking before that velocity is reached
+    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # it reaches that velocity without braking
         return 0.0
     weak = strong = a_max
     while sign * (phases(joint, 0.0, weak).way - way) < 0.0:
@@ -310,7 +311,7 @@ def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
     ahead = way - v0 * (rise + later) - a0 * by_start + lag * carried
     v1 = ahead / (lag + max(whole - lasts, 0.0) + 0.5 * slowing)
     level, slow = (v1 - carried) / reach, v1 / held
-    turned = v0 + 0.5 * a0 * a0 * rise / (a0 - level) if a0 * level < 0.0 else v0  # the velocity at zero acceleration
+    turned = v0 + 0.5 * a0 * a0 * rise / (a0 - level) if a0 * level < 0.0 else v0  # velocity at zero acceleration
     if (
         max(abs(v1), abs(turned)) > v_max
         or max(abs(level), abs(slow)) > a_max

@@ -40,7 +40,7 @@ MIN_PIECE_S = 1e-10  # minimum duration of a piece [s]; shorter pieces are left 
 
 def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     """Return the quickest change to velocity and acceleration zero, in pieces (duration, jerk)."""
-    left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is 0
+    left = v + 0.5 * a * abs(a) / jerk  # the velocity that is left when the acceleration is 0
     if abs(left) <= NEGLIGIBLE:
         return ((abs(a) / jerk, copysign(jerk, -a)),) if a else ()
     sign = copysign(1.0, left)
@@ -57,7 +57,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces
     sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)
-    if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # at rest before full acceleration is reached
+    if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # it is at rest before it reaches full acceleration
         return (((a + sqrt(a * a + 2.0 * jerk * v)) / jerk, -sign * jerk),)
     v += a * ramp - 0.5 * jerk * ramp * ramp
     pieces = (ramp, -sign * jerk), (v / acceleration, 0.0)
@@ -125,7 +125,7 @@ def _pieces_to_rest(
 def joint_pieces(
     state: JointState, pieces: Sequence[Pieces], slows: float = 0.0
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Yield the stretches of joints that each go through pieces of their own to rest, as `common_stretches` does."""
+    """Yield the stretches of joints, each with its own pieces until rest, as `common_stretches` does."""
     rows = zip(state.joints, state.velocity, state.present_acceleration, pieces, strict=True)
     return common_stretches([list(rows_through(*row)) for row in rows], slows)
 
@@ -137,7 +137,7 @@ def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
         q, v, a = state_after(q, v, a, duration, jerk)
         t += duration
-    yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # exactly at rest, without rounding errors
+    yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # exactly at rest, without rounding
 
 
 def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
@@ -224,7 +224,7 @@ def replay_steering(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """Return the jerks with which `replay_steering` made the segments; None if the segments were made otherwise."""
+    """Return the jerks with which `replay_steering` made the segments; None if it did not make them."""
     chase, *after = (segment.path.coefficients for segment in segments if isinstance(segment.path, JointPath))
     if segments[0].phase is not Phase.BLEND or len(chase[0]) != CUBIC + 1:
         return None
@@ -307,8 +307,9 @@ def _jerk(one: Joint, tick: float) -> float | None:
 
 
 def _brakable(way: float, acceleration: float, jerk: float) -> float:
-    """Return the velocity from which a joint comes to rest on a way: v / 2 (v / A + A / J) is the distance, or sqrt(v^3
-    / J) if full acceleration is not reached.
+    """Return the velocity from which a joint can come to rest within a distance.
+
+    The distance is v / 2 (v / A + A / J), or sqrt(v^3 / J) if full acceleration is not reached.
     """
     ramp = acceleration / jerk
     if way < acceleration * ramp * ramp:
@@ -317,12 +318,11 @@ def _brakable(way: float, acceleration: float, jerk: float) -> float:
 
 
 def _beyond(one: Joint, jerk: float, tick: float) -> int:
-    """Return whether a tick with this jerk makes a joint too fast, or leaves too little room to stop: 1 upwards, -1
-    downwards, 0 if neither.
-    """
+    """Return 1 if a tick with this jerk makes a joint too fast upwards or leaves it too little room to stop there, -1
+    if downwards, 0 if neither."""
     q, v, a = one.q, one.v, one.a
     _, v1, a1 = state_after(q, v, a, tick, jerk)
-    turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # where the acceleration changes its sign
+    turning = v - 0.5 * a * a / jerk if a * a1 < 0.0 else v  # the velocity where the acceleration changes its sign
     settled = v1 + 0.5 * a1 * abs(a1) / (STOPPING_PART * one.j_max)
     if max(turning, v1, settled) > _velocity_bound(one, v, a):
         return 1
@@ -338,9 +338,8 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
 
 
 def _velocity_bound(one: Joint, v: float, a: float) -> float:
-    """Return the greatest velocity allowed: the requested limit, or a higher velocity that the present acceleration
-    leads to anyway.
-    """
+    """Return the maximum velocity: the requested limit, or a higher velocity that the present acceleration leads to
+    anyway."""
     coming = v + 0.5 * a * a / (STOPPING_PART * one.j_max) if a > 0.0 else v
     return max(min(max(one.v_max, coming), one.peak), v)
 
