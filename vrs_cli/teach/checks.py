@@ -42,11 +42,11 @@ class HeldCheck(BaseCheck, frozen=True, tag="held"):
     part: str = ""
 
 
-# --- the way of the tool ---------------------------------------------------------------------------------------------
+# --- the path of the tool --------------------------------------------------------------------------------------------
 
 
 class PlacesCheck(BaseCheck, frozen=True, tag="places"):
-    """Requires that the tool's tip passes these places in order, each within `mm`."""
+    """Requires that the tool's tip passes these places in this order, each within the tolerance `mm`."""
 
     places: tuple[Place, ...]
     mm: float
@@ -82,24 +82,22 @@ class KeepOutCheck(BaseCheck, frozen=True, tag="keep_out"):
 
 
 class ContactCheck(BaseCheck, frozen=True, tag="contact"):
-    """Requires that nothing touches. `allow`: pairs that may."""
+    """Requires that nothing in the cell touches anything else. `allow`: pairs of bodies that may touch."""
 
     allow: tuple[Pair, ...] = ()
 
 
 class ClearanceCheck(BaseCheck, frozen=True, tag="clearance"):
-    """Requires a distance of at least `mm` between the arm, with the part that it holds, and everything else. `allow`:
-    pairs that may be closer.
-    """
+    """Requires a distance of at least `mm` between the arm (with the part that it holds) and everything else. `allow`:
+    pairs of bodies that may be closer."""
 
     mm: float
     allow: tuple[Pair, ...] = ()
 
 
 class StretchCheck(BaseCheck, frozen=True):
-    """A check limited to a stretch of the run: within `radius` mm of `around`, on the way from `begin` to `end`, or
-    while the hand holds a part.
-    """
+    """A check that judges only a part of the run: while the tip is within `radius` mm of `around`, while it moves from
+    `begin` to `end`, or while the hand holds a part."""
 
     around: Place | None = None
     radius: float = 0.0
@@ -109,7 +107,7 @@ class StretchCheck(BaseCheck, frozen=True):
 
 
 class SpeedCheck(StretchCheck, frozen=True, tag="speed", kw_only=True):
-    """Requires that the tip is never faster than `mm_s`."""
+    """Requires that the speed of the tip never exceeds `mm_s`."""
 
     mm_s: float
 
@@ -121,9 +119,8 @@ class AccelerationCheck(StretchCheck, frozen=True, tag="acceleration", kw_only=T
 
 
 class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
-    """Requires that the tip moves on the path of the model's run. `times`: also at the same times, and with the same
-    orientation within `deg`.
-    """
+    """Requires that the tip follows the path of the model's run. `times`: it must also be at the same positions at the
+    same times, with the same orientation within `deg`."""
 
     mm: float
     deg: float | None = None
@@ -131,7 +128,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
     @property
     def needs_model(self) -> bool:
-        """Return True, because the whole run is compared."""
+        """Return True, because the check compares the whole run with the model's run."""
         return True
 
 
@@ -139,7 +136,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
 
 class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
-    """Requires that the run, or the way from `begin` to `end`, takes at least `least` and at most `most` seconds."""
+    """Requires that the run, or the motion from `begin` to `end`, takes at least `least` and at most `most` seconds."""
 
     most: float
     least: float = 0.0
@@ -148,10 +145,10 @@ class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
 
 
 class SignalChange(Struct, frozen=True):
-    """An output that turns on (negative: off) between `after` and `before` [s] of the run, or since the input `since`
-    first turned on.
+    """A change of an output: on, or off if the number is negative.
 
-    `near`: the tip must be within `mm` of this place.
+    It must occur between `after` and `before` [s], counted from the start of the run or from the time when the input
+    `since` first turned on. `near`: the tip must be within `mm` of this place.
     """
 
     signal: int
@@ -163,14 +160,14 @@ class SignalChange(Struct, frozen=True):
 
 
 class SignalsCheck(BaseCheck, frozen=True, tag="signals"):
-    """Requires changes of outputs in this order. `only`: these outputs do not change at other times."""
+    """Requires that outputs change in this order. `only`: these outputs must not change at other times."""
 
     changes: tuple[SignalChange, ...]
     only: bool = False
 
 
 class TypedText(Struct, frozen=True):
-    """A required line of TYPE: a text or a pattern, typed between `after` and `before` [s]."""
+    """A line that TYPE must show: a text or a pattern, typed between `after` and `before` [s]."""
 
     text: str
     pattern: bool = False
@@ -179,16 +176,15 @@ class TypedText(Struct, frozen=True):
 
 
 class TypedCheck(BaseCheck, frozen=True, tag="typed"):
-    """Requires lines of TYPE in this order; a single ModelPlace stands for those of the model's run. `only`: no other
-    lines.
-    """
+    """Requires that TYPE shows these lines in this order. A single ModelPlace stands for the lines of the model's run.
+    `only`: the program may type no other lines."""
 
     lines: tuple[TypedText | ModelPlace, ...]
     only: bool = False
 
 
 class WordsCheck(BaseCheck, frozen=True, tag="words"):
-    """Requires some words in the submission, and forbids others."""
+    """Requires that the submission uses some words, and does not use others."""
 
     use: tuple[str, ...] = ()
     avoid: tuple[str, ...] = ()

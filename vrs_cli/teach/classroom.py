@@ -1,7 +1,7 @@
 """Provide the robot of a lesson, and rehearse lessons.
 
-The robot is in this process, served to a browser beside the prompt, or behind a delay. A rehearsal tries each step
-without lines, with its wrong lines, and with its model lines.
+The robot runs in this process, is served to a browser beside the prompt, or is served behind a delay. A rehearsal tries
+each step three ways: without lines, with its wrong lines, and with its model lines.
 """
 
 from __future__ import annotations
@@ -32,13 +32,15 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
-LESSON = "lesson"  # the same for all robots, so that an open page continues with the next lesson
-CLOSING = 5.0  # [s] maximum duration of closing a delay line
+LESSON = "lesson"  # all robots have the same name, so that an open page continues with the next lesson
+CLOSING = 5.0  # [s] maximum time to open or close a delay line
 
 
 class Classroom:
-    """The robot of one lesson, until the stack is closed. `page`: the files of its page; None: no page. `attended`:
-    whether a person is there. `rate`: robot seconds per second of a robot in real time.
+    """The robot of one lesson; it runs until the stack is closed.
+
+    `page`: the files of its page; None: no page. `attended`: whether a person uses it. `rate`: robot seconds per second
+    of wall time, for a robot in real time.
     """
 
     def __init__(
@@ -61,7 +63,7 @@ class Classroom:
         self.local_robot, self.place = _serve(lesson, stack, tell, page, attended=attended, rate=rate)
 
     def look(self, ask: Callable[[Session], T]) -> T:
-        """Ask the robot for something between two of its actions."""
+        """Call a function with the robot's session, between two actions of the robot; return its result."""
         if self.local_robot is not None:
             session = self.local_robot.session
             return session.actor.call(lambda: ask(session)).result()
@@ -86,7 +88,7 @@ def _serve(
     attended: bool,
     rate: float,
 ) -> tuple[LocalRobot, Place]:
-    """Serve the robot of a lesson in its own folder, behind a line with the delays of the lesson."""
+    """Serve the robot of a lesson in its own folder, behind a proxy with the delays of the lesson if it has any."""
     from vrs_cli.net.client import Client, hello_of
     from vrs_cli.net.local_server import SHELL, LocalRobot
     from vrs_cli.net.socket_port import SocketPort
@@ -121,7 +123,8 @@ def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
 
 
 class LessonPlace:
-    """The robot of a lesson, for the shell, with a learner. `first`: whether it is the first lesson of the process."""
+    """The robot and the learner of a lesson, as a shell starts them. `first`: whether it is the first lesson of the
+    process."""
 
     waits = True
 
@@ -137,22 +140,22 @@ class LessonPlace:
         return front_end
 
 
-HURRY = 4.0  # speed of a robot behind a delay, and of its delays, relative to a lesson
+HURRY = 4.0  # in a rehearsal, a robot behind a delay and its delays run this many times as fast as in the lesson
 
 
 class Hurried(Struct, frozen=True):
-    """Delays of a line that runs HURRY times as fast."""
+    """Delays that are shortened for a robot that runs HURRY times as fast."""
 
     delays: Delays
 
     def source(self, random: Random) -> Callable[[float], float]:
-        """Return a function from the time of sending [s] to the delay [s]."""
+        """Return a function that maps the time of sending [s] to the delay [s]."""
         slow = self.delays.source(random)
         return lambda t: slow(t * HURRY) / HURRY
 
 
 def faults(lesson: Lesson) -> Iterator[str]:
-    """Yield the faults in the steps of a lesson: file, line, and how to fix them."""
+    """Yield the faults in the steps of a lesson, each with its file, its line, and how to fix it."""
     if lesson.delays is not None:
         forward, backward = lesson.delays
         lesson = structs.replace(lesson, delays=(Hurried(forward), Hurried(backward)))
@@ -187,7 +190,8 @@ def _failed_marks(marks: Iterable[Mark]) -> list[Mark]:
 def _try_marks(
     lesson: Lesson, step: LessonStep, before: list[str], tries: Iterable[tuple[str, ...]]
 ) -> Iterator[tuple[Mark, ...]]:
-    """Yield the marks of a step after the lines of each try. The model lines of all earlier steps come first."""
+    """Yield the marks of a step after each try, which runs the model lines of all earlier steps and then its own
+    lines."""
     for lines in tries:
         with ExitStack() as stack:
             rate = HURRY if lesson.delays is not None else 1.0

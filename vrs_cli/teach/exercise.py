@@ -41,7 +41,7 @@ KEYS = (
     *("title", "robot", "dialect", "program", "limits", "rounding_mm", "rounding_deg", "rounding_s"),
     *("check", "variant", "similar"),
 )
-LIMITS: Mapping[str, tuple[str, float]] = {  # key: field of Limits, and its maximum
+LIMITS: Mapping[str, tuple[str, float]] = {  # key in checks.toml: field of Limits, and maximum value
     "time": ("max_time", 86_400.0),
     "steps": ("max_steps", 100_000_000),
     "elements": ("max_elements", 100_000_000),
@@ -53,7 +53,7 @@ _FAILS = re.compile(r"(?i)\s*;\s*fails\s*:\s*(.+?)\s*$")
 
 
 class WrongSubmission(Struct, frozen=True):
-    """A typical wrong submission. `fails`: names of the checks that must fail. `text`: the program."""
+    """A typical wrong submission. `fails`: names of the checks that must fail. `text`: the text of the program."""
 
     path: str
     fails: tuple[str, ...]
@@ -61,11 +61,12 @@ class WrongSubmission(Struct, frozen=True):
 
 
 class Exercise(Struct, frozen=True):
-    """An exercise, or a variant of it. `seed`: that of the variant; None if nothing was moved.
+    """An exercise, or a variant of it.
 
-    `robot`: its model. `program`: the program to run; None: the first one of a submission. `cell`, `inputs`, `given`:
-    the cell, the changes of inputs, and the given values of this variant. `solution`: the text of the model solution.
-    `similar`: the similarity from 0 to 1 from which submissions are listed; None: never.
+    `seed`: the seed of the variant; None if nothing was moved. `robot`: the model of the robot. `program`: the program
+    to run; None: the first program of a submission. `cell`, `inputs`, `given`: the cell, the changes of inputs, and the
+    given values of this variant. `solution`: the text of the model solution. `similar`: the minimum similarity (0 to 1)
+    of submissions that are listed as similar; None: none are listed.
     """
 
     name: str
@@ -88,12 +89,12 @@ class Exercise(Struct, frozen=True):
 
     @property
     def seeds(self) -> tuple[int | None, ...]:
-        """Return the seeds that a submission is graded with: None (nothing is moved), then those of the variants."""
+        """Return the seeds of all variants in which a submission is graded: None (nothing is moved) comes first."""
         return (None, *(variant.seed for variant in self.variants))
 
     @property
     def locations(self) -> Mapping[Item, Value]:
-        """Return the given variables, each with its value in this variant."""
+        """Return the given variables with their values in this variant."""
         return {} if self.given is None else self.given.variables.values()
 
     @property
@@ -102,11 +103,13 @@ class Exercise(Struct, frozen=True):
 
     @property
     def needs_model(self) -> bool:
-        """Return whether a check compares with the model's run, so that `mark` needs its evidence."""
+        """Return whether a check compares the run with the model's run, so that `mark` needs the evidence of the
+        model's run."""
         return any(check.needs_model for check in self.checks)
 
     def variant(self, seed: int | None) -> Exercise:
-        """Return the exercise as a seed changes it; None: unchanged. Raises KeyError for an unknown seed."""
+        """Return the variant of the exercise that belongs to a seed; None: the exercise unchanged. Raises KeyError for
+        an unknown seed."""
         if seed is None:
             return self
         variant = next((one for one in self.variants if one.seed == seed), None)
@@ -118,18 +121,16 @@ class Exercise(Struct, frozen=True):
     def give(self, station: Station) -> None:
         """Put the given programs and values into the memory of a station, replacing those with the same names.
 
-        Call it before a submission is loaded, so that it is analysed with them, and again afterwards. Raises
-        ProgramInterlocked.
+        Call it before a submission is loaded, so that the submission is analysed with them, and again afterwards.
+        Raises ProgramInterlocked.
         """
         if self.given is not None:
             station.take(self.given)
 
 
 def read_exercise(folder: str | Path) -> Exercise:
-    """Read an exercise.
-
-    Raises NonexistentFile, and FileDamaged with all mistakes at once, each with its file, its line and the correction.
-    """
+    """Read an exercise. Raises NonexistentFile, or FileDamaged with all mistakes at once, each with its file, its line
+    and the correction."""
     return _ExerciseReader(Path(folder)).read()
 
 
@@ -141,7 +142,7 @@ class _ExerciseReader(SurroundingsReader):
         self.folder, self.teacher = folder, folder / "teacher"
 
     def read(self) -> Exercise:
-        """Read all files. Raises the errors of `read_exercise`."""
+        """Read all files of the exercise. Raises the errors of `read_exercise`."""
         if not self.teacher.is_dir():
             hint = "an exercise is a folder with the folders exercise and teacher; vrs grade --new NAME makes one"
             raise NonexistentFile(f"{self.folder} is no exercise: it has no folder teacher", hint)
@@ -246,7 +247,7 @@ class _ExerciseReader(SurroundingsReader):
             return ""
 
     def _wrong_submissions(self, names: Iterable[str]) -> tuple[WrongSubmission, ...]:
-        """Read wrong/*.v2. `names`: of all checks."""
+        """Read the wrong submissions, wrong/*.v2. `names`: the names of all checks."""
         found, known = [], {name.lower(): name for name in names}
         for path in sorted((self.teacher / "wrong").glob("*.v2")):
             text = self._program(f"wrong/{path.name}")
@@ -265,7 +266,7 @@ class _ExerciseReader(SurroundingsReader):
 
 
 def _names(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the names of all checks of a file, including faulty ones."""
+    """Yield the names of all checks of a file, including checks with mistakes."""
     rows = table.get("check", [])
     for row in rows if isinstance(rows, list) else ():
         name = row.get("name", row.get("kind")) if isinstance(row, dict) else None

@@ -31,21 +31,21 @@ from vrs_cli.values.diagnostics import Dialect, Severity
 
 
 class FixedPlace(Struct, frozen=True, tag=True):
-    """A place given as numbers, T_world_place. `turned`: whether its orientation was given."""
+    """A place given as numbers, T_world_place. `turned`: whether an orientation was given."""
 
     T: Transform
     turned: bool
 
 
 class GivenPlace(Struct, frozen=True, tag=True):
-    """A location of `given.v2`, or a compound of several, `pallet:corner`. `text`: as written."""
+    """A location of `given.v2`, or a compound of several (`pallet:corner`). `text`: the place as written."""
 
     text: str
     items: tuple[Item, ...]
 
 
 class ModelPlace(Struct, frozen=True, tag=True):
-    """The place where the model's run has it."""
+    """A place that is taken from the model's run."""
 
 
 Place = FixedPlace | GivenPlace | ModelPlace
@@ -58,10 +58,10 @@ _LOCATION = re.compile(r"(?i)\s*([A-Z][A-Z0-9._]*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+){
 
 
 class ExerciseText(CellText):
-    """Reads values of checks.toml, and continues after each mistake.
+    """Reads values of checks.toml; after a mistake it continues.
 
-    `locations`: those given by the exercise. `parts`, `bodies`: names of the parts, and of all bodies that an arm can
-    touch.
+    `locations`: the locations that the exercise gives. `parts`, `bodies`: names of the parts, and of all bodies that an
+    arm can touch.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class ExerciseText(CellText):
         return self.name(entry, key, entry.given.get(key), self.parts, "part")
 
     def name(self, entry: CellEntry, key: str, given: Any, known: Sequence[str], what: str) -> str:
-        """Return one of the known names of bodies in lower case; "" if it is unknown."""
+        """Return the name of a known body in lower case; "" if the name is unknown."""
         if isinstance(given, str) and given.lower() in known:
             return given.lower()
         there = f"there are {', '.join(known)}" if known else f"the cell has no {what}"
@@ -121,7 +121,7 @@ class ExerciseText(CellText):
         return ""
 
     def prefix(self, given: Any) -> str:
-        """Return the beginning of a message about a wrong value."""
+        """Return the start of a message about a wrong value."""
         return "it is missing: " if given is None else f"{_cut(given)}: "
 
     # --- places ---
@@ -131,7 +131,7 @@ class ExerciseText(CellText):
         return self.place_of(entry, key, entry.given.get(key))
 
     def place_of(self, entry: CellEntry, key: str, given: Any) -> Place:
-        """Return the place that a value of the file means."""
+        """Return the place that a value of the file describes."""
         if given == MODEL:
             return ModelPlace()
         if isinstance(given, str):
@@ -157,7 +157,7 @@ class ExerciseText(CellText):
 
 
 def item_of_text(text: str) -> Item | None:
-    """Return the variable that a text names, `corner` or `slot[2,1]`; None if it is no name."""
+    """Return the variable that a text names, such as `corner` or `slot[2,1]`; None if the text is not a name."""
     found = _LOCATION.fullmatch(text)
     if found is None:
         return None
@@ -174,10 +174,8 @@ Read = Callable[[ExerciseText, CellEntry, str], Any]
 
 
 class BaseCheck(Struct, frozen=True, kw_only=True):
-    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason.
-
-    `needs`: names of checks that must earn something; otherwise this check earns nothing.
-    """
+    """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason. `needs`: names
+    of checks that must earn at least some points; otherwise this check earns none."""
 
     name: str
     points: float = 1.0
@@ -188,17 +186,17 @@ class BaseCheck(Struct, frozen=True, kw_only=True):
 
     @property
     def needs_model(self) -> bool:
-        """Return whether the check compares with the run of the model solution."""
+        """Return whether the check compares the run with the run of the model solution."""
         values = (getattr(self, name) for name in self.__struct_fields__)
         rows = (value if isinstance(value, tuple) else (value,) for value in values)
         return any(isinstance(one, ModelPlace) for row in rows for one in row)
 
 
 class Key(NamedTuple):
-    """A key of a kind of check: the function that reads it, and its meaning.
+    """A key of a kind of check: the function that reads its value, and its meaning.
 
-    `default`: its value if it is missing; REQUIRED: it must not be missing. `field`: the field of the check, if its
-    name differs.
+    `default`: the value if the key is missing; REQUIRED: the key must not be missing. `field`: the field of the check,
+    if its name differs from the key.
     """
 
     name: str
@@ -209,9 +207,8 @@ class Key(NamedTuple):
 
 
 class CheckKind(NamedTuple):
-    """A kind of check. `what`: the subject of the check. `partial`: how a part of the points is earned; "": all or
-    nothing.
-    """
+    """A kind of check. `what`: the subject of the check. `partial`: how a result earns a part of the points; "": it
+    earns all or none."""
 
     check: type[BaseCheck]
     what: str
@@ -222,7 +219,7 @@ class CheckKind(NamedTuple):
 REQUIRED = "required"
 
 
-MAX_PROGRAM_BYTES = 1_000_000  # maximum size of a submission, the model, and given.v2
+MAX_PROGRAM_BYTES = 1_000_000  # maximum size of a submission, of the model solution, and of given.v2
 
 
 class SurroundingsReader:
@@ -232,7 +229,7 @@ class SurroundingsReader:
         self.around, self.wrong = around, list[str]()
 
     def robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
-        """Load the robot, a built-in one or a file in the folder; return None if there is none."""
+        """Load the robot, which is a built-in one or a file in the folder; return None if there is none."""
         given = table.get("robot", "puma560")
         if not isinstance(given, str):
             reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')

@@ -1,4 +1,5 @@
-"""Find faults of an exercise by runs of its model, of wrong submissions, and of mutants: programs with one mistake."""
+"""Find faults of an exercise by running its model solution, its wrong submissions, and mutants (programs with one
+mistake)."""
 
 from __future__ import annotations
 
@@ -32,13 +33,13 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.world.settings import WorldSettings
 from vrs_cli.world.solids import overlap_by
 
-Run = Callable[[Exercise, str], Evidence]  # runs a submission in a variant; raises VrsError if it cannot
-TOOL_REACH = 0.5  # [m] length of a long tool beyond the reach of the arm
-OVERLAP = 2e-3  # [m] bodies that overlap by less only touch
+Run = Callable[[Exercise, str], Evidence]  # runs a submission in a variant; raises VrsError if it cannot run
+TOOL_REACH = 0.5  # [m] length of a long tool, added to the reach of the arm
+OVERLAP = 2e-3  # [m] bodies that overlap by less than this count as touching only
 
 
 class Finding(Struct, frozen=True):
-    """A fault: where (a file, with its line), what, and the remedy. `doubtful`: it may be intended."""
+    """A fault of an exercise: where (a file and its line), what, and the remedy. `doubtful`: it may be intended."""
 
     where: str
     what: str
@@ -56,7 +57,7 @@ def findings_of(exercise: Exercise, run: Run) -> Iterator[Finding]:
 
 
 class _Inspection:
-    """Inspects one exercise. Runs of the model are kept for comparison with other runs."""
+    """Inspects one exercise. It keeps the runs of the model, so that other runs can be compared with them."""
 
     def __init__(self, exercise: Exercise, run: Run) -> None:
         self.exercise, self._run = exercise, run
@@ -68,8 +69,8 @@ class _Inspection:
         }
         self.variants = [exercise.variant(seed) for seed in exercise.seeds]
         self.models: dict[int | None, Evidence] = {}
-        self.failed = dict[str, str]()  # what has failed each check
-        self.sound = True  # whether the model passes everything
+        self.failed = dict[str, str]()  # by name of check: the file whose run failed it
+        self.sound = True  # whether the model solution passes all checks
 
     def findings(self) -> Iterator[Finding]:
         yield from self._texts()
@@ -79,15 +80,15 @@ class _Inspection:
         for variant in self.variants:
             yield from self._model(variant)
             if not self.models:
-                break  # it would fail in the other variants too
+                break  # the model cannot run in the other variants either
         if not self.sound:
-            return  # nothing else can be judged if the model fails
+            return  # nothing else can be judged if the model solution fails
         yield from self._wrong_submissions()
         yield from self._numbers_copied()
         yield from self._mutants()
 
     def _at(self, name: str) -> str:
-        """Return file and line of a check."""
+        """Return the file and the line of a check."""
         return f"{self.path}:{self._lines.get(name.lower(), 1)}"
 
     def _texts(self) -> Iterator[Finding]:
@@ -108,7 +109,7 @@ class _Inspection:
     # --- places and scenes ---
 
     def _places(self) -> Iterator[Finding]:
-        """Find places of checks and given locations that no arm can reach."""
+        """Find places of checks, and given locations, that no arm can reach."""
         model = self.exercise.robot
         centre, (reach, *_) = levers(model)
         for variant in self.variants:
@@ -146,7 +147,7 @@ class _Inspection:
     # --- runs ---
 
     def _marks(self, variant: Exercise, text: str) -> tuple[Mark, ...] | str:
-        """Return the marks of a submission, or why it was not executed."""
+        """Return the marks of a submission, or the reason why it did not run."""
         try:
             evidence = self._run(variant, text)
         except VrsError as error:
@@ -154,7 +155,7 @@ class _Inspection:
         return mark(variant, evidence, self.models[variant.seed])
 
     def _model(self, variant: Exercise) -> Iterator[Finding]:
-        """Run the model, which must pass everything."""
+        """Run the model solution; it must pass all checks."""
         path = str(Path(variant.folder, "teacher", "model.v2"))
         try:
             evidence = self.models[variant.seed] = self._run(variant, variant.solution)
@@ -186,7 +187,7 @@ class _Inspection:
                 )
 
     def _wrong_submissions(self) -> Iterator[Finding]:
-        """Run the wrong submissions. Each must fail the checks that it names, in any variant, and no others."""
+        """Run the wrong submissions. Each must fail the checks that it lists, in any variant, and no others."""
         for wrong in self.exercise.wrong:
             failed = dict[str, str]()
             for variant in self.variants:
@@ -206,7 +207,7 @@ class _Inspection:
                     yield Finding(f"{wrong.path}:1", what, f"write `; fails: {name}` above the first program")
 
     def _numbers_copied(self) -> Iterator[Finding]:
-        """Check that copied numbers fail in each variant that moves locations."""
+        """Check that a program with copied numbers fails in each variant that moves locations."""
         exercise = self.exercise
         mutant = copied_numbers(exercise.solution, exercise.dialect, exercise.locations)
         for variant in self.variants[1:]:
@@ -239,7 +240,7 @@ def _of(variant: Exercise) -> str:
 
 
 def _places_of(check: AnyCheck) -> Iterator[FixedPlace | GivenPlace]:
-    """Yield the places that a check names."""
+    """Yield the places that a check refers to."""
     for name in check.__struct_fields__:
         value = getattr(check, name)
         for one in value if isinstance(value, tuple) else (value,):
@@ -256,13 +257,13 @@ def _place_label(place: FixedPlace | GivenPlace) -> str:
 
 
 def item_text(item: Item) -> str:
-    """Return a variable as a program names it: `corner` or `slot[2,1]`."""
+    """Return a variable as it is written in programs: `corner` or `slot[2,1]`."""
     name, index = item
     return name if index is None else f"{name}[{subscript(index)}]"
 
 
 def _reachable(evidence: Evidence, T_world_tool: Transform, frames: Sequence[Frames]) -> bool:
-    """Return whether the arm reaches a place with any of these tools and bases."""
+    """Return whether the arm reaches a place with any of these tools and base frames."""
     return any(_usable(evidence, compose(one.base, compose(T_world_tool, inverse(one.tool)))) for one in frames)
 
 
@@ -274,23 +275,22 @@ def _usable(evidence: Evidence, T_robot_flange: Transform) -> bool:
 
 
 MAX_MUTANTS = 80
-SHIFT_MM = 50  # displacement of a wrong location
+SHIFT_MM = 50  # [mm] displacement of a location in a mutant
 MOTIONS = ("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY")
 OTHER_WORD = {"MOVES": "MOVE", "MOVE": "MOVES", "APPROS": "APPRO", "APPRO": "APPROS", "DEPARTS": "DEPART"}
 ANYWHERE = "MOVE TRANS(99999)"  # a place out of reach of every arm
 
 
 class Mutant(NamedTuple):
-    """A program with one mistake, and the mistake in words."""
+    """A program with one mistake. `what`: the mistake in words."""
 
     what: str
     text: str
 
 
 def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> list[Mutant]:
-    """Return at most MAX_MUTANTS mutants of the programs of a text. `locations`: given locations, which are shifted in
-    turn.
-    """
+    """Return at most MAX_MUTANTS mutants of the programs of a text. `locations`: given locations; each is shifted in
+    one mutant."""
     file, _ = parse_file(text, dialect)
     programs = [part for part in file.parts if isinstance(part, ast.Program)]
     if not programs:
@@ -298,7 +298,7 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     whole = (*_ends(lines, programs[0]), *_begins(lines, programs[0], locations), *_stops(lines, programs))
     found = [*whole, *(mutant for program in programs for step in program.steps for mutant in _of_step(lines, step))]
-    if len(found) > MAX_MUTANTS:  # keep some from each part of the program
+    if len(found) > MAX_MUTANTS:  # take mutants evenly from all parts of the program
         found = [found[k * len(found) // MAX_MUTANTS] for k in range(MAX_MUTANTS)]
     return found
 
@@ -323,7 +323,7 @@ def _of_step(lines: Sequence[str], step: ast.Step) -> Iterator[Mutant]:
 
 
 def _opposite_signal(source: str) -> str:
-    """Return a SIGNAL line with the opposite states."""
+    """Return a SIGNAL line that sets the opposite states."""
 
     def other(found: re.Match[str]) -> str:
         return found[1] if found[0].startswith("-") else f"-{found[1]}"
@@ -332,7 +332,7 @@ def _opposite_signal(source: str) -> str:
 
 
 def _begins(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
-    """Yield mutants with a change at the beginning: a shifted location, or another speed."""
+    """Yield mutants with a change at the start of the program: a shifted location, or another speed."""
     first = main.span.line
     for item, value in locations.items():
         if isinstance(value, Transform):
@@ -353,7 +353,7 @@ def _begins(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Va
 
 
 def _ends(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
-    """Yield mutants with a change at the end, or without steps."""
+    """Yield mutants with a change at the end of the program, or without its steps."""
     last = max((step.span.line for step in main.steps), default=main.span.line)
     for what, line in (
         ("a motion out of reach", ANYWHERE),
@@ -373,7 +373,7 @@ def _ends(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
 
 
 def _stops(lines: Sequence[str], programs: Iterable[ast.Program]) -> Iterator[Mutant]:
-    """Yield mutants with a stop after each motion, without stops, and with another kind of motion."""
+    """Yield mutants with BREAK after each motion, without any BREAK, and with another kind of motion."""
     motions = {
         step.span.line
         for program in programs

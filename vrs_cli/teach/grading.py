@@ -1,5 +1,7 @@
-"""Mark the evidence of a run (one mark per check), and grade submissions: run each in all variants of an exercise, and
-collect its marks and points."""
+"""Mark the evidence of a run (one mark per check), and grade submissions.
+
+A submission runs in all variants of an exercise; its grading collects the marks and points of these runs.
+"""
 
 from __future__ import annotations
 
@@ -33,13 +35,12 @@ from vrs_cli.values.questions import LineWanted, Question
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
 
-MAX_LINES = 2000  # maximum lines of a program file: reading them takes 0.2 s
+MAX_LINES = 2000  # maximum number of lines of a program file; reading that many takes 0.2 s
 
 
 class Submission(Struct, frozen=True):
-    """A submission of a student. `file`: the name of the file. `text`: the program. `unread`: why the file was not
-    read.
-    """
+    """A submission of a student. `file`: the name of the file. `text`: the program. `unread`: the reason why the file
+    was not read."""
 
     student: str
     file: str
@@ -52,9 +53,8 @@ class NotExecuted(VrsError, text="Not executed"):
 
 
 class SubmissionRuns:
-    """Runs one submission in the variants of an exercise, and shares work between the runs. `checkers`: contact
-    checkers by seed, filled by the first runs.
-    """
+    """Runs one submission in the variants of an exercise. The runs share work: `checkers` holds contact checkers by
+    seed, which the first runs fill."""
 
     def __init__(self, submission: Submission, checkers: dict[int | None, Checker | None] | None = None) -> None:
         self._checkers = {} if checkers is None else checkers
@@ -62,10 +62,10 @@ class SubmissionRuns:
         self._loaded: LoadedFile | None = None
 
     def run(self, exercise: Exercise) -> Evidence:
-        """Run the submission in a variant within the limits of the exercise. It can use only the files of the current
-        folder.
+        """Run the submission in a variant within the limits of the exercise.
 
-        An error of the program is in the evidence. Raises NotExecuted.
+        The submission can use only the files of the current folder. If the program stops with an error, the evidence
+        holds the error. Raises NotExecuted.
         """
         if self._lines > MAX_LINES:
             raise NotExecuted(f"the file has {self._lines} lines, and {MAX_LINES} are allowed")
@@ -103,7 +103,8 @@ class SubmissionRuns:
         raise NotExecuted(self._mistake(loaded) or f"the file holds no program {exercise.program}{holds}")
 
     def _mistake(self, loaded: LoadedFile) -> str:
-        """Return the first mistake in the file with its line, and the number of further ones; "" if there is none."""
+        """Return the first mistake in the file with its line, and the number of further mistakes; "" if there is
+        none."""
         wrong = in_order(one for one in loaded.diagnostics if one.severity is Severity.ERROR)
         if not wrong:
             return ""
@@ -112,7 +113,7 @@ class SubmissionRuns:
 
 
 def _station(exercise: Exercise) -> Station:
-    """Return a station in the surroundings of a variant, with nobody at its terminal."""
+    """Return a station with the cell and the inputs of a variant, and with nobody at its terminal."""
     terminal = Notes()
     terminal.begin(_nobody)
     station = Station(
@@ -129,7 +130,7 @@ def _station(exercise: Exercise) -> Station:
 
 
 def _nobody(question: Question) -> None:
-    """Raise EndOfInput for PROMPT; leave other questions without an answer."""
+    """Raise EndOfInput for PROMPT; do not answer other questions."""
     if isinstance(question, LineWanted):
         raise EndOfInput("PROMPT has nothing to read", "nobody types while a program is graded")
 
@@ -138,11 +139,8 @@ MAX_REASON_CHARS = 1000
 
 
 class VariantMarks(Struct, frozen=True):
-    """The marks of a run in one variant. `seed` None: nothing was moved.
-
-    `stopped`: the error that ended the program, or why it did not run. `limited`: whether that was a limit of the
-    exercise.
-    """
+    """The marks of a run in one variant. `seed` None: nothing was moved. `stopped`: the error that ended the program,
+    or why it did not run. `limited`: whether a limit of the exercise ended it."""
 
     seed: int | None
     marks: tuple[Mark, ...]
@@ -151,10 +149,8 @@ class VariantMarks(Struct, frozen=True):
 
 
 class Grading(Struct, frozen=True):
-    """The result of a submission. `lost`: why it was not graded, or "". `sha256`: digest of the program's text.
-
-    A program that reaches a limit does not run in the later variants.
-    """
+    """The result of a submission. `lost`: why it was not graded, or "". `sha256`: the digest of the program's text. A
+    program that reaches a limit in one variant does not run in the later variants."""
 
     student: str
     file: str
@@ -164,7 +160,8 @@ class Grading(Struct, frozen=True):
 
     @property
     def marks(self) -> tuple[tuple[int | None, Mark], ...]:
-        """Return for each check its lowest mark over all variants, with the seed of the first such variant."""
+        """Return the lowest mark of each check over all variants, with the seed of the first variant that has this
+        mark."""
         rows = zip(*([(one.seed, found) for found in one.marks] for one in self.variants), strict=True)
         return tuple(min(row, key=lambda pair: pair[1].points) for row in rows)
 
@@ -179,7 +176,7 @@ class Grading(Struct, frozen=True):
 
 
 class Grader:
-    """Grades submissions of one exercise, with its variants and the model's evidence in each."""
+    """Grades submissions of one exercise. It holds the variants and the evidence of the model's run in each."""
 
     def __init__(self, exercise: Exercise) -> None:
         """Run the model solution in all variants. Raises FileDamaged if it cannot run."""
@@ -194,16 +191,16 @@ class Grader:
             except NotExecuted as error:
                 path = Path(exercise.folder, "teacher", "model.v2")
                 raise FileDamaged(f"{path} is not executed: {error.detail}", "vrs check tells its mistakes") from None
-            mark(variant, model, model)  # fills caches, such as models of physics, before processes are forked
+            mark(variant, model, model)  # fill caches, such as models of physics, before processes are forked
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Let another process read the exercise again."""
+        """Pickle only the folder, so that another process reads the exercise again."""
         return _grader_of, (self.exercise.folder,)
 
     def runs(self, submission: Submission) -> tuple[Grading, tuple[Evidence | None, ...]]:
-        """Run a submission in all variants, each in an empty subfolder of the current one, and mark it.
+        """Run a submission in all variants, each in an empty subfolder of the current folder, and mark the runs.
 
-        Also return the evidence of each run, None if it did not run.
+        Also return the evidence of each run, None if the submission did not run.
         """
         grading = lost_grading(submission, submission.unread)
         marks, evidences = list[VariantMarks](), list[Evidence | None]()
@@ -220,7 +217,7 @@ class Grader:
         return structs.replace(grading, variants=tuple(marks)), tuple(evidences)
 
     def _mark_variant(self, variant: Exercise, runs: SubmissionRuns) -> tuple[VariantMarks, Evidence | None]:
-        """Run a submission in one variant."""
+        """Run a submission in one variant, and mark the run."""
         try:
             evidence = runs.run(variant)
         except NotExecuted as error:
@@ -264,11 +261,8 @@ POINT_STEP = 0.01
 
 
 class Mark(Struct, frozen=True):
-    """The mark of one check: `points` of `of`, and the reason. `at`: the time that shows the reason [s]; None: no
-    single time.
-
-    `hint` is empty if all points were earned.
-    """
+    """The mark of one check: it earned `points` of `of` points for a reason. `at`: the time [s] in the run that shows
+    the reason; None: no single time. `hint`: empty if all points were earned."""
 
     name: str
     points: float
@@ -308,15 +302,13 @@ JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
 
 
 def mark(exercise: Exercise, evidence: Evidence, model: Evidence | None = None) -> tuple[Mark, ...]:
-    """Return the marks of a run for an exercise or a variant, in the order of its checks.
-
-    `model`: the evidence of the model solution in the same variant, if `exercise.needs_model`.
-    """
+    """Return the marks of a run in the order of the checks of an exercise or a variant. `model`: the evidence of the
+    model solution in the same variant, if `exercise.needs_model`."""
     return mark_checks(exercise.checks, evidence, Basis(exercise.rounding, exercise.locations, model))
 
 
 def mark_checks(wanted: Sequence[checks.AnyCheck], evidence: Evidence, basis: Basis) -> tuple[Mark, ...]:
-    """Return the marks of some checks. If the run still goes on, a condition not yet met counts as failed."""
+    """Return the marks of some checks. While the run goes on, a condition that is not yet met counts as failed."""
     run = JudgedRun(evidence, basis)
     verdicts = {check.name.lower(): _verdict(check, run) for check in wanted}
     marks = []

@@ -1,4 +1,4 @@
-"""The table of kinds of checks: their keys in checks.toml. Readers and documentation use it."""
+"""The table of the kinds of checks and their keys in checks.toml, for readers and documentation."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _points = partial(ExerciseText.number, least=0.0, most=1000.0)
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:
-    """Read a place that is known without the model's run."""
+    """Read a place that does not come from the model's run."""
     return _not_of_model(text, entry, key, text.exercise_place(entry, key))
 
 
@@ -63,7 +63,7 @@ def _pairs(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.Pair,
 
 
 def _words(text: ExerciseText, entry: CellEntry, key: str) -> tuple[str, ...]:
-    """Read words of the language, or beginnings of instructions: `ENABLE CP`."""
+    """Read words of the language, or the first words of instructions, such as `ENABLE CP`."""
     found = text.texts(entry, key)
     for one in found:
         word = one.upper().split()[0] if one.split() else ""
@@ -79,7 +79,7 @@ def _dialect(text: ExerciseText, entry: CellEntry, key: str) -> Dialect:
 
 
 def _span(text: ExerciseText, entry: CellEntry) -> tuple[float, float]:
-    """Read `after` and `before` of a list item [s]."""
+    """Read the times `after` and `before` of a list item [s]."""
     after, before = (text.seconds(entry, key) for key in ("after", "before"))
     after, before = after or 0.0, LATEST if before is None else before
     if before < after:
@@ -297,7 +297,7 @@ COMMON_KEYS = (
 
 
 def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[checks.AnyCheck, ...]:
-    """Read each [[check]] of a file; record mistakes in `text`. Names must be unique."""
+    """Read each [[check]] of a file; record mistakes in `text`. The names of checks must be unique."""
     found, entries = dict[str, checks.AnyCheck](), dict[str, CellEntry]()
     given = table.get("check", [])
     for entry in text.entries("check", given, None):
@@ -324,7 +324,7 @@ def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[checks.An
 
 
 def read_check(text: ExerciseText, entry: CellEntry) -> checks.AnyCheck | None:
-    """Read one [[check]]; return None if it is wrong."""
+    """Read one [[check]]; return None if it has mistakes."""
     wrong = len(text.wrong)
     name = text.one_of(entry, "kind", KINDS)
     if name is None:

@@ -1,7 +1,6 @@
-"""Guide a learner at the prompt: check the current step after each line, and carry out HINT and other words of
-lessons.
+"""Guide a learner at the prompt: check the current step after each line, and carry out HINT and other words of lessons.
 
-The robot may be in this process, served, or behind a delay; `AskRobot` hides the difference.
+The robot may run in this process, be served, or be behind a delay; `AskRobot` hides the difference.
 """
 
 from __future__ import annotations
@@ -35,24 +34,24 @@ WORDS = (
 
 
 class AskRobot(Protocol):
-    """Asks the robot of a lesson for something between two of its actions."""
+    """Calls a function with the session of a lesson's robot, between two actions of the robot."""
 
     def __call__(self, ask: Callable[[Session], T]) -> T: ...
 
 
 class LessonPrompt(Protocol):
-    """A prompt of a lesson: that of a shell, or of a robot served to browsers."""
+    """The prompt of a lesson: the prompt of a shell, or of a robot that is served to browsers."""
 
     terminal: Terminal
 
     def take(self, text: str) -> None:
-        """Carry out a line, and return when it is done."""
+        """Carry out a line, and return when the robot has executed it."""
 
     def status(self) -> PromptStatus:
         """Return the texts around the prompt."""
 
 
-# --- where learners are -----------------------------------------------------------------------------------------------
+# --- progress of learners ---------------------------------------------------------------------------------------------
 
 
 class LessonStanding(Struct, frozen=True):
@@ -66,15 +65,15 @@ class LessonStanding(Struct, frozen=True):
         return bool(self.of) and self.passed >= self.of
 
     def summary(self) -> str:
-        """Return the progress in a few words; "" if nothing is passed."""
+        """Return the progress in a few words; "" if no step is passed."""
         return "done" if self.is_finished else f"{self.passed} of {self.of}" if self.passed else ""
 
 
 class LearnerRecord:
     """Keeps the progress of a user in a JSON file: {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
 
-    Several shells may write it; each changes only its own lesson. Without a file nothing is kept. Raises FileDamaged
-    for another kind of file, and FileError.
+    Several shells may write the file; each changes only its own lesson. Without a file nothing is kept. Raises
+    FileDamaged for a file of another kind, and FileError.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -108,7 +107,7 @@ class LearnerRecord:
         try:
             self._read()
         except FileDamaged:
-            return  # meanwhile it became another kind of file
+            return  # the file was replaced by one of another kind
         self.latest, self._kept[lesson] = lesson, standing
         lessons = {name: {"passed": one.passed, "of": one.of} for name, one in self._kept.items()}
         text = json.dumps({"latest": lesson, "lessons": lessons}, indent=1) + "\n"
@@ -129,10 +128,8 @@ def _is_standing(found: Any) -> bool:
 
 
 class Learner:
-    """Leads a user through a lesson. `show` shows Markdown. `course`: the folders of all lessons with their titles.
-
-    `wanted`: the folder of the lesson to go to; the shell then ends.
-    """
+    """Leads a user through a lesson. `show` shows Markdown. `course`: the folders of all lessons, with their titles.
+    `wanted`: the folder of the next lesson, for which the shell ends."""
 
     def __init__(
         self,
@@ -148,8 +145,8 @@ class Learner:
         self._look, self._show, self._progress, self._course = look, show, progress, course
         self._at, self._hints = min(at, len(lesson.steps)), 0
         self._started, self._told = 0.0, ""
-        self._seen: object = None  # state of the robot at the last check
-        self._busy = False  # whether lines of the lesson itself are running
+        self._seen: object = None  # version of the timeline, and whether a program runs, at the last check
+        self._busy = False  # whether lines that the lesson itself sends are running
         self._front_end: LessonPrompt
         self._words: Mapping[str, Callable[[], None]] = {
             "HINT": self._hint,
@@ -164,7 +161,8 @@ class Learner:
         return LessonStanding(self._at, len(self.lesson.steps))
 
     def attach(self, front_end: FrontEnd) -> None:
-        """Take part in a shell: hear each finished line, and carry out the words of the lesson."""
+        """Connect the lesson to a shell: check the step after each finished line, and carry out the words of the
+        lesson."""
         self._front_end, opening = front_end, front_end.opening
 
         def begin() -> None:
@@ -175,14 +173,14 @@ class Learner:
         front_end.opening, front_end.taken, front_end.kept_up = begin, self.look, self._look_again
 
     def join(self, prompt: LessonPrompt) -> None:
-        """Take part at a prompt that reports finished lines itself, and begin."""
+        """Start the lesson at a prompt that reports finished lines itself."""
         self._front_end = prompt
         self._begin()
 
     # --- words of the lesson ------------------------------------------------------------------------------------------
 
     def take(self, text: str) -> bool:
-        """Carry out a line if it is a word of the lesson; return whether it was."""
+        """Carry out a line if it is a word of the lesson; return whether it is one."""
         words = text.partition(";")[0].split()
         match [words[0].upper() if words else "", *words[1:]]:
             case ["LESSON", *rest]:
@@ -194,7 +192,7 @@ class Learner:
         return True
 
     def _hint(self) -> None:
-        """Give the next hint: a nudge, the idea, then the line."""
+        """Show the next hint: a nudge first, then the idea, then the lines."""
         step = self._step
         if step is None:
             self._show("Nothing is left to do here.")
@@ -205,7 +203,7 @@ class Learner:
         self._hints += 1
 
     def _skip(self) -> None:
-        """Carry out the model lines of the step, and go on."""
+        """Carry out the model lines of the step, and continue with the next step."""
         step = self._step
         if step is None:
             self._show("Nothing is left to skip.")
@@ -233,7 +231,7 @@ class Learner:
         return f"    {number:2}  {self._course[folder]:40} {standing.summary()}{here}".rstrip()
 
     def _go(self, word: str) -> None:
-        """Leave this shell for another lesson; without a word, for the next one."""
+        """Leave this shell for another lesson: the one that `word` chooses; "": the next one."""
         if self._typing:
             return
         try:
@@ -248,7 +246,7 @@ class Learner:
 
     @property
     def _typing(self) -> bool:
-        """Return whether the user is typing a program; if so, say that it must be ended first."""
+        """Return whether the user is typing a program; if so, say that the program must be ended first."""
         if self._front_end.status().in_program:
             self._show("A program is being typed: end it first, with .END (or E in EDIT).")
             return True
@@ -262,7 +260,7 @@ class Learner:
         return self.lesson.steps[self._at] if self._at < len(self.lesson.steps) else None
 
     def _begin(self) -> None:
-        """Show the introduction, and bring the robot to the state after the passed steps."""
+        """Show the introduction, and bring the robot to the state after the steps that are already passed."""
         lesson = self.lesson
         number = f"Lesson {lesson.number}: " if lesson.number else ""
         self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
@@ -298,7 +296,7 @@ class Learner:
         return f"LESSON goes on with the next one, {self._course[folder]}; EXIT leaves."
 
     def look(self) -> None:
-        """Check the current step after a line; go on while steps pass."""
+        """Check the current step after a line, and the steps after it for as long as they pass."""
         try:
             while not (self._busy or self._front_end.status().in_program) and (step := self._step):
                 marks = self._marks(step)
@@ -310,7 +308,8 @@ class Learner:
             self._front_end.terminal.show(internal_error(error))
 
     def _look_again(self) -> None:
-        """Check again if the robot moved for another reason than a line here: a program, or the page."""
+        """Check again if the robot moved for another reason than a line of this prompt, such as a program or the
+        page."""
         seen = self._look(lambda session: (session.engine.timeline.version, session.running))
         if seen != self._seen:
             self._seen = seen
@@ -323,7 +322,7 @@ class Learner:
         return marks_of(self.lesson, step, evidence, self._started)
 
     def _tell(self, step: LessonStep, marks: tuple[Mark, ...]) -> None:
-        """Say once what is missing, if a part of the step is done or an answer is wrong."""
+        """Show once what is missing, if some checks of the step pass or a wrong answer was given."""
         values = {one.name: one.of.items[0] for one in step.checks if isinstance(one, VariableCheck)}
         given = self._look(lambda session: session.environment.values())
         answered = any(values.get(one.name) in given for one in marks if not one.passed)
@@ -341,7 +340,7 @@ class Learner:
         self._present()
 
     def _keep(self) -> None:
-        """Save the progress; a finished lesson stays finished. If the disk fails, warn once and go on."""
+        """Save the progress; a finished lesson stays finished. If saving fails, warn once and keep no progress."""
         before = self._progress.of(self.lesson.key)
         try:
             self._progress.keep(self.lesson.key, before if before.is_finished else self.standing)
@@ -360,7 +359,7 @@ class Learner:
             self._busy = False
 
     def _quietly(self, lines: list[str]) -> None:
-        """Carry out lines without showing anything."""
+        """Carry out lines without showing their replies."""
         terminal, self._front_end.terminal = self._front_end.terminal, Notes()
         try:
             self._carry_out(lines)

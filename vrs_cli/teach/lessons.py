@@ -41,11 +41,9 @@ _TASK = re.compile(r"## +(.+?)\s*$")
 
 
 class LessonStep(Struct, frozen=True):
-    """A step. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass it.
-    `wrong`: lines that do not.
-
-    `passed`: the message when it is passed. `line`: where it begins in checks.toml.
-    """
+    """A step. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass the step.
+    `wrong`: lines that do not pass it. `passed`: the message when the step is passed. `line`: the first line of the
+    step in checks.toml."""
 
     name: str
     task: str
@@ -59,10 +57,8 @@ class LessonStep(Struct, frozen=True):
 
 
 class Lesson(Struct, frozen=True):
-    """A lesson. `name`: that of its folder. `number`: its place in a course; 0 outside of courses.
-
-    `delays`: of commands and of answers, for a robot in real time behind a delay line; None: a robot of the shell.
-    """
+    """A lesson. `name`: the name of its folder. `number`: its position in a course; 0 outside of courses. `delays`:
+    delays of commands and of answers, for a robot in real time behind a delay line; None: a robot of the shell."""
 
     name: str
     number: int
@@ -80,7 +76,7 @@ class Lesson(Struct, frozen=True):
     steps: tuple[LessonStep, ...]
 
     def give(self, session: Session) -> None:
-        """Prepare a session for the lesson: its dialect, and the given programs and locations."""
+        """Prepare a session for the lesson: set its dialect, and give it the programs and locations of the lesson."""
         session.dialect = self.dialect
         session.unstored.asked_about = False
         if self.given is not None:
@@ -107,19 +103,21 @@ def lesson_folders(folder: Path) -> tuple[Path, ...]:
 
 
 def number_of(name: str) -> int:
-    """Return the number at the beginning of a folder's name; 0 if there is none."""
+    """Return the number at the start of a folder's name; 0 if there is none."""
     found = _NUMBER.match(name)
     return 0 if found is None else int(found[1])
 
 
 def progress_key(folder: Path) -> str:
-    """Return the key of a lesson in the record of a user: the name of a shipped lesson, or the path of another."""
+    """Return the key of a lesson in a user's progress: the name of a shipped lesson, or the path of any other
+    lesson."""
     found = folder.resolve()
     return found.name if found.parent == lessons_folder().resolve() else str(found)
 
 
 def chosen_folder(word: str, folders: tuple[Path, ...]) -> Path:
-    """Return the folder of the lesson with this number, name, or part of the name. Raises NonexistentFile."""
+    """Return the folder of the lesson that is chosen by its number, its name, or a part of the name. Raises
+    NonexistentFile."""
     if word.isdigit():
         found = tuple(one for one in folders if number_of(one.name) == int(word))
     else:
@@ -136,15 +134,13 @@ def chosen_folder(word: str, folders: tuple[Path, ...]) -> Path:
 
 
 def read_lesson(folder: str | Path) -> Lesson:
-    """Read a lesson.
-
-    Raises NonexistentFile, and FileDamaged with all mistakes at once, each with its file, its line and the correction.
-    """
+    """Read a lesson. Raises NonexistentFile, or FileDamaged with all mistakes at once, each with its file, its line and
+    the correction."""
     return _LessonReader(Path(folder)).read()
 
 
 def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
-    """Return the title and the introduction of a lesson.md, and each step's line and task by its name."""
+    """Return the title and the introduction of a lesson.md, and for each step, by its name, its line and its task."""
     title, parts, name = "", list[str](), ""
     found = dict[str, tuple[int, list[str]]]()
     fenced = False
@@ -162,7 +158,7 @@ def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
 
 
 def _number_names(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
-    """Yield checks with unique names: the second `joints` becomes `joints 2`."""
+    """Yield checks with unique names: a second `joints` becomes `joints 2`."""
     names = list[str]()
     for check in checks:
         names.append(check.name)
@@ -179,7 +175,7 @@ class _LessonReader(SurroundingsReader):
         self.text_file = folder / "lesson.md"
 
     def read(self) -> Lesson:
-        """Read all files. Raises the errors of `read_lesson`."""
+        """Read all files of the lesson. Raises the errors of `read_lesson`."""
         path = self.folder / "checks.toml"
         if not path.is_file() or not self.text_file.is_file():
             missing = self.text_file if path.is_file() else path
@@ -248,7 +244,7 @@ class _LessonReader(SurroundingsReader):
     def _steps(
         self, reader: ExerciseText, table: Mapping[str, Any], tasks: Mapping[str, tuple[int, str]]
     ) -> Iterator[LessonStep]:
-        """Read each [[step]], whose task is in lesson.md below a heading with its name."""
+        """Read each [[step]]. The task of a step is in lesson.md, below a heading with the name of the step."""
         given = table.get("step", [])
         if not given:
             reader.fault(reader.whole, "step", "there is none: write [[step]], and below it name = ...")

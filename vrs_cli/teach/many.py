@@ -1,8 +1,10 @@
-"""Grade many submissions at a time, each in its own process, or on a cluster.
+"""Grade many submissions at the same time, each in its own process, or on a cluster.
 
-On one machine each item is processed in a process forked from this warm one, in an empty folder, with limits of the
-system. If forking is unsafe, each item gets a new process. On a Dask cluster each task grades a batch of submissions in
-its own process, which forks as on one machine: `python -m vrs_cli.teach.many FOLDER`.
+On one machine each item is processed in an empty folder, with limits of the system, by a process that is forked from
+this one, in which all modules and caches are already loaded. If forking is unsafe, each item gets a new process.
+
+On a Dask cluster each task grades a batch of submissions in its own process, which forks as on one machine: `python -m
+vrs_cli.teach.many FOLDER`.
 """
 
 from __future__ import annotations
@@ -36,21 +38,18 @@ from vrs_cli.teach.reports.pages import Replay, replay_of
 from vrs_cli.teach.reports.results import grading_from, grading_object
 from vrs_cli.version import __version__
 
-FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"  # libraries of macOS break when forked
+FORK = "fork" in get_all_start_methods() and sys.platform != "darwin"  # system libraries of macOS fail after a fork
 MAX_RESULT_BYTES = 64_000_000
-RESULT, ERROR = b"+", b"-"  # first byte of the message of a process
+RESULT, ERROR = b"+", b"-"  # first byte of the message that a process sends
 NO_MEMORY = 71  # exit status of a process that ran out of memory
-GRACE = 2.0  # [s] that the parent waits after the deadline of a process
+GRACE = 2.0  # [s] time that the parent waits after the deadline of a process before it kills the process
 
 Item = TypeVar("Item")
 
 
 class ProcessLimits(Struct, frozen=True):
-    """Limits of the system for one process: processor time and wall time [s], memory beyond that of the parent, and
-    size of a file [bytes].
-
-    They stop what the limits of the interpreter did not stop.
-    """
+    """Limits of the system for one process: processor time and wall time [s], memory in addition to the parent's, and
+    size of a file [bytes]. They stop a process that the limits of the interpreter did not stop."""
 
     cpu: float = 60.0
     wall: float = 300.0
@@ -59,7 +58,7 @@ class ProcessLimits(Struct, frozen=True):
 
 
 class Worked(NamedTuple):
-    """The result of an item, or why there is none (`lost`). `number`: of the item, from 0."""
+    """The result of an item, or the reason why there is none (`lost`). `number`: the index of the item, from 0."""
 
     number: int
     result: bytes
@@ -74,10 +73,11 @@ def core_count() -> int:
 def work_apart(
     work: Callable[[Item], bytes], items: Sequence[Item], jobs: int, limits: ProcessLimits
 ) -> Generator[Worked, None, None]:
-    """Process all items, `jobs` at a time; yield results as they finish. A killed process loses only its own item.
+    """Process all items, `jobs` at the same time; yield results as they finish. A killed process loses only its own
+    item.
 
-    `work` is called in an empty folder, which is removed afterwards. Without fork it is pickled. Closing the generator
-    ends all processes.
+    `work` is called in an empty folder, which is removed afterwards. Without fork `work` is pickled. Closing the
+    generator ends all processes.
     """
     context: Any = get_context("fork" if FORK else "spawn")
     waiting, running = deque(enumerate(items)), dict[Any, _Process]()
@@ -94,7 +94,7 @@ def work_apart(
                     )
                     with _signals_held():
                         process.start()
-                    sending.close()  # so that the pipe closes when the process is gone
+                    sending.close()  # close the parent's end, so that the pipe closes when the process ends
                     running[receiving] = _Process(number, process, folder, time.monotonic() + limits.wall + GRACE)
                 due = min(one.deadline for one in running.values())
                 for receiving in wait(list(running), max(due - time.monotonic(), 0.0)):
@@ -117,7 +117,7 @@ class _Process(NamedTuple):
     deadline: float
 
     def take_result(self, receiving: Any, limits: ProcessLimits) -> Worked:
-        """Return the result of a process that has sent one or has ended."""
+        """Return the result of a process that has sent a message or has ended."""
         try:
             sent = receiving.recv_bytes(MAX_RESULT_BYTES)
         except (EOFError, OSError):
@@ -133,7 +133,7 @@ class _Process(NamedTuple):
         return Worked(self.number, b"", why)
 
     def end(self) -> None:
-        """Kill the process and its group."""
+        """Kill the process and its process group."""
         if hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.process.pid, signal.SIGKILL)
@@ -157,9 +157,8 @@ def _why(status: int | None, late: bool, limits: ProcessLimits) -> str:
 
 @contextmanager
 def _shared_memory() -> Iterator[None]:
-    """Share the current memory with forked processes: the garbage collector leaves its objects alone. Objects that the
-    caller froze stay frozen.
-    """
+    """Keep the current memory shared with forked processes: the garbage collector must not touch its objects. Objects
+    that the caller froze stay frozen."""
     if not FORK:
         yield
         return
@@ -175,7 +174,7 @@ def _shared_memory() -> Iterator[None]:
 
 @contextmanager
 def _signals_held() -> Iterator[None]:
-    """Block signals during a fork, because an exception of their handler would be lost."""
+    """Block signals during a fork, because an exception raised by a signal handler would be lost."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -190,23 +189,23 @@ def _signals_held() -> Iterator[None]:
 
 
 def _run_apart(work: Callable[[Item], bytes], item: Item, sending: Any, folder: Path, limits: ProcessLimits) -> None:
-    """Process an item, and send the result."""
+    """Process an item in this process, and send the result to the parent."""
     try:
         _confine(folder, limits)
         sent = RESULT + work(item)
     except MemoryError:
         os._exit(NO_MEMORY)
-    except Exception as error:  # a fault of vrs itself loses only this item
+    except Exception as error:  # an internal error of vrs loses only this item
         sent = ERROR + f"vrs itself failed: {type(error).__name__}: {error}"[:1000].encode(errors="replace")
     sending.send_bytes(sent)
     sending.close()
 
 
 def _confine(folder: Path, limits: ProcessLimits) -> None:
-    """Enter the folder, with its own session, without a terminal, and with the limits of the system."""
+    """Prepare this process: enter the folder, start a session without a terminal, and set the limits of the system."""
     os.chdir(folder)
     os.umask(0o077)
-    gc.set_threshold(100_000, 50, 100)  # rarely, because the process ends soon
+    gc.set_threshold(100_000, 50, 100)  # collect garbage rarely, because the process ends soon
     if hasattr(os, "setsid"):
         os.setsid()
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -219,15 +218,15 @@ def _confine(folder: Path, limits: ProcessLimits) -> None:
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
     if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, limits.wall)  # works even if the parent is gone
+        signal.setitimer(signal.ITIMER_REAL, limits.wall)  # ends the process even if the parent is gone
     try:
         import resource
-    except ImportError:  # Windows has only the parent's deadline
+    except ImportError:  # on Windows only the parent's deadline applies
         return
     _limit(resource.RLIMIT_CPU, max(1, round(limits.cpu)))
     _limit(resource.RLIMIT_FSIZE, limits.file)
     _limit(resource.RLIMIT_CORE, 0)
-    with suppress(OSError, ValueError):  # only Linux reports the current size and enforces this limit
+    with suppress(OSError, ValueError):  # only Linux reports the current memory size and enforces this limit
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + limits.memory)
 
@@ -246,7 +245,7 @@ GRADING_LIMITS = ProcessLimits(cpu=30.0, wall=120.0)
 
 
 class Graded(NamedTuple):
-    """A grading, with the replay for its page if one was wanted and exists."""
+    """A grading, with a replay for its page if one was requested and a run exists."""
 
     grading: Grading
     replay: Replay | None = None
@@ -259,7 +258,7 @@ class GradingWork:
         self._grader, self._replays = grader, replays
 
     def __call__(self, submission: Submission) -> bytes:
-        """Grade in the current folder, which is empty; return JSON for `graded_from`."""
+        """Grade a submission in the current folder, which is empty; return JSON for `graded_from`."""
         grading, runs = self._grader.runs(submission)
         replay = replay_of(self._grader.exercise, grading, runs) if self._replays else None
         return json.dumps(object_of(Graded(grading, replay))).encode()
@@ -272,7 +271,7 @@ def object_of(one: Graded) -> dict[str, object]:
 
 
 def graded_from(data: bytes | str) -> Graded:
-    """Return the graded submission from its JSON."""
+    """Return the graded submission that a JSON text describes."""
     found = json.loads(data)
     replay = found["replay"]
     shown = None if replay is None else Replay(**{**replay, "curves": tuple(replay["curves"])})
@@ -287,9 +286,8 @@ def grade_many(
     replays: bool = False,
     limits: ProcessLimits = GRADING_LIMITS,
 ) -> Generator[Graded, None, None]:
-    """Grade submissions, `jobs` at a time; yield results as they finish, in any order. Closing the generator ends all
-    processes.
-    """
+    """Grade submissions, `jobs` at the same time; yield results in the order in which they finish. Closing the
+    generator ends all processes."""
     yield from (Graded(lost_grading(one, one.unread)) for one in submissions if one.unread)
     readable = [one for one in submissions if not one.unread]
     for worked in work_apart(GradingWork(grader, replays=replays), readable, jobs, limits):
@@ -300,22 +298,19 @@ def grade_many(
 
 
 SCHEDULER_TIMEOUT_S = 15  # [s] maximum wait for the scheduler, and for its first worker
-MIN_BATCH, MAX_BATCH = 4, 32  # submissions of a batch, which starts its own process
+MIN_BATCH, MAX_BATCH = 4, 32  # minimum and maximum number of submissions in a batch, for which one process is started
 MAX_MESSAGE_CHARS = 500  # maximum characters of the message of a failed process
 
 
 class ClusterError(UsageError, text="No cluster"):
-    """There is no scheduler, or its workers cannot grade."""
+    """No scheduler can be reached, or its workers cannot grade."""
 
 
 def grade_on_cluster(
     address: str, exercise: Exercise, submissions: Sequence[Submission], *, replays: bool
 ) -> Generator[Graded, None, None]:
-    """Grade submissions on the workers of a scheduler; yield results as they finish. Closing the generator cancels all
-    tasks.
-
-    Raises ClusterError.
-    """
+    """Grade submissions on the workers of a scheduler; yield results in the order in which they finish. Closing the
+    generator cancels all tasks. Raises ClusterError."""
     yield from (Graded(lost_grading(one, one.unread)) for one in submissions if one.unread)
     readable = [one for one in submissions if not one.unread]
     with _client(address) as client:
@@ -351,16 +346,15 @@ def _client(address: str) -> Any:
 
 
 def _cores(client: Any) -> int:
-    """Return the number of cores of all workers. Raises ClusterError if there are none, or if a worker has another
-    version of vrs.
-    """
+    """Return the number of cores of all workers. Raises ClusterError if there are no workers, or if a worker has
+    another version of vrs."""
     try:
         client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT_S)
     except TimeoutError:
         raise ClusterError("the scheduler has no workers", "dask worker ADDRESS starts one") from None
     try:
         versions = client.run(_version)
-    except Exception as error:  # a worker without vrs may raise anything
+    except Exception as error:  # on a worker without vrs any exception may occur
         raise ClusterError(f"a worker has no vrs: {error}", "install the same vrs on all machines") from None
     others = {worker: one for worker, one in versions.items() if one != __version__}
     if others:
@@ -375,7 +369,8 @@ def _version() -> str:
 
 
 def _files_of(folder: Path) -> dict[str, bytes]:
-    """Return all files of an exercise by their paths in its folder, because a worker may not have that folder."""
+    """Return the contents of all files of an exercise by their paths in its folder, because a worker may not have that
+    folder."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for part in ("exercise", "teacher")
@@ -388,10 +383,8 @@ def _files_of(folder: Path) -> dict[str, bytes]:
 
 
 def grade_batch(files: Mapping[str, bytes], name: str, submissions: list[dict[str, str]], replays: bool) -> list[str]:
-    """Grade a batch in its own process, because a worker has threads and must not fork.
-
-    Return JSON for `graded_from`.
-    """
+    """Grade a batch of submissions in a new process, because a worker has threads and must not fork. Return JSON for
+    `graded_from`."""
     with TemporaryDirectory(prefix="vrs-grade-", ignore_cleanup_errors=True) as root:
         folder = Path(root, name)
         for path, content in files.items():
@@ -405,7 +398,7 @@ def grade_batch(files: Mapping[str, bytes], name: str, submissions: list[dict[st
 
 
 def main(folder: str, replays: bool) -> None:
-    """Grade the submissions from standard input, and print one JSON object per line."""
+    """Grade the submissions that are read from standard input, and print one JSON object per line."""
     submissions = [Submission(**one) for one in json.load(sys.stdin)]
     for one in grade_many(Grader(read_exercise(folder)), submissions, 1, replays=replays, limits=GRADING_LIMITS):
         print(json.dumps(object_of(one)))

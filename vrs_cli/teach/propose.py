@@ -1,5 +1,6 @@
-"""Propose an exercise from a solution: measured results become checks with tolerances, and the teacher removes
-unwanted ones.
+"""Propose an exercise from a solution.
+
+Measured results become checks with tolerances; the teacher then removes the checks that are not wanted.
 """
 
 from __future__ import annotations
@@ -36,16 +37,16 @@ from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.world.settings import WorldSettings
 
-NEAR = 1e-4  # [m] maximum distance of the tool from a location that it reaches
-MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger one is a table
-OVER = 0.25  # [m] a location up to this height above a fixture belongs to it
+NEAR = 1e-4  # [m] maximum distance between the tool and a location that counts as reached
+MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixture is taken for a table
+OVER = 0.25  # [m] maximum height above a fixture at which a location belongs to the fixture
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
-SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # times the measured value
+SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # factors from a measured value to its limit
 NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")  # words that a task may require
 STEPS = (
     "[30, 30, 0]\nturn = 15",
     "[10, 10, 0]\nturn = 5",
-)  # amounts of a variant, in the order of trial
+)  # shifts and turns of a variant, in the order in which they are tried
 SEEDS = (1, 2, 3)
 NUMBER = re.compile(r"\s*-?\d+(\.\d+)?")
 
@@ -143,7 +144,7 @@ class _Proposal:
         return read_exercise(self.folder)
 
     def _split(self) -> None:
-        """Write the programs as the model solution, and the values of the file as given.v2."""
+        """Write the programs of the file as the model solution, and its values as given.v2."""
         given = [part for part in self.file.parts if isinstance(part, ast.Section)]
         solution = [part for part in self.file.parts if not isinstance(part, ast.Section)]
         self._put(self.teacher / "model.v2", print_file(ast.File(tuple(solution))))
@@ -181,7 +182,8 @@ class _Proposal:
             return SubmissionRuns(Submission("", "model.v2", text)).run(exercise)
 
     def _failing(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
-        """Return the checks that the solution passes and some mistake fails, and programs with mistakes."""
+        """Return the checks that the solution passes and at least one mistake fails, and programs with such
+        mistakes."""
         exercise = self._read()
         model = self._run(exercise, exercise.solution)
         passed = {one.name for one in mark(exercise, model, model) if one.passed}
@@ -201,7 +203,7 @@ class _Proposal:
         return tuple(one for one in checks if one.name in passed & found), wrong
 
     def _variants(self, checks: Sequence[Proposed], groups: Sequence[Sequence[str]]) -> str:
-        """Return the text of variants in which the solution passes all checks; "" if there are none."""
+        """Return the entries of variants in which the solution passes all checks; "" if no variants were found."""
         for step in STEPS if groups else ():
             rows = [f"[[variant.group]]\nmove = [{', '.join(map(_quote, names))}]\nby = {step}\n" for names in groups]
             text = "\n# What belongs together moves together, so that copied numbers fail.\n[[variant]]\n"
@@ -245,7 +247,7 @@ class _Proposal:
         self._put(self.exercise_folder / "text.md", "\n".join(part for part in parts if part))
 
     def _set(self) -> Iterator[str]:
-        """Yield the locations that programs set from numbers."""
+        """Yield the locations to which programs assign numbers."""
         for program in self.programs:
             for statement in program.statements:
                 if isinstance(statement, ast.BadLine):
@@ -265,7 +267,7 @@ NO_ERROR = Proposed("no error", "The program ends without an error.", ('kind = "
 
 
 def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
-    """Yield checks that a run passes, with measured values and a tolerance."""
+    """Yield checks that a run passes. They are made from measured values with a tolerance."""
     judged = JudgedRun(run, Basis(exercise.rounding, exercise.locations, run))
     passed = list(_passed_places(exercise, run))
     names = list(dict.fromkeys(name for name, _ in passed))[:MAX_PLACES]
@@ -312,7 +314,7 @@ def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
 
 
 def _passed_places(exercise: Exercise, run: Evidence) -> Iterator[tuple[str, bool]]:
-    """Yield the given places at which motions ended, in order, and whether each motion was straight."""
+    """Yield the given places at which motions ended, in order, each with whether the motion was straight."""
     last = ""
     for one in run.commands:
         if one.end is None or one.end <= one.executed:
@@ -335,7 +337,7 @@ def _tool(run: Evidence, t: float) -> Transform:
 
 
 def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:
-    """Return the parts with another place at the end, or without one at the beginning, and their final poses."""
+    """Return the final poses of parts that moved, or that were not in the cell at the start."""
     course, found = run.course, list[tuple[str, Transform]]()
     for name in () if course is None else course.parts():
         state = final_part(run, name)
@@ -349,7 +351,7 @@ def _moved_parts(run: Evidence) -> list[tuple[str, Transform]]:
 
 
 def _ends(run: Evidence, needs: tuple[str, ...]) -> Iterator[Proposed]:
-    """Yield checks of the final places of parts and tool."""
+    """Yield checks of the final poses of parts and tool."""
     moved = _moved_parts(run)
     for name, pose in moved:
         lines = ('kind = "part_at"', f"part = {_quote(name)}", 'at = "model"', "mm = 2", "deg = 2", "points = 2")
@@ -385,7 +387,7 @@ def _typed_lines(run: Evidence) -> Iterator[Proposed]:
 
 
 def _typed_line(line: str) -> str:
-    """Return a line as a check requires it: exact text, or a pattern if it has numbers."""
+    """Return a typed line as a check requires it: as an exact text, or as a pattern if it contains numbers."""
     if NUMBER.search(line) is None:
         return _quote(line)
     pieces, last = [], 0
@@ -401,7 +403,7 @@ def _escape(text: str) -> str:
 
 
 def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
-    """Yield limits of speed, acceleration and time."""
+    """Yield checks that limit speed, acceleration and time."""
     rows = (
         ("the speed of the tool", "speed", "mm_s", judged.velocity, 10),
         ("the acceleration of the tool", "acceleration", "mm_s2", judged.acceleration, 100),
@@ -425,9 +427,8 @@ def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
 
 
 def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]) -> Iterator[tuple[str, ...]]:
-    """Yield names of locations, parts and small fixtures that a variant moves together: those at one place, and the
-    points of one FRAME.
-    """
+    """Yield groups of names of locations, parts and small fixtures that a variant moves together: things at one place,
+    and the points of one FRAME."""
     text = "\n".join(print_file(ast.File((program,))) for program in programs)
     tools = {word.lower() for word in re.findall(r"(?im)^\s*(?:\d+\s+)?(?:TOOL|BASE)\s+([a-z][\w.]*)", text)}
     relative = {word.lower() for word in re.findall(r"(?i):\s*([a-z][\w.]*)", text)}
@@ -457,7 +458,7 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
                 unite(name, one.name)
     for part, at in parts.items():
         for name, place in (*places.items(), *parts.items()):
-            if dist(place, at) <= 0.06:  # [m] so close to a part, a location belongs to it
+            if dist(place, at) <= 0.06:  # [m] a location this close to a part belongs to the part
                 unite(name, part)
     for points in re.findall(r"(?i)FRAME\s*\(([^()]*)\)", text):
         known = [word.strip().lower() for word in points.split(",") if word.strip().lower() in places]
@@ -475,7 +476,7 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
 
 
 def _footprint(run: Evidence, name: str) -> float:
-    """Return the largest size of a fixture [m]."""
+    """Return the largest diameter of a fixture [m]."""
     solids = WorldSettings(run.arm, run.cell).solids[name]
     return 2.0 * max(solid.radius for solid in solids)
 

@@ -1,7 +1,7 @@
 """Serve lessons to the browsers of a class: the second robot of each student has a lesson and a learner.
 
-Each lesson has its own robot, so another lesson replaces the robot under the same name. A learner waits for its robot,
-so each has a thread.
+Each lesson has its own robot, so the robot of another lesson replaces it under the same name. A learner waits for its
+robot, so each learner has a thread.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Farewell, Reply
 
 T = TypeVar("T")
-LESSON_ROBOT = "-2"  # end of the name of a student's second robot, which is for lessons
+LESSON_ROBOT = "-2"  # suffix of the name of a student's second robot, which is for lessons
 WORDS = frozenset(("HINT", "AGAIN", "SKIP", "BACK", "LESSONS", "LESSON"))
-MAX_KEPT = 20  # maximum texts of the current step that are kept for clients that connect later
-LINE_SECONDS = 60.0  # [s] maximum duration of a line of a lesson
+MAX_KEPT = 20  # maximum number of texts of the current step that are kept for clients that connect later
+LINE_SECONDS = 60.0  # [s] maximum time to execute a line of a lesson
 
 
 def student_of(robot: str) -> str | None:
-    """Return the student whose robot for lessons has this name; None for another robot."""
+    """Return the student whose robot for lessons has this name; None for any other robot."""
     return robot.removesuffix(LESSON_ROBOT) if robot.endswith(LESSON_ROBOT) else None
 
 
 class ServedLessons:
-    """The lessons of all students. `folder` keeps their progress.
+    """The lessons of all students. `folder`: where their progress is kept.
 
     `begin_anew` restarts a robot with another lesson. `tell` takes messages for the person who runs the server.
     """
@@ -53,14 +53,15 @@ class ServedLessons:
         found = {one: read_lesson(one) for one in lesson_folders(lessons_folder())}
         self._course = {
             one: lesson for one, lesson in found.items() if lesson.delays is None
-        }  # served robots have no delay line
+        }  # robots of this server have no delay line
         self._wanted: dict[str, Path] = {}
         self._tutors: dict[str, Tutor] = {}
 
     # --- robots ---
 
     def plan(self, robot: str, plan: Plan) -> Plan:
-        """Return the plan of a robot: for lessons, that of the wanted or the first unfinished lesson."""
+        """Return the plan of a robot. A robot for lessons gets the plan of the wanted lesson or of the first unfinished
+        one."""
         student = student_of(robot)
         if student is None:
             return plan
@@ -69,7 +70,7 @@ class ServedLessons:
         return replace(plan, model=lesson.robot, journal=None, realtime=None, cell=cell, one_user=True, idle=inf)
 
     def start_at(self, room: Room) -> None:
-        """Start a learner at a robot for lessons."""
+        """Start a learner at a robot that is for lessons."""
         student = student_of(room.name)
         if student is None:
             return
@@ -93,7 +94,8 @@ class ServedLessons:
             return LearnerRecord(None)
 
     def _next(self, record: LearnerRecord) -> Path:
-        """Return the first unfinished lesson from the latest one on; the first lesson if all are finished."""
+        """Return the first unfinished lesson, searching from the latest one on; the first lesson if all are
+        finished."""
         folders = [*self._course]
         keys = [progress_key(one) for one in folders]
         start = keys.index(record.latest) if record.latest in keys else 0
@@ -103,13 +105,13 @@ class ServedLessons:
     # --- clients ---
 
     def enter(self, client: ClientSession) -> None:
-        """Begin the lesson, or send the texts of the current step to a client that connects later."""
+        """Start the lesson, or send the texts of the current step to a client that connects later."""
         tutor = self._at(client)
         if tutor is not None:
             tutor.enter(client)
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line if it is a word of lessons; return whether it was."""
+        """Carry out a line if it is a word of lessons; return whether it is one."""
         first = line.text.partition(";")[0].split()[:1]
         tutor = self._at(client)
         if tutor is None or not first or first[0].upper() not in WORDS:
@@ -131,7 +133,7 @@ class ServedLessons:
 
 
 class Tutor:
-    """A learner at a served robot, in its own thread. `goes` is called with the folder of the lesson to go to."""
+    """A learner at a served robot, in its own thread. `goes` is called with the folder of the next lesson."""
 
     def __init__(self, room: Room, lesson: Lesson, record: LearnerRecord, course: dict[Path, str]) -> None:
         self.lesson, self.begun = lesson, False
@@ -151,13 +153,13 @@ class Tutor:
         return self._learner.standing
 
     def end(self) -> None:
-        """End the thread, because the robot was replaced."""
+        """End the thread, because another robot replaces this one."""
         self._work.put(None)
 
     # --- in the thread of the connections ---
 
     def enter(self, client: ClientSession) -> None:
-        """Begin the lesson, or send the texts of the current step to a client that connects later."""
+        """Start the lesson, or send the texts of the current step to a client that connects later."""
         if self.begun:
             for said in self._said:
                 client.tell(said)
@@ -224,7 +226,7 @@ class _ServedPrompt:
         self.terminal: Terminal = _Told(room)
 
     def take(self, text: str) -> None:
-        """Carry out a line of the lesson, and wait until it is done."""
+        """Carry out a line of the lesson, and wait until the robot has executed it."""
         ended, self._id = Event(), self._id + 1
 
         def hear(message: messages.ServerMessage) -> None:
@@ -237,14 +239,14 @@ class _ServedPrompt:
         ended.wait(LINE_SECONDS)
 
     def status(self) -> PromptStatus:
-        """Return the texts around the prompt: of a student who types a program, else of the lesson."""
+        """Return the texts around the prompt of a student who types a program, else of the lesson."""
         clients = tuple(self._room.clients.values())
         typing = any(client.conversation.in_program for client in clients) or self._user.conversation.in_program
         return PromptStatus(in_program=typing)
 
 
 class _Told(Notes):
-    """A terminal that sends to all clients of a robot."""
+    """A terminal that sends its replies to all clients of a robot."""
 
     def __init__(self, room: Room) -> None:
         super().__init__()

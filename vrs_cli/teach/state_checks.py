@@ -24,7 +24,7 @@ CONFIGURATIONS = ("RIGHTY", "LEFTY", "ABOVE", "BELOW", "FLIP", "NOFLIP")
 
 
 class When(Enum):
-    """When joints are checked: at the end of the run, or at the end of any motion of the step."""
+    """The time at which joints are checked: the end of the run, or the end of any motion of the step."""
 
     END = "end"
     PASSED = "passed"
@@ -38,16 +38,15 @@ class ValueRange(Struct, frozen=True):
 
 
 class Named(Struct, frozen=True):
-    """A variable, or the parts of a compound location. `text`: as written."""
+    """A variable, or the items of a compound location. `text`: the name as written."""
 
     text: str
     items: tuple[Item, ...]
 
 
 class JointsCheck(BaseCheck, frozen=True, tag="joints"):
-    """Requires joints [deg, mm]; None: any value. `time`: check them at this time [s], in place of `when`. `count`: at
-    the ends of this many motions.
-    """
+    """Requires joint values [deg, mm]; None: any value. `time`: check them at this time [s] instead of `when`. `count`:
+    the number of motions at whose ends they must hold."""
 
     at: tuple[float | None, ...]
     deg: float
@@ -57,7 +56,7 @@ class JointsCheck(BaseCheck, frozen=True, tag="joints"):
 
 
 class VariableCheck(BaseCheck, frozen=True, tag="variable"):
-    """Requires a value of a real variable or a string."""
+    """Requires a value of a real or string variable."""
 
     of: Named
     value: float | str
@@ -65,7 +64,7 @@ class VariableCheck(BaseCheck, frozen=True, tag="variable"):
 
 
 class LocationCheck(BaseCheck, frozen=True, tag="location"):
-    """Requires a value of a location, or of a compound `table:corner`. `deg` None: any orientation."""
+    """Requires a value of a location, or of a compound such as `table:corner`. `deg` None: any orientation."""
 
     of: Named
     at: Place
@@ -74,13 +73,13 @@ class LocationCheck(BaseCheck, frozen=True, tag="location"):
 
 
 class ConfigurationCheck(BaseCheck, frozen=True, tag="configuration"):
-    """Requires words that describe the arm at the end."""
+    """Requires words that describe the arm's configuration at the end."""
 
     words: tuple[str, ...]
 
 
 class SettingCheck(BaseCheck, frozen=True, tag="setting"):
-    """Requires a state of a switch (ON or OFF), or a value of a parameter."""
+    """Requires a switch to be ON or OFF, or a parameter to have a value."""
 
     of: str
     value: float | str
@@ -106,7 +105,7 @@ class MotionCheck(BaseCheck, frozen=True, tag="motion"):
 
 
 class PhasesCheck(BaseCheck, frozen=True, tag="phases"):
-    """Requires phases of consecutive segments of the timeline. `only`: no other phases."""
+    """Requires phases of consecutive segments of the timeline. `only`: there must be no other phases."""
 
     order: tuple[Phase, ...]
     only: bool = False

@@ -33,9 +33,8 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 class Piece(NamedTuple):
-    """A curve from `start` to `finish` [s]. `at`: its place by seconds after `start`. `bend`: a bound of the length of
-    its second derivative.
-    """
+    """A curve from `start` to `finish` [s]. `at`: the function from seconds after `start` to the point of the curve.
+    `bend`: an upper bound of the length of its second derivative."""
 
     start: float
     finish: float
@@ -44,7 +43,7 @@ class Piece(NamedTuple):
 
 
 class TurningPiece(NamedTuple):
-    """The tool's orientation from `start` to `finish` [s]. `rate`: a bound of its angular speed [rad/s]."""
+    """The tool's orientation from `start` to `finish` [s]. `rate`: an upper bound of its angular speed [rad/s]."""
 
     start: float
     finish: float
@@ -63,14 +62,15 @@ def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) 
             rate = sum(max(-low, high) for (low, high), turns in rates if turns)
         elif not stands and not isinstance(path, JointPath):
             rate = sum(most(derivative(turn.angle), segment.duration) for turn in path.turns)
-            if arm.model.task is not ArmTask.POSE:  # the arm turns the tool as its joints allow
+            if arm.model.task is not ArmTask.POSE:  # the joints limit the angular speed of the tool
                 rate = sum(arm.model.max_velocity)
         found.append(TurningPiece(since, until, _pose_of(arm, segment, since - segment.start), rate))
     return found
 
 
 def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float], Transform]:
-    """Return a function from the seconds since `first` in a segment to T_world_tool; afterwards the tool rests."""
+    """Return a function from the time since `first` in a segment [s] to T_world_tool. After the segment the tool is at
+    rest."""
     path, frames, lasting = segment.path, segment.motion.frames, segment.duration
     if isinstance(path, JointPath):
         return lambda s: world_pose(arm, frames, path.joints(min(first + s, lasting)))
@@ -92,9 +92,8 @@ def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, orde
 
 
 def stretches(timeline: Timeline, begin: float, end: float) -> Iterator[tuple[Segment, float, float]]:
-    """Yield each segment between two times, with the start and the end of its validity [s]. In a gap the robot rests
-    at the end of the segment before.
-    """
+    """Yield each segment between two times, each with the time span in which it is valid [s]. In a gap the previous
+    segment stays valid: the robot rests at its end."""
     index, since = timeline.index_at(begin), begin
     while True:
         segment = timeline[index]
@@ -119,7 +118,7 @@ def _piece(arm: RobotArm, segment: Segment, since: float, until: float, order: i
 
 
 def _curve(arm: RobotArm, segment: Segment, order: int) -> tuple[Callable[[float], Vector], float]:
-    """Return the curve of a moving segment, and a bound of its second derivative."""
+    """Return the curve of a segment with motion, and an upper bound of its second derivative."""
     path, tool = segment.path, segment.motion.frames.tool
     if not isinstance(path, JointPath):
         rows = [_derive(a, order) for a in path.position]
@@ -156,9 +155,8 @@ def _derive(a: Polynomial, order: int) -> Polynomial:
 
 
 def tip_bound(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequence[float]]) -> float:
-    """Return a bound of the last derivative of the tip's position. `bounds`: for each order of derivative, from 1 on,
-    the bound of each joint [rad, m].
-    """
+    """Return an upper bound of the highest derivative of the tip's position. `bounds`: for each order of derivative,
+    from 1 up, the bound of each joint [rad, m]."""
     order, sums, total = len(bounds), [0.0] * len(bounds), 0.0
     for i, link in enumerate(model.links, 1):
         T = link_pose(model, i, 0.0)
@@ -173,22 +171,21 @@ def tip_bound(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequ
 
 
 def _bell(x: Sequence[float]) -> float:
-    """Return the complete Bell polynomial of x1, ..., xn; 1 without arguments."""
+    """Return the complete Bell polynomial of x1, ..., xn; without arguments it is 1."""
     found = [1.0]
     for n in range(len(x)):
         found.append(sum(comb(n, k) * found[n - k] * x[k] for k in range(n + 1)))
     return found[-1]
 
 
-# --- where the robot stands ------------------------------------------------------------------------------------------
+# --- where the robot is at rest --------------------------------------------------------------------------------------
 
-STILL = 1e-6  # [rad/s, m/s] maximum rate of a joint that stands
+STILL = 1e-6  # [rad/s, m/s] maximum rate of a joint that is at rest
 
 
 def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, float]]:
-    """Return the intervals in which the arm stands between two times [s]. An interval of zero length is a stop without
-    a rest.
-    """
+    """Return the intervals in which the arm is at rest between two times [s]. An interval of zero length is an instant
+    at which the velocity is zero."""
     found = list[tuple[float, float]]()
     for segment, since, until in stretches(timeline, begin, end):
         if segment.phase is Phase.REST or since >= segment.finish:
@@ -208,13 +205,13 @@ def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, flo
 
 
 def _stands(segment: Segment, s: float) -> bool:
-    """Return whether the arm stands at `s` seconds into a segment."""
+    """Return whether the arm is at rest at `s` seconds after the start of a segment."""
     path = segment.path
     rates = path.velocity(s) if isinstance(path, JointPath) else path.twist(s)
     return all(abs(rate) <= STILL for rate in rates)
 
 
-NOISE = 1e-9  # tolerance of a measure: smaller differences are ignored, so that all machines give the same result
+NOISE = 1e-9  # smaller differences of a measure are ignored, so that all machines give the same result
 NOISE_DIGITS = 9
 MIN_PIECE_S = 1e-5  # [s] minimum length of a piece that is halved
 INSTANT = 1e-4  # [s] precision of the time at which a measure crosses a value
@@ -223,7 +220,7 @@ Measure = Callable[[Vector], float]
 
 
 class Extreme(NamedTuple):
-    """An extreme value of a measure, its time [s], and the position of the curve."""
+    """An extreme value of a measure, its time [s], and the point of the curve."""
 
     value: float
     t: float
@@ -231,7 +228,7 @@ class Extreme(NamedTuple):
 
 
 class _End(NamedTuple):
-    """A look at a curve: seconds after the start of its piece, the position, and the measure."""
+    """A sample of a curve: seconds after the start of its piece, the point, and the measure."""
 
     s: float
     c: Vector
@@ -239,16 +236,14 @@ class _End(NamedTuple):
 
 
 def greatest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
-    """Return the maximum of a convex measure, to a precision. If none exceeds `enough`, return a value up to `enough`.
-    Raises ValueError without pieces.
-    """
+    """Return the maximum of a convex measure, within `precision`. If no value exceeds `enough`, the result is only some
+    value up to `enough`. Raises ValueError without pieces."""
     return _best(pieces, measure, lambda a, b: max(a.m, b.m), precision, enough)
 
 
 def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough: float = inf) -> Extreme:
-    """Return the closest approach to a target, to a precision. If none is below `enough`, return a value of at least
-    `enough`. Raises ValueError without pieces.
-    """
+    """Return the minimum distance from a target, within `precision`. If no distance is below `enough`, the result is
+    only some value of at least `enough`. Raises ValueError without pieces."""
     found = _best(
         pieces,
         lambda c: -dist(c, target),
@@ -260,7 +255,7 @@ def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough
 
 
 def least(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = inf) -> Extreme:
-    """Return the minimum of a measure, with the rules of `nearest`."""
+    """Return the minimum of a measure; `precision` and `enough` work as in `nearest`."""
     found = _best(pieces, lambda c: -measure(c), lambda a, b: 0.5 * (a.m + b.m + dist(a.c, b.c)), precision, -enough)
     return found._replace(value=-found.value)
 
@@ -273,9 +268,8 @@ def farthest(
     enough: float = -inf,
     between: Callable[[Vector, Vector], float] = lambda _a, _b: inf,
 ) -> Extreme:
-    """Return the maximum of a measure that may be non-convex, with the rules of `greatest`. `between`: another bound
-    of the measure on the straight line between two positions.
-    """
+    """Return the maximum of a measure that may be non-convex; `precision` and `enough` work as in `greatest`.
+    `between`: another upper bound of the measure on the straight line between two points."""
     return _best(
         pieces,
         measure,
@@ -292,7 +286,8 @@ def _best(
     precision: float,
     enough: float,
 ) -> Extreme:
-    """Return the maximum. `on_line`: a bound of the measure on the straight line between two looks."""
+    """Return the maximum of a measure. `on_line`: an upper bound of the measure on the straight line between two
+    samples."""
     best: Extreme | None = None
     waiting = list[tuple[float, int, _End, _End]]()
 
@@ -324,16 +319,17 @@ def _best(
 
 
 def _most(piece: Piece, a: _End, b: _End, on_line: Callable[[_End, _End], float]) -> float:
-    """Return an upper bound of the measure between two looks."""
+    """Return an upper bound of the measure between two samples."""
     return round(on_line(a, b) + 0.125 * piece.bend * (b.s - a.s) ** 2, NOISE_DIGITS)
 
 
 def most_turned(
     pieces: Sequence[TurningPiece], others: Sequence[TurningPiece], precision: float, *, enough: float
 ) -> tuple[float, float]:
-    """Return the maximum angle between two orientations [rad], to a precision, and its time [s].
+    """Return the maximum angle between two orientations [rad], within `precision`, and its time [s].
 
-    If none exceeds `enough`, return an angle up to `enough`. Both must cover the same times.
+    If no angle exceeds `enough`, the result is only some angle up to `enough`. Both orientations must cover the same
+    times.
     """
     cuts = sorted({t for piece in (*pieces, *others) for t in (piece.start, piece.finish)})
     best, when = -inf, cuts[0]
@@ -371,14 +367,15 @@ def within(pieces: Sequence[Piece], target: Vector, radius: float, precision: fl
 
 
 def below(pieces: Sequence[Piece], measure: Measure, most: float, precision: float) -> list[tuple[float, float]]:
-    """Return the intervals in which a convex measure is at most `limit` [s], in order."""
+    """Return the intervals in which a convex measure is at most `most` [s], in order."""
     return _spans(pieces, measure, lambda a, b: 0.5 * (a.m + b.m - dist(a.c, b.c)), most, precision)
 
 
 def _spans(
     pieces: Sequence[Piece], measure: Measure, on_line: Callable[[_End, _End], float], most: float, precision: float
 ) -> list[tuple[float, float]]:
-    """Return the intervals in which a measure is at most `limit`. `on_line`: a lower bound between two looks."""
+    """Return the intervals in which a measure is at most `most` [s]. `on_line`: a lower bound of the measure on the
+    straight line between two samples."""
     found = list[tuple[float, float]]()
 
     def add(since: float, until: float) -> None:

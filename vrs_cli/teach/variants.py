@@ -35,10 +35,10 @@ MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001
 
 
 class Group(Struct, frozen=True):
-    """Things that change together. `names`: of locations, parts, fixtures, sensors, signals and reals.
+    """Things that a variant changes together.
 
-    The maximum changes: `by` along X, Y, Z [m], `turn` about the vertical [rad], `later` [s], `value`. `whole`: only
-    whole numbers.
+    `names`: names of locations, parts, fixtures, sensors, signals and reals. The maximum changes are `by` along X, Y, Z
+    [m], `turn` about the vertical [rad], `later` [s], and `value`. `whole`: values change only by whole numbers.
     """
 
     names: tuple[str, ...]
@@ -58,7 +58,7 @@ class Variant(Struct, frozen=True):
 
 
 class Change(NamedTuple):
-    """The change of a group: a motion in the world, seconds, and a value."""
+    """The change of a group: a rigid motion in the world, a change of times [s], and a change of values."""
 
     T: transform.Transform
     later: float
@@ -74,7 +74,7 @@ class Situation(Struct, frozen=True):
 
 
 def move(around: Situation, variant: Variant) -> Situation:
-    """Return the situation with all changes of a variant."""
+    """Return the situation after all changes of a variant."""
     draws = Random(variant.seed)
     for group in variant.groups:
         shares = [2.0 * draws.random() - 1.0 for _ in range(6)]
@@ -146,7 +146,7 @@ def place_of(around: Situation, name: str) -> transform.Vector | None:
 
 
 def items_named(given: LoadedFile | None, name: str) -> tuple[Item, ...]:
-    """Return the given variables with a name: one, or all elements of an array."""
+    """Return the given variables that a name means: one variable, or all elements of an array."""
     if given is None or (item := item_of_text(name)) is None:
         return ()
     known = given.variables.values()
@@ -216,7 +216,7 @@ def _moved_sensor(sensor: Sensor, T: transform.Transform) -> Sensor:
 
 
 def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[int], change: Change) -> Feeder:
-    """Return a feeder that brings its parts to the moved place if one of them is in the group."""
+    """Return a feeder that brings its parts to the moved place, if one of its parts is in the group."""
     place = feeder.T_world_part
     if place is not None and names & frozenset(feeder.parts):
         feeder = structs.replace(feeder, T_world_part=transform.compose(change.T, place))
@@ -238,7 +238,7 @@ def _later(time: float, seconds: float) -> float:
 
 
 def _signals(cell: Cell, names: frozenset[str]) -> frozenset[int]:
-    """Return the signals that names mean, or numbers written as names."""
+    """Return the signals that names refer to; a name may be a number."""
     known = {name: number for number, name in cell.names.items()}
     return frozenset(
         int(name) if name.isdecimal() else known[name] for name in names if name.isdecimal() or name in known
@@ -315,7 +315,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
 
 
 def _is_valued(around: Situation, name: str) -> bool:
-    """Return whether a name is a real variable that the exercise gives, or that a rule of the cell sets."""
+    """Return whether a name is a real variable that the exercise gives or that a rule of the cell sets."""
     values: list[Value | None] = []
     if around.given is not None:
         values = [around.given.variables.value(item) for item in items_named(around.given, name)]

@@ -1,7 +1,7 @@
 """Hold what checks judge: the evidence of a run, the rounding of measured values, and verdicts.
 
 A value is rounded before it is compared, so that the last bits of a float decide nothing. It passes if it exceeds its
-threshold by at most the rounding. Numbers here have the units of an exercise: mm, degrees, seconds.
+limit by at most one step of the rounding. Numbers here have the units of an exercise: mm, degrees, seconds.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
 
 class Evidence(Struct, frozen=True):
-    """A run, or its part so far.
+    """The records of a run, or of its part so far.
 
-    `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: lines with the times of their ends.
-    `course`: of parts, sensors and rules; None if the cell has none. `contacts`: reported contacts with the texts of
-    their motions. `fault`: the error of the program. `outcome`: None while it runs. `steps`: number of executed steps.
-    `programs`: parsed programs of the submission that may run, without those of the exercise. `dialect`: of these
-    programs. `undone`: the undone commands, which REDO would repeat.
+    `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: typed lines, each with the time of
+    its end. `course`: the course of parts, sensors and rules; None if the cell has none. `contacts`: reported contacts,
+    each with the text of its motion. `fault`: the error of the program. `outcome`: None while the program runs.
+    `steps`: number of executed steps. `programs`: parsed programs of the submission that may run, without those of the
+    exercise. `dialect`: the dialect of these programs. `undone`: the undone commands, which REDO would repeat.
     """
 
     arm: RobotArm
@@ -65,7 +65,7 @@ class Evidence(Struct, frozen=True):
 
     @property
     def end(self) -> float:
-        """Return when the run is over: after the clock, the last motion and the last event [s]."""
+        """Return the end of the run: the latest of the clock, the end of the last motion and the last event [s]."""
         return max(self.clock, self.timeline.last)
 
 
@@ -76,10 +76,10 @@ def evidence_of(
     given: frozenset[str] = frozenset(),
     typed: tuple[TypedLine, ...] | None = None,
 ) -> Evidence:
-    """Return the current evidence of a station. `result`: of the run; None while it runs or in a session.
+    """Return the current evidence of a station.
 
-    `given`: keys of the programs that the exercise gives. `typed`: all lines of a session with several runs; by
-    default those of the last run.
+    `result`: the result of the run; None while it runs or in a session. `given`: keys of the programs that the exercise
+    gives. `typed`: all lines of a session with several runs; by default the lines of the last run.
     """
     engine, driver = station.engine, station.driver
     known = {key: one.program for key, one in station.environment.programs.items()}
@@ -106,9 +106,9 @@ def evidence_of(
     )
 
 
-NOISE_DIGITS = 6  # digits of a value in units of the rounding; later digits are noise of floats
-NOISE = 5e-7  # [roundings] half of the last of these digits
-SLACK = 1e-6  # [roundings] tolerance of a comparison
+NOISE_DIGITS = 6  # digits after the point of a value counted in rounding steps; later digits are noise of floats
+NOISE = 5e-7  # [rounding steps] half a unit of the last of these digits
+SLACK = 1e-6  # [rounding steps] tolerance of a comparison
 
 
 class Rounding(Struct, frozen=True):
@@ -120,9 +120,8 @@ class Rounding(Struct, frozen=True):
 
 
 class Verdict(Struct, frozen=True):
-    """The result of a check. `share`: the earned part of the points, from 0 to 1. `at`: the time that shows the reason
-    [s].
-    """
+    """The result of a check. `share`: the earned share of the points, from 0 to 1. `at`: the time [s] in the run that
+    shows the reason."""
 
     share: float
     reason: str
@@ -130,33 +129,34 @@ class Verdict(Struct, frozen=True):
 
 
 def round_to(value: float, step: float) -> float:
-    """Return the nearest multiple of a step; halves go up, within the noise of floats."""
+    """Return the nearest multiple of a step; a half is rounded up, even if noise of floats makes it slightly
+    smaller."""
     count = floor(round(value / step, NOISE_DIGITS) + 0.5)
     return round(count * step, 12) + 0.0
 
 
 def exceeds(value: float, most: float, step: float) -> bool:
-    """Return whether a value, rounded to a step, is above the limit by more than one step."""
+    """Return whether a value, rounded to a step, is more than one step above the maximum."""
     return round_to(value, step) / step > most / step + 1.0 + SLACK
 
 
 def largest(most: float, step: float) -> float:
-    """Return the value above which `exceeds` is true."""
+    """Return the threshold above which `exceeds` is true."""
     return (floor(most / step + 1.0 + SLACK) + 0.5 - NOISE) * step
 
 
 def smallest(least: float, step: float) -> float:
-    """Return the value below which `falls_short` is true."""
+    """Return the threshold below which `falls_short` is true."""
     return -largest(-least, step)
 
 
 def falls_short(value: float, least: float, step: float) -> bool:
-    """Return whether a value, rounded to a step, is below the limit by more than one step."""
+    """Return whether a value, rounded to a step, is more than one step below the minimum."""
     return exceeds(-value, -least, step)
 
 
 def figure(value: float, step: float) -> str:
-    """Return a rounded value with the decimals of its step: `23.4`."""
+    """Return a value as text with the decimals of a rounding step: `23.4`."""
     decimals = next((count for count in range(7) if abs(step * 10**count - round(step * 10**count)) < SLACK), 7)
     return f"{round_to(value, step):.{decimals}f}"
 
@@ -166,23 +166,23 @@ def place_figures(place: Vector, step: float) -> str:
     return f"[{', '.join(figure(1000.0 * x, step) for x in place)}]"
 
 
-HALF = 0.5  # of the points: for a nearly correct result
-NEAR = 5.0  # times the allowed distance: still nearly correct
-MORE = 1.1  # times a limit of speed or time: still nearly correct
-PRECISION = 0.1  # of the rounding: precision of searches
+HALF = 0.5  # share of the points for a nearly correct result
+NEAR = 5.0  # a result is nearly correct up to this many times the allowed distance
+MORE = 1.1  # a result is nearly correct up to this factor beyond a limit of speed or time
+PRECISION = 0.1  # precision of searches, as a fraction of the rounding step
 
 
 class Basis(Struct, frozen=True):
-    """What a run is compared with. `locations`: the given ones of the variant. `model`: the evidence of the model's
-    run in this variant; None if no check needs it.
-    """
+    """The values with which a run is compared. `locations`: the given locations of the variant. `model`: the evidence
+    of the model's run in this variant; None if no check needs it."""
 
     rounding: Rounding = Rounding()
     locations: Mapping[Item, Value] = {}
     model: Evidence | None = None
 
     def place(self, place: Place, of_model: Transform | None = None) -> Transform:
-        """Return T_world_place. `of_model`: its place in the model's run. Raises ValueError if it is unknown."""
+        """Return T_world_place of a place. `of_model`: the pose in the model's run. Raises ValueError if the pose is
+        unknown."""
         if isinstance(place, FixedPlace):
             return place.T
         if not isinstance(place, GivenPlace):
@@ -211,12 +211,12 @@ class JudgedRun(Struct, frozen=True, dict=True):
 
     @property
     def mm(self) -> float:
-        """Return the rounding of lengths [mm]."""
+        """Return the rounding step of lengths [mm]."""
         return self.basis.rounding.mm
 
     @property
     def s(self) -> float:
-        """Return the rounding of times [s]."""
+        """Return the rounding step of times [s]."""
         return self.basis.rounding.s
 
     @property
@@ -225,7 +225,7 @@ class JudgedRun(Struct, frozen=True, dict=True):
         return 1e-3 * PRECISION * self.mm
 
     def place_text(self, place: Vector) -> str:
-        """Return a position in mm as the text of a reason."""
+        """Return a position as text in mm, for the reason of a verdict."""
         return place_figures(place, self.mm)
 
     @cached_property
@@ -244,6 +244,6 @@ class JudgedRun(Struct, frozen=True, dict=True):
         return self.pieces(2)
 
     def pieces(self, order: int) -> list[Piece]:
-        """Return the tip's position over the whole run, or its derivative of an order."""
+        """Return the tip's position over the whole run, or its derivative of the given order."""
         it = self.evidence
         return tip_pieces(it.arm, it.timeline, it.started, it.end, order)

@@ -1,5 +1,5 @@
-"""Judge the outcome of a run: its output (signals, typed lines), the words of its program, its end, how long it took,
-its errors, and what the arm touched."""
+"""Judge the outcome of a run: its output (signals, typed lines), the words of its program, its end, its duration, its
+errors, and what the arm touched."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class OutputChange(NamedTuple):
-    """An output turned on, or (negative) off, `t` seconds after the run began."""
+    """A change of an output, `t` seconds after the run began: on, or off if the number is negative."""
 
     t: float
     signal: int
@@ -68,7 +68,7 @@ def came_on(signal: int, run: JudgedRun) -> float | None:
 
 
 def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
-    """Judge whether outputs changed in order and in time."""
+    """Judge whether outputs changed in the required order and at the required times."""
     seen, total, used = output_changes(run), len(check.changes), set[int]()
     first, last = 0, 0.0
     for found, wanted in enumerate(check.changes):
@@ -87,7 +87,7 @@ def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
 
 
 def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | None:
-    """Describe why a change is not the required one; return None if it is, and "" for another signal."""
+    """Describe why a change is not the required one: None if it is the required one, "" if it is of another signal."""
     if seen.signal != wanted.signal:
         return ""
     when, step = figure(seen.t, run.s), run.s
@@ -133,7 +133,7 @@ MAX_SHOWN_CHARS = 60
 
 
 def judge_words(check: WordsCheck, run: JudgedRun) -> Verdict:
-    """Judge the words in those programs of a submission that may run."""
+    """Judge the words in the programs of a submission that may run."""
     used = frozenset(word for program in run.evidence.programs for one in program.statements for word in words_of(one))
     missing = [word for word in check.use if not _uses(run.evidence.programs, used, word)]
     wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]
@@ -152,7 +152,7 @@ def _word_list(words: list[str]) -> str:
 
 
 def _uses(programs: Iterable[ast.Program], used: Container[str], word: str) -> bool:
-    """Return whether programs use a word, or an instruction that begins with these words: `ENABLE CP`."""
+    """Return whether programs use a word, or an instruction that begins with given words, such as `ENABLE CP`."""
     wanted = " ".join(word.upper().split())
     if " " not in wanted:
         return wanted in used
@@ -206,7 +206,7 @@ def judge_dialect(check: DialectCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
-    """Judge which lines were typed, in which order and when."""
+    """Judge which lines were typed, in which order and at which times."""
     started, step, place = run.evidence.started, run.s, 0
     typed = tuple(line._replace(t=line.t - started) for line in run.evidence.typed)
     used, lines = set[int](), _wanted_lines(check, run)
@@ -224,7 +224,7 @@ def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
 
 
 def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
-    """Return the required lines. Raises ValueError if they are those of an unknown model's run."""
+    """Return the required lines. Raises ValueError if they come from the model's run and that run is unknown."""
     if not check.needs_model:
         return [one for one in check.lines if isinstance(one, TypedText)]
     if run.basis.model is None:
@@ -235,7 +235,7 @@ def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
 def _next_match(
     typed: tuple[TypedLine, ...], first: int, wanted: TypedText, step: float
 ) -> tuple[int, TypedLine | None]:
-    """Return the number of the line after the next match, -1 for none; and a line that matches at a wrong time."""
+    """Return the number of the line after the next match (-1: no match), and a line that matches at a wrong time."""
     other: TypedLine | None = None
     for number in range(first, len(typed)):
         line = typed[number]
@@ -248,7 +248,7 @@ def _next_match(
 
 
 def _matches(text: str, wanted: TypedText) -> bool:
-    """Return whether a line equals the required text without outer blanks, or matches the pattern as a whole."""
+    """Return whether a line equals the required text (without outer blanks), or the whole line matches the pattern."""
     if wanted.pattern:
         return re.fullmatch(wanted.text, text.strip()) is not None
     return text.strip() == wanted.text.strip()
@@ -333,11 +333,11 @@ def judge_held(check: checks.HeldCheck, run: basis.JudgedRun) -> basis.Verdict:
     return basis.Verdict(0.0, f"{text}, {f'the {check.part}' if check.part else 'nothing'} is wanted", end)
 
 
-ENDED = (RunOutcome.ABORTED, RunOutcome.PAUSED, RunOutcome.HALTED)  # outcomes of programs that did not reach their end
+ENDED = (RunOutcome.ABORTED, RunOutcome.PAUSED, RunOutcome.HALTED)  # outcomes of programs that stopped before their end
 
 
 def judge_no_error(_check: checks.NoErrorCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge whether the program ended without an error; a running program has none so far."""
+    """Judge whether the program ended without an error. A program that still runs has no error so far."""
     evidence = run.evidence
     if (wrong := stopped_early(evidence, run.s)) is not None:
         return basis.Verdict(0.0, wrong, evidence.clock)
@@ -345,7 +345,7 @@ def judge_no_error(_check: checks.NoErrorCheck, run: basis.JudgedRun) -> basis.V
 
 
 def stopped_early(evidence: basis.Evidence, step: float) -> str | None:
-    """Describe why a program did not reach its end; return None if it did."""
+    """Describe why a program stopped before its end; return None if it reached its end."""
     fault = evidence.fault
     if fault is not None:
         line = f"in line {fault.line}, {fault.source.strip()}" if fault.line else f"at step {fault.step}"
@@ -356,7 +356,7 @@ def stopped_early(evidence: basis.Evidence, step: float) -> str | None:
 
 
 def judge_cycle_time(check: checks.CycleTimeCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge how long a run took until the arm stood, or the fastest way from one place to another."""
+    """Judge how long a run took until the arm came to rest, or the fastest motion from one place to another."""
     if check.begin is not None and check.end is not None:
         a, b = run.basis.point(check.begin), run.basis.point(check.end)
         if not (found := windows(run, a, b, PASSED_MM)):
@@ -393,7 +393,8 @@ def _checker(arm: RobotArm, scene: CellScene, clearance: float, allow: tuple[che
 
 
 def first_contact(run: basis.JudgedRun, clearance: float, allow: tuple[checks.Pair, ...]) -> Contact | None:
-    """Return the first contact in the whole run. `clearance` [m]: closer approaches count as contacts."""
+    """Return the first contact in the whole run. `clearance` [m]: bodies that come closer than this count as
+    touching."""
     from vrs_cli.contacts.sweep import stages
 
     it = run.evidence
@@ -404,10 +405,10 @@ def first_contact(run: basis.JudgedRun, clearance: float, allow: tuple[checks.Pa
 
 
 def judge_contact(check: checks.ContactCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge whether anything touched that should not.
+    """Judge whether bodies touched that must not touch.
 
-    Each motion was checked when it was commanded. If no contact was reported and no motion was inserted before
-    another, there was none. Otherwise the final run is checked again.
+    Each motion was checked when it was commanded. If no contact was reported and no motion was inserted before another,
+    there was none. Otherwise the final run is checked again.
     """
     it = run.evidence
     found = None
@@ -419,7 +420,7 @@ def judge_contact(check: checks.ContactCheck, run: basis.JudgedRun) -> basis.Ver
 
 
 def judge_clearance(check: checks.ClearanceCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge how close things came to the arm."""
+    """Judge the smallest distance between the arm and other things."""
     wanted = basis.figure(check.mm, run.mm)
     found = first_contact(run, 1e-3 * max(basis.smallest(check.mm, run.mm), 0.0), check.allow)
     if found is None:
@@ -430,7 +431,8 @@ def judge_clearance(check: checks.ClearanceCheck, run: basis.JudgedRun) -> basis
 
 
 def _contact_text(contact: Contact, run: basis.JudgedRun) -> str:
-    """Describe a contact. Two touching faces have many contact points, so the text names the position of the tip."""
+    """Describe a contact. Two touching faces have many contact points, so the text gives the position of the tip
+    instead."""
     it = run.evidence
     tip = position(position_at(it.arm, it.timeline, contact.t).T_world_tool)
     when = f"at {basis.figure(contact.t, run.s)} s with the tool at {run.place_text(tip)}"

@@ -19,12 +19,12 @@ from vrs_cli.teach.exercise_text import BaseCheck
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, figure, round_to
 from vrs_cli.values.commands import Motion, MotionKind
 
-PATH_ERROR = 1e-5  # [m] error of the lines that approximate the path of the tool
+PATH_ERROR = 1e-5  # [m] maximum error of the lines that approximate the path of the tool
 MOVES = (MotionKind.JOINT, MotionKind.STRAIGHT)
 
 
 def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
-    """Return a verdict with all points or none."""
+    """Return a verdict with all points, or with none."""
     return Verdict(float(right), reason, at)
 
 
@@ -32,7 +32,7 @@ def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
 
 
 def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
-    """Judge the joints at the end, at a time, or at the ends of motions."""
+    """Judge the joints at the end of the run, at a time, or at the ends of motions."""
     evidence, basis = run.evidence, run.basis
     units, step = evidence.arm.model.units, basis.rounding.deg
 
@@ -112,7 +112,7 @@ def judge_program(check: state_checks.ProgramCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_undone(check: state_checks.UndoneCheck, run: JudgedRun) -> Verdict:
-    """Judge how many commands are undone."""
+    """Judge the number of undone commands."""
     evidence = run.evidence
     return _verdict(evidence.undone >= check.commands, f"commands taken back: {evidence.undone}")
 
@@ -121,7 +121,7 @@ def judge_undone(check: state_checks.UndoneCheck, run: JudgedRun) -> Verdict:
 
 
 class CommandedMotion(Struct, frozen=True):
-    """A motion on the timeline: its command, its start and its end [s]."""
+    """A motion on the timeline: its command, the time of its start and the time of its end [s]."""
 
     motion: Motion
     begin: float
@@ -129,9 +129,8 @@ class CommandedMotion(Struct, frozen=True):
 
 
 def commanded_motions(evidence: Evidence) -> list[CommandedMotion]:
-    """Return the motions that begin in the step, in the order of their commands. A motion ends where another one cuts
-    it.
-    """
+    """Return the motions that were commanded in the step, in the order of their commands. The end of a motion is where
+    another one cuts it, if one does."""
     found = dict[int, CommandedMotion]()
     for segment in evidence.timeline:
         motion = segment.motion
@@ -186,7 +185,7 @@ def _inside(value: float, span: state_checks.ValueRange, step: float) -> bool:
 
 
 def judge_phases(check: state_checks.PhasesCheck, run: JudgedRun) -> Verdict:
-    """Judge the phases of the segments, ignoring those of zero length."""
+    """Judge the phases of the segments, without segments of zero length."""
     evidence = run.evidence
     phases = [one.phase for one in evidence.timeline if one.motion.number and one.duration > 0.0]
     order, length = list(check.order), len(check.order)
@@ -198,7 +197,7 @@ def judge_phases(check: state_checks.PhasesCheck, run: JudgedRun) -> Verdict:
 
 
 def judge_passes(check: state_checks.PassesCheck, run: JudgedRun) -> Verdict:
-    """Judge how close the tool comes to a place in the step."""
+    """Judge how close the tool came to a place in the step."""
     evidence, basis = run.evidence, run.basis
     place = position(basis.place(check.at))
     near, t = _nearest(evidence, place)

@@ -15,12 +15,12 @@ from vrs_cli.values.numbers import count
 from vrs_cli.values.world import SpanKind
 
 Window = tuple[float, float]  # start and end [s]
-PASSED_MM = 1.0  # distance at which the tip passes a place, if a check gives none
-FLAT = 1e-6  # [m] three places this close to one line define no arc
+PASSED_MM = 1.0  # [mm] distance within which the tip passes a place, if a check gives none
+FLAT = 1e-6  # [m] three places define no arc if the second is closer than this to the line through the others
 
 
 def _reach(mm: float, run: basis.JudgedRun) -> float:
-    """Return the distance at which the tip passes a place [m]."""
+    """Return the distance [m] within which the tip passes a place."""
     return 1e-3 * basis.largest(mm, run.mm)
 
 
@@ -28,7 +28,7 @@ def _reach(mm: float, run: basis.JudgedRun) -> float:
 
 
 def judge_places(check: checks.PlacesCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge which places the tip passed, in order."""
+    """Judge which places the tip passed, and in which order."""
     t, reach, total = run.evidence.started, _reach(check.mm, run), len(check.places)
     for found, place in enumerate(check.places):
         target = run.basis.point(place)
@@ -66,7 +66,7 @@ def windows(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, mm: 
 
 
 def did_not_go(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, mm: float) -> basis.Verdict:
-    """Return the verdict of a tip that never went from one place to another."""
+    """Return the verdict for a tip that never moved from the one place to the other."""
     for what, place in (("beginning", a), ("end", b)):
         near = tip.nearest(run.tip, place, run.precision)
         if near.value > _reach(mm, run):
@@ -81,7 +81,7 @@ def did_not_go(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, m
 
 
 def judge_path(check: checks.PathCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge how far the tip was from a line or an arc, in its best pass."""
+    """Judge how far the tip was from a line or an arc. The best of several passes counts."""
     a, b = run.basis.point(check.begin), run.basis.point(check.end)
     found = windows(run, a, b, check.mm)
     if not found:
@@ -103,7 +103,7 @@ def judge_path(check: checks.PathCheck, run: basis.JudgedRun) -> basis.Verdict:
 
 
 def _orientation(most: float, text: str, place: Place, found: list[Window], run: basis.JudgedRun) -> basis.Verdict:
-    """Judge how far the tool turned from the orientation of a place, in its best pass."""
+    """Judge how far the tool turned away from the orientation of a place. The best of several passes counts."""
     wanted, step, it = run.basis.place(place), run.basis.rounding.deg, run.evidence
     off, t = min(
         tip.most_turned(
@@ -129,9 +129,8 @@ def _worst(
 
 
 def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector) -> tip.Measure:
-    """Return a function for the distance from the arc from a through another place to b. Raises ValueError for places
-    on one line.
-    """
+    """Return a function that measures the distance from the arc from a to b through a third place. Raises ValueError
+    for places on one line."""
     u, v = transform.vector_difference(via, a), transform.vector_difference(b, a)
     normal = transform.cross(u, v)
     square = transform.dot(normal, normal)
@@ -146,7 +145,7 @@ def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector)
     y, radius = transform.cross(n, x), dist(a, centre)
     turn = _angle(
         transform.vector_difference(b, centre), x, y
-    )  # the turn from a to b through the third place, positive about n
+    )  # angle from a to b through the third place, positive about n
 
     def measure(p: transform.Vector) -> float:
         r = transform.vector_difference(p, centre)
@@ -159,7 +158,7 @@ def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector)
 
 
 def _angle(r: transform.Vector, x: transform.Vector, y: transform.Vector) -> float:
-    """Return the angle of a direction from x towards y, from 0 to 2 pi [rad]."""
+    """Return the angle of a direction, measured from x towards y, from 0 to 2 pi [rad]."""
     across, up = transform.dot(r, x), transform.dot(r, y)
     size = hypot(across, up)
     if size == 0.0:
@@ -169,7 +168,7 @@ def _angle(r: transform.Vector, x: transform.Vector, y: transform.Vector) -> flo
 
 
 def judge_no_stop(check: checks.NoStopCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge whether the arm stopped between two places, in its best pass."""
+    """Judge whether the arm stopped between two places. The best of several passes counts."""
     a, b = run.basis.point(check.begin), run.basis.point(check.end)
     found = windows(run, a, b, check.mm)
     if not found:
@@ -196,7 +195,7 @@ def judge_keep_out(check: checks.KeepOutCheck, run: basis.JudgedRun) -> basis.Ve
     half = tuple(0.5 * size for size in check.size)
 
     def outside(p: transform.Vector) -> float:
-        """Return the distance from the box along its axes; negative inside."""
+        """Return the distance from the box, measured along its axes; negative inside."""
         return max(abs(x) - h for x, h in zip(transform.moved_point(T_box_world, p), half, strict=True))
 
     limit = 1e-3 * basis.largest(0.0, run.mm)
@@ -267,17 +266,17 @@ def _held_spans(run: basis.JudgedRun, part: str) -> list[Window]:
 
 
 def _common(a: Sequence[Window], b: Sequence[Window]) -> list[Window]:
-    """Return the common times of two lists of intervals."""
+    """Return the intersections of two lists of intervals."""
     both = ((max(one[0], other[0]), min(one[1], other[1])) for one in a for other in b)
     return [span for span in both if span[1] > span[0]]
 
 
-COARSE = 0.25  # of the allowed distance: first error of the lines that approximate a path
-FINE = 0.5  # of the rounding: error of these lines if the first one does not decide
+COARSE = 0.25  # first error of the lines that approximate a path, as a fraction of the allowed distance
+FINE = 0.5  # error of these lines if the first error is too coarse to decide, as a fraction of the rounding step
 
 
 def judge_like_model(check: checks.LikeModelCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge the path of the tip by that of the model."""
+    """Judge the path of the tip by comparison with the path of the model's run."""
     model = run.basis.model
     if model is None:
         raise ValueError("the model's run is not known")
@@ -285,7 +284,7 @@ def judge_like_model(check: checks.LikeModelCheck, run: basis.JudgedRun) -> basi
 
 
 def _at_same_times(check: checks.LikeModelCheck, run: basis.JudgedRun, model: basis.Evidence) -> basis.Verdict:
-    """Compare position and orientation at each time since the beginning of both runs."""
+    """Compare position and orientation at equal times after the starts of both runs."""
     evidence = run.evidence
     lasting = max(evidence.end - evidence.started, model.end - model.started)
     ours, theirs = (tip.tip_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model))
@@ -320,7 +319,7 @@ def _at_same_times(check: checks.LikeModelCheck, run: basis.JudgedRun, model: ba
 
 
 def _differences(a: Sequence[tip.Piece], b: Sequence[tip.Piece]) -> list[tip.Piece]:
-    """Return the difference of two curves as a curve."""
+    """Return the difference of two curves over time, as a curve."""
     cuts = sorted({t for piece in (*a, *b) for t in (piece.start, piece.finish)})
     if len(cuts) == 1:
         cuts *= 2
@@ -340,9 +339,8 @@ def _difference(a: tip.Piece, b: tip.Piece, since: float) -> Callable[[float], t
 
 
 def _on_same_path(check: checks.LikeModelCheck, run: basis.JudgedRun, model: basis.Evidence) -> basis.Verdict:
-    """Compare both paths regardless of time: each must be close to the other. Coarse lines along the paths decide most
-    runs.
-    """
+    """Compare both paths regardless of time: each must be close to the other. Coarse approximations of the paths decide
+    most runs."""
     theirs = tip.tip_pieces(model.arm, model.timeline, model.started, model.end)
     limit, share = 1e-3 * basis.largest(check.mm, run.mm), 1.0
     for error in (COARSE * limit, 1e-3 * FINE * run.mm):
@@ -365,9 +363,8 @@ def _on_same_path(check: checks.LikeModelCheck, run: basis.JudgedRun, model: bas
 def _away(
     pieces: Sequence[tip.Piece], path: Sequence[tip.Piece], run: basis.JudgedRun, error: float, limit: float
 ) -> tip.Extreme:
-    """Return the maximum distance of a curve from lines that approximate another path within `error` [m]. It need not
-    be exact below `limit` minus `error`.
-    """
+    """Return the maximum distance of a curve from another path, which is approximated by lines within `error` [m]. A
+    result below `limit` minus `error` may be inexact."""
     lines = [(a, b, dist(a, b)) for a, b in pairwise(path_points(path, error))]
     recent, known = lines[0], dict[transform.Vector, tuple[transform.Vector, transform.Vector, float]]()
 
@@ -382,17 +379,18 @@ def _away(
         return best
 
     def between(p: transform.Vector, q: transform.Vector) -> float:
-        """Return a bound for the line from p to q: the distance from a line is convex, so its maximum is at an end."""
+        """Return an upper bound of the distance on the line from p to q. The distance from a line is convex, so its
+        maximum is at an end."""
         return min(max(distance_from_line(end, *known[near][:2]) for end in (p, q)) for near in (p, q))
 
     return tip.farthest(pieces, measure, run.precision, enough=limit - error - run.precision, between=between)
 
 
 def path_points(pieces: Sequence[tip.Piece], error: float) -> list[transform.Vector]:
-    """Return the ends of straight lines that approximate a path within `error` [m]."""
+    """Return the end points of straight lines that approximate a path within `error` [m]."""
     places = [(pieces[0].start, pieces[0].at(0.0))]
     for piece in pieces:
         lasting = piece.finish - piece.start
-        count = ceil(lasting * sqrt(piece.bend / (4.0 * error))) or 1  # each bends by at most half the error
+        count = ceil(lasting * sqrt(piece.bend / (4.0 * error))) or 1  # each line is off by at most half the error
         places += [(piece.start + s, piece.at(s)) for s in (lasting * k / count for k in range(1, count + 1))]
     return [p for _, p in thin_out(places, 0.5 * error)]

@@ -24,8 +24,8 @@ from vrs_cli.teach.grading import Grading, total_of
 from vrs_cli.teach.judging.basis import Evidence
 from vrs_cli.teach.reports.results import Likeness, ShownMark, file_stem, plain, points_text, shown_marks
 
-BEFORE, AFTER = 3.0, 1.0  # [s] of a replay before and after its failed time
-MAX_REPLAY_S = 20.0  # [s] of a replay without a failed time: the end of the run
+BEFORE, AFTER = 3.0, 1.0  # [s] length of a replay before and after its failed time
+MAX_REPLAY_S = 20.0  # [s] length of a replay of the end of the run, if there is no failed time
 PLOTS = (("TOOL",), ("POSITION",), ("SPEED",))
 STUDENTS, REPLAYS, VIEWER, TEACHER = "students", "replays", "viewer.html", "teacher.html"
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-src 'self' file:"
@@ -40,8 +40,10 @@ STYLE = (
 
 
 class Replay(Struct, frozen=True):
-    """The run that a page shows: its variant (0: nothing was moved), the time [s] that shows why points were lost or
-    None, curves as SVG, and the recording for the viewer.
+    """The run that a page shows.
+
+    The fields are its variant (0: nothing was moved), the time [s] that shows why points were lost or None, curves as
+    SVG, and the recording for the viewer.
     """
 
     variant: int
@@ -51,9 +53,8 @@ class Replay(Struct, frozen=True):
 
 
 def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | None]) -> Replay | None:
-    """Return the run in which the first open check with a time failed; else the first failed run, else the first run.
-    None if nothing ran.
-    """
+    """Return the replay of the run with the first lost mark that has a time; else with the first lost mark; else of the
+    first run. None if the submission did not run there."""
     lost = [one for one in shown_marks(exercise, grading) if not one.passed and one.reason]
     failed = next((one for one in lost if one.at is not None), lost[0] if lost else None)
     variant = failed.variant if failed is not None else 0
@@ -71,10 +72,11 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
 
 
 class Pages:
-    """Writes pages into a folder: `add` writes that of a student, `finish` the common files and the teacher's page."""
+    """Writes pages into a folder: `add` writes the page of a student; `finish` writes the common files and the
+    teacher's page."""
 
     def __init__(self, folder: Path, exercise: Exercise) -> None:
-        """Make the folder. Raises FileError if that is impossible."""
+        """Make the folder. Raises FileError if it cannot be made."""
         self._folder, self._exercise = folder, exercise
         self._files, self._taken = dict[str, str](), {Path(VIEWER).stem}
         try:
@@ -83,12 +85,12 @@ class Pages:
             raise FileError(f"{folder}: {error.strerror}", "name another folder") from None
 
     def name(self, students: Iterable[str]) -> None:
-        """Give each student's page a name, in this order."""
+        """Choose the file name of each student's page, in this order."""
         for student in students:
             self._files[student] = file_stem(student, self._taken)
 
     def add(self, grading: Grading, replay: Replay | None) -> None:
-        """Write the page of a student, and the recording. Raises FileError."""
+        """Write the page and the recording of a student. Raises FileError."""
         stem, folder = self._files[grading.student], self._folder / STUDENTS
         if replay is not None:
             write_atomically(folder / REPLAYS / f"{stem}.js", replay.recording)
@@ -105,7 +107,7 @@ class Pages:
 
 
 def student_page(exercise: Exercise, grading: Grading, replay: Replay | None, stem: str) -> str:
-    """Return the page of a student; hidden checks show only their total points."""
+    """Return the page of a student. Of hidden checks it shows only the total points."""
     title = f"{plain(exercise.title)}: {plain(grading.student)}"
     if grading.lost:
         why = f'<p class="lost">Not graded: {escape(plain(grading.lost))}.</p><p>This is no mark.</p>'

@@ -30,14 +30,14 @@ from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import POINT_STEP, Grading, Mark, VariantMarks, total_of
 from vrs_cli.teach.judging.basis import round_to
 
-RUN = 8  # words of one run
-WINDOW = 4  # winnowing keeps one of this many consecutive runs
-LEAST_RUNS = 5  # minimum runs of a submission that is compared
-MAX_CHARS = 20_000  # maximum characters compared, from the beginning
+RUN = 8  # number of words of one run
+WINDOW = 4  # winnowing keeps one run of this many consecutive runs
+LEAST_RUNS = 5  # minimum number of runs of a submission that is compared
+MAX_CHARS = 20_000  # maximum number of characters that are compared, from the start of the text
 
 
 class Likeness(Struct, frozen=True):
-    """Two students with similar submissions, in order of name. `similarity`: from 0 to 1."""
+    """Two students with similar submissions, sorted by name. `similarity`: from 0 to 1."""
 
     first: str
     second: str
@@ -45,11 +45,8 @@ class Likeness(Struct, frozen=True):
 
 
 def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None) -> tuple[Likeness, ...]:
-    """Return the pairs of students whose texts have a similarity of at least `least`, the most similar first; None: no
-    pairs.
-
-    `given`: texts that the exercise gives.
-    """
+    """Return the pairs of students whose texts have a similarity of at least `least`, the most similar first. `least`
+    None: no pairs. `given`: texts that the exercise gives."""
     if least is None:
         return ()
     known = {run for text in given for run in _runs(_words(text))}
@@ -67,7 +64,7 @@ def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None)
 
 
 def _words(text: str) -> list[tuple[bool, str]]:
-    """Return the first words of a text, and whether each is a name."""
+    """Return the first words of a text, each with whether it is a name."""
     lines = text[:MAX_CHARS].splitlines()
     variables = variables_in(lines)
     return [
@@ -80,7 +77,7 @@ def _words(text: str) -> list[tuple[bool, str]]:
 
 
 def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
-    """Return a number for each run of words; equal for runs that differ only in names."""
+    """Return a number for each run of words. Runs that differ only in names have equal numbers."""
     found = []
     for begin in range(len(words) - RUN + 1):
         names = dict[str, str]()
@@ -104,7 +101,8 @@ Object = dict[str, Any]
 
 
 def results_object(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> Object:
-    """Return all results, with `digest`: the SHA-256 of the canonical JSON of all other fields."""
+    """Return all results as a JSON object. Its field `digest` is the SHA-256 of the canonical JSON of all other
+    fields."""
     found = {
         "format": FORMAT,
         "exercise": {
@@ -121,7 +119,7 @@ def results_object(exercise: Exercise, gradings: Sequence[Grading], alike: Itera
 
 
 def canonical_json(found: Object) -> str:
-    """Return JSON with sorted keys, without blanks, in ASCII: equal objects give equal text."""
+    """Return JSON in ASCII with sorted keys and without blanks: equal objects give equal text."""
     return json.dumps(found, sort_keys=True, separators=(",", ":"))
 
 
@@ -146,7 +144,7 @@ def _summary(grading: Grading, exercise: Exercise) -> Object:
     }
 
 
-# --- a grading on its way between processes --------------------------------------------------------------------------
+# --- a grading sent between processes --------------------------------------------------------------------------------
 
 
 def grading_object(grading: Grading) -> Object:
@@ -214,12 +212,12 @@ def _attribute(text: str) -> str:
     return quoteattr(plain(text))
 
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r")  # first characters of formulas in spreadsheets
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  # characters with which a formula in a spreadsheet begins
 _SLUG = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 def plain(text: str) -> str:
-    """Return a text as one line: blanks for line ends, and invisible characters as `^[` or `<U+202E>`."""
+    """Return a text as one line: line ends become blanks, and invisible characters become `^[` or `<U+202E>`."""
     # some scripts need the joiners U+200C and U+200D
     return "".join(one if one.isprintable() or one in "\u200c\u200d" else _visible_sign(one) for one in text)
 
@@ -232,12 +230,12 @@ def _visible_sign(character: str) -> str:
 
 
 def cell(text: str) -> str:
-    """Return a text as a cell of a CSV table; a text that a spreadsheet would compute gets an apostrophe."""
+    """Return a text as a cell of a CSV table; a text that a spreadsheet would take for a formula gets an apostrophe."""
     return f"'{plain(text)}" if text.lstrip().startswith(FORMULA) or text.startswith(FORMULA) else plain(text)
 
 
 def points_text(points: float) -> str:
-    """Return points without needless zeros: `7`, `7.5`."""
+    """Return points without superfluous zeros: `7`, `7.5`."""
     return f"{points:.2f}".rstrip("0").rstrip(".")
 
 
@@ -250,7 +248,8 @@ def file_stem(name: str, taken: set[str]) -> str:
 
 
 def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
-    """Return a name that is not in `taken` in any case of letters, with a number if need be; add it to `taken`."""
+    """Return a name that is not in `taken`, upper and lower case being equal, with a number if necessary; add it to
+    `taken`."""
     names = (f"{stem}{sign}{number}" if number > 1 else stem for number in count(1))
     found = next(name for name in names if name.casefold() not in taken)
     taken.add(found.casefold())
@@ -258,9 +257,8 @@ def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
 
 
 class ShownMark(Struct, frozen=True):
-    """A mark as its student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time that
-    shows the reason [s].
-    """
+    """A mark as its student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time [s] in
+    the run that shows the reason."""
 
     name: str
     points: float
@@ -297,7 +295,7 @@ def shown_marks(exercise: Exercise, grading: Grading) -> tuple[ShownMark, ...]:
 
 
 def gradescope(exercise: Exercise, grading: Grading) -> Object:
-    """Return results.json of one submission."""
+    """Return the content of Gradescope's results.json for one submission."""
     if grading.lost:
         output = f"Not graded: {plain(grading.lost)}. The score of 0 is no mark: ask who teaches the course."
         return {"score": 0.0, "output": output, "output_format": "text", "stdout_visibility": "hidden", "tests": []}
@@ -325,7 +323,7 @@ def gradescope(exercise: Exercise, grading: Grading) -> Object:
 
 
 def check50(exercise: Exercise, grading: Grading) -> Object:
-    """Return the JSON of one submission as `check50 -o json` writes it."""
+    """Return the JSON of one submission in the form that `check50 -o json` writes."""
     marks = shown_marks(exercise, grading)
     names, results = set[str](), list[Object]()
     if grading.lost:
