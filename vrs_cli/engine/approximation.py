@@ -25,13 +25,11 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Motion, MotionKind
 
-MAX_TURN = 0.5  # [rad, m] of all joints together: on a shorter way the tip turns to and fro at most once
+MAX_TURN = 0.5  # [rad, m] sum over all joints: on a shorter path the tip reverses at most once
 PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the path is measured
 LINE_MARGIN = 0.8  # fraction of the error: between the probes the path may be a little farther from its line
-MAX_HALVINGS = 12  # maximum number of halvings: a line of 1 s becomes no shorter than 0.25 ms
-SIGHT_STEP_S = (
-    10.0  # [s] the part in sight begins and ends at multiples of this time, so that most of it stays the same
-)
+MAX_HALVINGS = 12  # maximum number of halvings: pieces of a line of 1 s are not shorter than 0.25 ms
+SIGHT_STEP_S = 10.0  # [s] the visible part begins and ends at multiples of this time, so that most of it stays the same
 
 Tip = Callable[[float], Vector]  # the position of the tool tip in the world [m], s seconds into a segment
 Place = tuple[float, Vector]  # a time [s], and the position of the tool tip at that time [m]
@@ -69,17 +67,18 @@ class ToolLine(NamedTuple):
 class ToolPath:
     """Computes the lines of one arm; no point of the tip's path is farther than `error` [m] from these lines.
 
-    The lines of a part of a timeline are cached while the part is in view, because versions of a timeline share their
+    The lines of a part of a timeline are cached while the part is visible, because versions of a timeline share their
     unchanged parts.
     """
 
     def __init__(self, arm: RobotArm, error: float) -> None:
         self._arm, self._error = arm, error
-        # by the id of a row; the row is kept, so that no other object gets this id
+        # lines by the id of their row; the row is stored with them, so that no other object gets this id
         self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
-        """Return, in order, the lines of the tip between two times [s], and perhaps some lines before or after them."""
+        """Return, in order, the lines of the tip between two times [s]; there may be further lines before and after
+        them."""
         before, self._seen = self._seen, {}
         found = list[ToolLine]()
         for block in timeline.blocks(begin // SIGHT_STEP_S * SIGHT_STEP_S, -(-end // SIGHT_STEP_S) * SIGHT_STEP_S):
@@ -175,10 +174,10 @@ def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
     return dist(there, (part * along[0], part * along[1], part * along[2]))
 
 
-PIECE_LOOKS = 8  # number of parts of a piece that are compared with g; even, so that halves share their times
+PIECE_LOOKS = 8  # number of parts of a piece that are compared with g; even, so that half pieces have the same times
 PIECE_MARGIN = 0.9  # fraction of the tolerance allowed at the compared times: between them a piece may be farther off
 MIN_PIECE_S = 2.0**-20  # minimum duration [s] of a piece that is halved, about 1 us
-TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m]
+TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m] allowed tolerances
 
 
 class JointPiece(NamedTuple):
@@ -196,10 +195,10 @@ class _State(NamedTuple):
 
 
 def known_tolerance(wanted: float) -> float:
-    """Return the greatest of TOLERANCES that is not above the wanted tolerance [rad, m]. TOLERANCES are few, so that
-    many viewers share the same pieces.
+    """Return the largest of TOLERANCES that is not above the wanted tolerance [rad, m].
 
-    Raises IllegalValue for a tolerance that is smaller or greater than all of them.
+    TOLERANCES are few, so that many viewers share the same pieces. Raises IllegalValue for a tolerance that is smaller
+    or greater than all of them.
     """
     most, least = TOLERANCES[0], TOLERANCES[-1]
     if not least <= wanted <= most:
@@ -229,7 +228,7 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
         twist, still = path.twist(s), (0.0,) * arm.model.joint_count
         try:
             return joint_velocity(arm, path, s, joints(s), twist, segment.motion.frames.tool) if any(twist) else still
-        except StraightLineSingular:  # next to a singular pose pieces join without a jump, but not smoothly
+        except StraightLineSingular:  # next to a singular pose, pieces join without a jump but with a kink
             return still
 
     def state(s: float) -> _State:

@@ -32,9 +32,9 @@ from vrs_cli.values.results import CommandRecord, Displacement, Moved
 CHANGES_AT_ONCE = 50  # number of changes that are planned before other work gets a turn
 R = TypeVar("R")
 Parts = Generator[None, None, R]  # work in parts; between two parts its caller may do other work
-ROW_LENGTH = 128  # segments: maximum length of a row, so one change writes at most this many segments (3 ms of CPU)
+ROW_LENGTH = 128  # maximum number of segments of a row, so that one change writes at most this many (3 ms of CPU)
 MAX_MOTIONS_COMPARED = 100  # maximum number of motions compared, which bounds the cost
-SAME_TIME = 5e-4  # [s] times closer than that are shown alike
+SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
 
 
 class WindowSize(Struct, frozen=True):
@@ -78,14 +78,14 @@ class MemoryWindow:
         """
         self._first = min(
             [self._first, *[max(delta.keep - SMALL_LEAF - 1, 0) for delta in deltas]]
-        )  # neighbours may merge
+        )  # segments may be merged with their neighbours
         edits = [delta.events.keep - SMALL_LEAF - 1 for delta in deltas if delta.events is not None]
         self._first_event = max(min([self._first_event, *edits]), 0)
         count = len(timeline)
         for index, _, leaf in timeline.parts(max(count - 2 * ROW_LENGTH, 0)):
             row, is_last = leaf.row, index + leaf.count == count
             if not row.closed and len(row) >= (ROW_LENGTH if is_last else ROW_LENGTH // 2):
-                # so that the last row does not grow far beyond ROW_LENGTH, by new segments or by a merged row
+                # limits the growth of the last row beyond ROW_LENGTH by new segments or by a merged row
                 row.close()
         due = timeline.version - self._checkpoint >= max(
             self.reach.checkpoint, (count + timeline.event_count) // ROW_LENGTH
@@ -172,12 +172,12 @@ def silent(_deltas: Sequence[TimelineDelta]) -> None:
 
 
 class Book:
-    """`timeline` is `initial` after all `deltas`; `number` is that of the last motion.
+    """The recorded course of events of one robot: `timeline` is `initial` after all `deltas`.
 
-    `stream`: the motion of the last command, while more targets of this motion may come (`prolong`). `window`: keeps
-    only a part of the book in memory; None: all of the book stays in memory. `marks_events`: the motions in its file
-    contain the opening of the hand. The next delta must then have events, and later motions no longer contain the
-    opening.
+    `number`: the number of the last motion. `stream`: the motion of the last command, while more targets of this motion
+    may come (`prolong`). `window`: keeps only a part of the book in memory; None: all of the book stays in memory.
+    `marks_events`: the motions in its file contain the opening of the hand. The next delta must then have events, and
+    later motions no longer contain the opening.
     """
 
     def __init__(
@@ -202,7 +202,7 @@ class Book:
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
-        """Make an empty book: the robot stands at these joints from time 0 on."""
+        """Make an empty book: the robot is at rest at these joints from time 0 on."""
         initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, MotionKind.REST, Start.AT))])
         return cls(initial, initial)
 
@@ -220,9 +220,8 @@ class Book:
         return records(self.timeline, [step.delta for step in self.history.done])
 
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
-        """Return a function that lists all motion commands in force now. The function may take long; any thread may
-        call it.
-        """
+        """Return a function that lists all motion commands in force now. The function may be slow; any thread may call
+        it."""
         timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
         forgotten = self.history.forgotten
         return lambda: records(timeline, commands_in_force(deltas) if forgotten else done)
@@ -249,7 +248,7 @@ class Book:
         the previous target, `deltas` keeps only the part that the robot executed.
         """
         self._change([delta], goes_on=True)
-        if len(self.deltas) % PART != 1:  # at the start of a part, both deltas stay as they are in the file
+        if len(self.deltas) % PART != 1:  # the first delta of a part stays as it is in the file
             before = self.deltas[-2]
             kept = before.segments[: delta.keep - before.keep]
             shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
@@ -264,7 +263,7 @@ class Book:
             self.history.lengthen_last(self.timeline)
 
     def follow(self, other: Book) -> None:
-        """Take over the changes of a book that began as a copy of this one. Raises FileError."""
+        """Apply the changes of a book that began as a copy of this one. Raises FileError."""
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
         self._change(deltas, other.timeline if self.window is None else other.timeline.in_rows(ROW_LENGTH))
@@ -377,8 +376,8 @@ class Book:
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """Return how motions and events have been moved that were scheduled on the timeline `before`, or motions with a
-    time stamp since then.
+    """Return how a change has moved motions and events of the timeline `before`, or motions with a time stamp issued
+    since then.
 
     None if nothing has been moved. Motions that UNDO took back do not count as dropped.
     """
@@ -395,7 +394,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         if one.motion.start is Start.AT and one.segments and abs(one.executed - one.issued) > SAME_TIME
     ]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MAX_MOTIONS_COMPARED)}
-    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # then a motion that is missing here has been dropped
+    gone = len(new) < 2 * MAX_MOTIONS_COMPARED  # if so, a motion that is missing here has been dropped
     new.update((motion.number, time) for motion, time in _event_times(book.timeline, since, commands))
     rows = [
         (motion, begin, new.get(motion.number))

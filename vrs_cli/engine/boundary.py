@@ -43,18 +43,18 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT_CLEARANCE = 0.25  # fraction of the smaller of two clearances that must be proved between them
-END_PART = 1e-4  # fraction of a path: closer to a stop on a boundary than this, samples are dense anyway
+KEPT_CLEARANCE = 0.25  # minimum clearance to be proved between two samples, as a fraction of the smaller one
+END_PART = 1e-4  # fraction of a path: closer than this to a stop on a boundary, samples are dense anyway
 MAX_SEARCH_LOOKS = 5000
 REMEMBERED_SURVEYS = 64  # number of cached surveys: a line may be planned again, with other stops or for a held key
-FEW_LOOKS = 8  # number of samples up to which a denser sampling is not needed
-# fractions of the greatest clearances of a path, below which a clearance is close to a boundary
+FEW_LOOKS = 8  # maximum number of samples for which a denser sampling is not needed
+# fractions of the maximum clearances of a path: a smaller clearance is close to a boundary
 CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
-DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, by which its place is found to a billionth
-TANGENT_STEP = 1e-5  # [m] from the end of a line: there differences show whether it is a tangent
-TANGENT_SLOPE = 1e-8  # [m] slope of a clearance [m2] along the way: a smaller one is a tangent
+DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, which locate it with an error of 1e-9
+TANGENT_STEP = 1e-5  # [m] distance from the end of a line at which differences show whether it is a tangent
+TANGENT_SLOPE = 1e-8  # [m] a tangent's slope of the clearance [m2] along the path is smaller
 NEWTON_STEPS = 3
-MAX_TOUCH_CHANGE = 0.01  # [rad, m] a joint that changes by less over a touch of a boundary does not jump
+MAX_TOUCH_CHANGE = 0.01  # [rad, m] a joint that changes less over a touch of a boundary does not jump
 STRAIGHTENINGS = 2  # number of straightenings; the second removes the rounding errors of the first
 
 
@@ -142,8 +142,9 @@ class _Search:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
     def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
-        """Return whether every clearance is decided between two looks (certainly kept, or on its boundary all the way),
-        and which clearances are on their boundary.
+        """Return whether every clearance is decided between two samples, and which clearances are on their boundary.
+
+        A clearance is decided if it is certainly kept, or on its boundary all the way.
         """
         least = self.arm.least_clearance(a, b, self.pace, h)
         on_boundary = list[int]()
@@ -152,7 +153,7 @@ class _Search:
             if low > edge and low >= KEPT_CLEARANCE * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:
-                continue  # slightly beyond the boundary, where there are no joints
+                continue  # the pose is slightly beyond the boundary, where there are no joints
             if not (max(x, y) <= 2.0 * edge and low >= -edge):
                 return False, []
             on_boundary.append(which)
@@ -174,7 +175,7 @@ class _Search:
         return tuple(sorted(marks))
 
     def around(self, i: int) -> Iterator[float]:
-        """Yield the time of one look, and times on both sides, more and more dense towards it."""
+        """Yield the time of one sample, and times on both sides, more and more dense towards it."""
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
         if s in (0.0, self.lasting):
@@ -190,7 +191,7 @@ class _Search:
 
 
 def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> HandPace:
-    """Return upper bounds of how fast the hand moves and turns."""
+    """Return upper bounds of the speed and turning rate of the hand."""
     lever = moved_point(T_tool_flange, hand.centre)
     approach = rotate(T_tool_flange, hand.approach)
     rows: Sequence[Polynomial] = path.position
@@ -219,7 +220,7 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
     rates = [most(derivative(turn.angle), lasting) for turn in turns]
     bends = [most(derivative(derivative(turn.angle)), lasting) for turn in turns]
     across = length(cross(turns[0].axis, v)) if len(turns) == 1 else length(v)
-    total = sum(rates)  # with several turns the axes of later ones move, which adds to the second derivative
+    total = sum(rates)  # earlier turns move the axes of later ones, which adds to the second derivative
     return total * across, (sum(bends) + total * total * (1.0 if len(turns) < 2 else 2.0)) * across
 
 
@@ -240,7 +241,7 @@ class Kinks:
         hand = follower.arm.hand
         assert hand is not None
         pace = pace_of(path, 1.0, hand, follower.T_tool_flange)
-        # [m/s]; of a hand that only turns, its speed at 1 m
+        # [m/s] if the hand only turns: its speed at a distance of 1 m
         self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt
 
     def stops(self, near: Joints) -> list[Stop]:
@@ -260,7 +261,7 @@ class Kinks:
     def end_on_boundary(self) -> Transform:
         """Return T_robot_tool at the end of the line, moved exactly onto the boundary to which the line is a tangent.
 
-        Next to the boundary, the joints would change their direction in the last instant.
+        Without this correction, the joints would change their direction in the last instant, next to the boundary.
         """
         goal = self.path.pose(1.0)
         for touch in self.touches:
@@ -269,9 +270,8 @@ class Kinks:
         return goal
 
     def _check_tangent(self, end: float, near: Joints) -> None:
-        """Check that a line that begins or ends on boundaries is a tangent of each. The samples show how the wrist
-        turns.
-        """
+        """Raise the error if a line that begins or ends on boundaries is not a tangent of each. The samples show how
+        the wrist turns."""
         if self.speed <= ON_BOUNDARY:
             return
         inward = (1.0 if end == 0.0 else -1.0) * min(TANGENT_STEP / self.speed, 0.5)
@@ -282,7 +282,7 @@ class Kinks:
                 raise self.follower.refuse_kink(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
-        """Find the pose with the least clearance by Newton's method on differences, and move it onto the boundary."""
+        """Find the pose with the minimum clearance by Newton's method on differences, and move it onto the boundary."""
         s, step = 0.5 * (touch.begin + touch.end), DIFFERENCE_STEP / self.speed
         for _ in range(NEWTON_STEPS):
             before, here, after = (self._size(touch.which, self.path.pose(s + side)) for side in (-step, 0.0, step))
@@ -314,7 +314,7 @@ class Kinks:
 
 
 def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
-    """Return T_robot_tool at the end of a line, turned so that two wrist axes that nearly coincide coincide exactly.
+    """Return T_robot_tool at the end of a line, turned so that two wrist axes that nearly coincide become one line.
 
     The turn is about the wrist's centre, by no more than `ON_BOUNDARY`. Without this turn, a line that passes beside
     the singular pose would turn the joints of the wrist almost instantly.
@@ -331,7 +331,7 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
         axis = rotate(inverse(hand.T_axis_base), across)
         at = compose(flange, translation(*hand.centre))
         back = translation(*(-part for part in hand.centre))
-        # turns about the centre of the wrist
+        # small turns about the centre of the wrist
         sides = (compose(rotation_about(axis, side), at) for side in (angle, -angle))
         turned = [compose(at_position(side, *position(at)), back) for side in sides]
         goal = compose(min(turned, key=lambda pose: length(_across(follower, pose))), follower.tool)

@@ -35,8 +35,7 @@ class Fork(Struct, frozen=True):
 
     def leaves(self, main: Book) -> bool:
         """Return whether main is unchanged since the branch left it. A branch from a file left main before anything
-        happened on it.
-        """
+        changed on it."""
         return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
 
 
@@ -62,7 +61,7 @@ class Branches:
         self.engine = engine
         self.who: Hashable = None
         self._main = self._present = _Branch(MAIN, None)
-        self._made: dict[tuple[Hashable, str], _Branch] = {}  # by user and name
+        self._made: dict[tuple[Hashable, str], _Branch] = {}  # branches by user and name
         self._places: dict[Hashable, _Branch] = {}  # the branch of each user who is not on main
 
     # --- reading ---
@@ -111,7 +110,7 @@ class Branches:
 
     def make(self, name: str) -> None:
         """Make a branch of the present course of events, and switch to it. Raises UsageError for a name in use."""
-        self.engine.book.end_stream()  # the end of a stream changes its command
+        self.engine.book.end_stream()  # ending a stream changes its command
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
         self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))
@@ -155,9 +154,8 @@ class Branches:
 
     @contextmanager
     def own_in_place(self) -> Iterator[None]:
-        """Put the present user's own branch in place for reading, while a program or command runs on another branch;
-        listeners are not told.
-        """
+        """Put the present user's own branch in place for reading, while a program or command runs on another branch.
+        Listeners get no event."""
         there, place = self._present, self._places.get(self.who, self._main)
         there.left = self.engine.bookmark()
         self._put(place)
@@ -168,7 +166,7 @@ class Branches:
             there.left = None
 
     def _put(self, branch: _Branch) -> None:
-        """Put the book, settings and clock of a branch into the engine, without telling listeners."""
+        """Put the book, settings and clock of a branch into the engine. Listeners get no event."""
         assert branch.left is not None
         mark, self._present = branch.left, branch
         self.engine.book, self.engine.settings = mark.book, mark.settings
@@ -181,7 +179,7 @@ class Branches:
         place, engine = self._places.get(who, self._main), self.engine
         while True:
             book, now = engine.book, engine.clock.reached
-            left = place.left  # set before the engine takes another book, and deleted after it has this one
+            left = place.left  # set before the engine takes another book, deleted after it has this one again
             if left is not None:
                 return left.book.timeline, left.clock
             if engine.book is book:
@@ -254,7 +252,7 @@ class Branches:
         begun, timeline = (main.book.timeline, other.timeline), main.book.timeline
         done, known = other.history.done, fork.done
         same = sum(1 for _ in takewhile(lambda pair: pair[0] is pair[1], zip(done, known, strict=False)))
-        for step in reversed(known[same:]):  # the branch has undone it
+        for step in reversed(known[same:]):  # the branch has undone this command
             timeline = timeline.apply(step.taking_back(timeline.version))
         for step in done[same:]:
             delta = step.present(timeline.version)
@@ -278,7 +276,7 @@ class Branches:
         if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
             undone = f"{name} has undone commands of {MAIN}, which has changed since"
             raise UsageError(undone, f"{{UNDO}} them on {MAIN}, or {{DELETEB {name}}}")
-        numbers: dict[int, int] = {}  # numbers of the commands on the branch => their numbers on main
+        numbers: dict[int, int] = {}  # numbers of the commands: on the branch => on main
         for number, step in enumerate(done[len(known) :], main.book.number + 1):
             motion = step.delta.motion._replace(number=number)
             numbers[step.delta.motion.number] = number
@@ -292,7 +290,7 @@ class Branches:
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
                 motion, edit = retarget(arm, motion, before.joints), step.delta.events
-                own = HAND, step.delta.motion.number  # the motion brings its own event again
+                own = HAND, step.delta.motion.number  # an event of the hand comes with the motion
                 events = [one for one in edit.events if (one.channel, one.number) == own] if edit else []
                 event = events[0]._replace(number=number) if events else None
                 issued, insert = step.delta.issued, step.insert
@@ -305,7 +303,7 @@ class Branches:
             timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
-            elif stood:  # the motions were given AT an instant, as in real time: the clock does not wait for them
+            elif stood:  # motions with a time stamp (AT): the clock does not wait for them
                 clock = max(clock, destination_at(arm, timeline, delta.executed).time)
             yield
             main.book.check_same(begun[0])
@@ -316,8 +314,10 @@ class Branches:
 def _set_again(
     delta: TimelineDelta, motion: Motion, old: Timeline, new: Timeline, numbers: Mapping[int, int]
 ) -> TimelineDelta:
-    """Return the delta that sets the channels of a branch on main: at the same time or, if they are tied, at the same
-    time within the motion that was under way. `numbers`: the numbers on main of the branch's motions.
+    """Return the delta that sets the channels of a branch on main.
+
+    The time of the event is the same or, if it is tied, it is the same within the motion that was in progress.
+    `numbers`: the numbers on main of the branch's motions.
     """
     assert delta.events is not None
     t = delta.executed
@@ -341,7 +341,7 @@ def _set_again(
 def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:
     """Return when a command of the old timeline begins on the new one [s]: at its own time, or after the last motion.
 
-    `Start.AFTER` keeps its pause, `Start.BLEND` its place in the deceleration if there is one.
+    `Start.AFTER` keeps its pause. `Start.BLEND` begins at the same point of the deceleration, if there is one.
     """
     start, last = delta.motion.start, new[-1]
     if start is Start.AT:

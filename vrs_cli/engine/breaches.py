@@ -31,14 +31,14 @@ from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import MotionKind
 
-BLOCKS_AT_ONCE = 16  # blocks of segments checked at once
-CUBIC_LENGTH = 4  # coefficients of a cubic
-PLACE_TOLERANCE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
+BLOCKS_AT_ONCE = 16  # number of blocks of segments checked at once
+CUBIC_LENGTH = 4  # number of coefficients of a cubic
+PLACE_TOLERANCE = 1e-5  # tolerance for rounding, also next to a singular pose: [rad, m] of a joint, [m] of a pose
 RATE_TOLERANCE = 1e-4  # tolerance of a joint's rate [rad/s, m/s]; for a fast joint, a fraction of its velocity
-LIMIT_EXCESS = 1e-4  # fraction of a limit by which a value may exceed the limit
+LIMIT_EXCESS = 1e-4  # allowed excess over a limit, as a fraction of the limit
 JERK_EXCESS = 1.05  # factor on the jerk limit, because between samples only a bound of the jerk is known
 BRANCH_TOLERANCE = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
-MAX_SEED_DISTANCE = 3.0  # [rad] from a joint to its seed: beyond half a turn another turn of the joint would be nearer
+MAX_SEED_DISTANCE = 3.0  # [rad] maximum distance of a joint from its seed: half a turn away another turn is nearer
 
 
 class Breach(Struct, frozen=True):
@@ -51,7 +51,7 @@ class Breach(Struct, frozen=True):
 
 
 def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """Yield what is wrong with a timeline, in the order of its segments."""
+    """Yield the breaches of a timeline, in the order of its segments."""
     rest, first, before = timeline.blocks(-inf, inf), 0, list[RowPart]()
     while blocks := list(islice(rest, BLOCKS_AT_ONCE)):
         stretch = _Stretch(arm, [*before, *blocks], first - len(before))
@@ -62,9 +62,8 @@ def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 
 
 def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """Yield what is wrong along the straight lines of a timeline, found as the planner does: reach, jumps, ranges of
-    the joints, velocities, accelerations and jerks.
-    """
+    """Yield the breaches along the straight lines of a timeline, checked as the planner does: reach, jumps, ranges of
+    the joints, velocities, accelerations and jerks."""
     for index, segment in enumerate(timeline):
         if isinstance(segment.path, CartesianPath) and segment.duration:
             try:
@@ -83,7 +82,7 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
             raise follower.refuse_kink(path, touch.begin, touch.end, path.seed(touch.begin))
     samples = _samples(follower, path, lasting, law.samples, found.marks)
     if follower.arm.continuation is not None:
-        from vrs_cli.engine.continuity import check_continuous  # imported late because closed forms do not need it
+        from vrs_cli.engine.continuity import check_continuous  # imported here because closed forms do not need it
 
         (proved,) = check_continuous(follower.arm.continuation, follower, [(path, lasting, samples)])
         times = proved.looked_at(path)
@@ -151,7 +150,7 @@ class _Stretch:
     def breaches(self) -> Iterator[Breach]:
         """Yield what is wrong, one rule after the other."""
         yield from self.lines
-        # from each segment to the next
+        # jumps between segments
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
         yield from self._tell(jump > PLACE_TOLERANCE, jump, "joint {joint} jumps by {size}", 1)
         touching = self.starts[1:, None] == self.starts[:-1, None] + self.durations[:-1]
@@ -162,16 +161,16 @@ class _Stretch:
         yield from self._tell(
             ~touching & (fast > RATE_TOLERANCE), fast, "joint {joint} moves with {size}/s next to a gap", 1
         )
-        # ranges
+        # ranges of the joints
         low, high = self._extremes(0)
         beyond = np.maximum(np.array(self.model.lower) - low, high - np.array(self.model.upper))
         yield from self._tell(beyond > PLACE_TOLERANCE, beyond, "joint {joint} is {size} beyond its range")
-        # rests
+        # segments at rest
         moved = np.abs(self.end[0] - self.begin[0])
         moved = np.maximum(moved, np.maximum(np.abs(self.begin[1]), np.abs(self.end[1])))
         wrong = self.resting & (moved > RATE_TOLERANCE)
         yield from self._tell(wrong, moved, "joint {joint} moves by {size} while the robot stands")
-        # limits
+        # limits of velocity and acceleration
         moving = self.durations > 0.0
         for order, limits, where, what in (
             (1, self.model.max_velocity, moving, "moves with {size}/s, faster than it can"),
@@ -184,7 +183,7 @@ class _Stretch:
             )
 
     def at_the_end(self) -> Iterator[Breach]:
-        """Check that the robot stands after the last segment; only a stream of targets may end in motion."""
+        """Check that the robot is at rest after the last segment; only a stream of targets may end in motion."""
         rate = np.abs(self.end[1][-1:])
         block = self.blocks[-1]
         if block.row.motions[block.last - 1].kind is not MotionKind.STEERED:
@@ -219,7 +218,7 @@ class _Stretch:
         """Yield the times (m, n) at which cubics turn back, or 0 if they do not."""
         c, b, d = _derivative(a)[:3]
         with np.errstate(all="ignore"):
-            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))  # the two roots, without cancellation
+            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * d * c), b))  # both roots, without cancellation
             for s in (c / q, q / d) if d.any() else (c / q,):
                 yield np.where((s > 0.0) & (s < self.durations), s, 0.0)
 
@@ -257,7 +256,7 @@ def _derivative(a: Floats) -> Floats:
 def _value(a: Floats, s: Floats) -> Floats:
     """Evaluate polynomials (k, m, n) at times (m, n) or (m, 1)."""
     value: Floats = np.zeros_like(a[0])
-    for row in a[::-1]:  # Horner
+    for row in a[::-1]:  # Horner's rule
         value *= s
         value += row
     return value

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
 
-SLICE_S = 0.05  # [s] of real time: the longest wait before the caller may look for other work
+SLICE_S = 0.05  # [s] of real time: the maximum wait before the caller may look for other work
 SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
@@ -21,7 +21,7 @@ class VirtualClock:
     Commands may change the past.
     """
 
-    realtime = False  # in real time the past has happened, and cannot be changed
+    realtime = False  # in real time the past cannot be changed
     paused = False
 
     def __init__(self, now: float = 0.0) -> None:

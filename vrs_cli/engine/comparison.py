@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 
-MAX_TIMELINE_SAMPLES = 200_000  # maximum number of samples of one timeline
-DENSEST, SPARSEST = 32, 2  # greatest and smallest number of samples for each segment
+MAX_TIMELINE_SAMPLES = 200_000  # maximum number of samples of one timeline in a comparison
+DENSEST, SPARSEST = 32, 2  # maximum and minimum number of samples for each segment
 CLOSER_SAMPLES = 64  # number of samples between two others, to locate the greatest distance
 CLOSER_ROUNDS = 3
-DISTANCE_ROUNDING = 1e-12  # [m, rad] the rounding of a distance
+DISTANCE_ROUNDING = 1e-12  # [m, rad] rounding error of a distance
 
-Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each time: (N, k, d)
+Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each of N times: (N, k, d)
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
@@ -64,9 +64,8 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
-    """Return the first time at which two timelines may differ [s], in the hand and signals too; None if they
-    never do.
-    """
+    """Return the first time at which two timelines may differ [s], also in the hand and signals; None if they never
+    differ."""
     times = [t for t in (_first_other_segment(a, b), _first_other_event(a, b)) if t is not None]
     return min(times, default=None)
 
@@ -87,7 +86,7 @@ def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
     pairs = zip(ours, theirs, strict=False)
     same = (a.row is b.row and (a.offset, a.first, a.last) == (b.offset, b.first, b.last) for a, b in pairs)
-    shared = sum(1 for _ in takewhile(bool, same))  # segments that are parts of one row at the same time
+    shared = sum(1 for _ in takewhile(bool, same))  # segments in the same part of a row, at the same time
     for one, other in zip_longest(_courses(ours[shared:]), _courses(theirs[shared:])):
         if one is None or other is None:
             return float((one or other)[0])
@@ -107,7 +106,7 @@ def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
             yield start, path, motion.frames, finish
 
 
-# --- how far ---------------------------------------------------------------------------------------------------
+# --- one timeline ---------------------------------------------------------------------------------------------------
 
 
 def _extent(arm: RobotArm, book: Book) -> Extent:
@@ -141,10 +140,10 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
     count = int(min(max(MAX_TIMELINE_SAMPLES // len(moving), SPARSEST), DENSEST))
     shares = np.linspace(0.0, 1.0, count)
     times = np.concatenate(([timeline.start], (moving[:, :1] + np.diff(moving) * shares).ravel(), [timeline.end]))
-    return times[np.diff(times, prepend=-inf) > 0.0]  # a segment begins where the one before ends
+    return times[np.diff(times, prepend=-inf) > 0.0]  # once each: a segment begins where the previous one ends
 
 
-# --- how far apart ---------------------------------------------------------------------------------------------
+# --- distances ------------------------------------------------------------------------------------------------------
 
 
 def _greatest(
@@ -196,7 +195,7 @@ def measured_position(
 
 
 def why_unknown(measured: MeasuredTimeline, t: float) -> str:
-    """Say why the measured position at t [s] is unknown, although there are reports."""
+    """Return why the measured position at t [s] is unknown, although there are reports."""
     assert measured.start is not None, "there are reports"
     assert measured.end is not None, "there are reports"
     if t > measured.end:
@@ -242,7 +241,7 @@ def _add(arm: RobotArm, timeline: Timeline, times: Floats, joints: Floats, sums:
     expected, here = places_at(arm, timeline, times), poses_along(arm, timeline, times, joints)
     apart = expected.T_world_tool - here.T_world_tool
     distance = np.linalg.norm(apart[:, :, 3], axis=1)
-    chord = np.linalg.norm(apart[:, :, :3], axis=(1, 2)) / sqrt(8.0)  # the sine of half the angle between
+    chord = np.linalg.norm(apart[:, :, :3], axis=(1, 2)) / sqrt(8.0)  # sine of half the angle between both orientations
     angle = 2.0 * np.arcsin(np.minimum(chord, 1.0))
     for one, values in zip(sums, (*np.abs(expected.joints - joints).T, distance, angle), strict=True):
         one.add(times, values)

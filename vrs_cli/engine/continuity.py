@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
 PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
-REST_PART = 2.0**-6  # fraction of the time of a stretch from or to rest, with under 1/1000 of its distance
-FINEST_GAP = 2.0**-24  # smallest gap between samples, as a fraction of a stretch
+REST_PART = 2.0**-6  # fraction of the time of a stretch next to a rest; it covers under 1/1000 of the distance
+FINEST_GAP = 2.0**-24  # minimum gap between samples, as a fraction of a stretch
 MAX_EXTRA_SAMPLES = 400  # maximum number of samples added to a line
 SEED_DOUBLINGS = 8  # maximum number of doublings of the number of seeds
 SEED_SIDE = 1e-9  # distance from the instant between two seeds, as a fraction of the time between them
-MAX_NEWTON_REST = 0.2  # fraction of the distance from a seed to the joints that may remain after Newton's first step
-PROOF_TOLERANCE = 1e-3  # [rad, m] from the cubic: nearer joints are on the branch
+MAX_NEWTON_REST = 0.2  # fraction of a seed's distance from the joints that may remain after Newton's first step
+PROOF_TOLERANCE = 1e-3  # [rad, m] joints that are this near the cubic are on its branch
 GAPS_AT_ONCE = 8  # number of gaps halved at once, the finest first, so that an impossible line is detected early
 
 
 class Followed(Struct, frozen=True, dict=True):
-    """A stretch of a straight line, with its samples."""
+    """A stretch of a straight line, and the samples on it."""
 
     path: CartesianPath
     duration: float
@@ -48,9 +48,8 @@ class Followed(Struct, frozen=True, dict=True):
 
     @cached_property
     def pace(self) -> tuple[float, ...]:
-        """Bounds of the fourth derivative of the tool's place [m/s4], of the first four derivatives of all turning
-        angles together [rad/s ...], and of the fourth derivative of the guides.
-        """
+        """Bounds of the fourth derivative of the tool's position [m/s4], of the first four derivatives of all turning
+        angles, summed [rad/s ...], and of the fourth derivative of the guides."""
         rates, turns = [turn.angle for turn in self.path.turns], list[float]()
         for _ in range(FOURTH):
             rates = [derivative(rate) for rate in rates]
@@ -95,7 +94,7 @@ class Gap(Struct, frozen=True):
 
     @property
     def part(self) -> float:
-        """The duration of the gap as a part of its stretch."""
+        """The duration of the gap as a fraction of its stretch."""
         return self.lasting / self.of.duration
 
     def halves(self, follower: Follower) -> tuple[Gap, Gap]:
@@ -109,10 +108,10 @@ def check_continuous(
     follower: Follower,
     stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
 ) -> list[Followed]:
-    """Prove that the joints lead from each sample to the next, along paths with these durations [s]. Return the paths
-    with all samples that the proof used.
+    """Prove that the joints lead from each sample to the next, along paths with these durations [s].
 
-    Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
+    Return the paths with all samples that the proof used. Raises LocationOutOfRange, JointOutOfRange, or
+    StraightLineSingular with the position.
     """
     followed = [Followed(*stretch) for stretch in stretches]
     gaps = _gaps_without_proof(continuation, follower, [gap for one in followed for gap in _gaps(follower, one)])
@@ -221,7 +220,7 @@ def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gap
         place = place + lever * fourth_of_turn(*turn.T)
         way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
         return Gaps(way, place, turn, guide * h**4, weights)
-    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # late because few arms need it
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyGaps  # imported here because few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])
     paths = {id(gap.of.path): gap.of.path for gap in gaps}

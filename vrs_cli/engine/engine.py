@@ -51,11 +51,11 @@ from vrs_cli.values.commands import (
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.results import FollowReport, Position, Reach
 
-MIN_REPORTED_TURN = 0.01  # [rad] a tool turned by more than that otherwise than asked is reported
-HAND_WIDTH_ROUNDING = 1e-6  # [m] rounding in the width of a hand
+MIN_REPORTED_TURN = 0.01  # [rad] a larger difference from the requested turn of the tool is reported
+HAND_WIDTH_ROUNDING = 1e-6  # [m] tolerance for rounding in the width of a hand
 TICK_MARGIN = 1.0 + 1e-5  # factor on a steering tick, so that the next target arrives before the tick ends
 
-TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed or has been replaced
+TimelineChange = TimelineDelta | TimelineReplaced  # a change of the timeline, or its replacement by another
 
 
 class Postponement(Struct, frozen=True):
@@ -100,9 +100,9 @@ class Engine:
         self.measured = MeasuredRecord(model.joint_count)
         self.settings = Settings().after(commands.SetParameter("PROFILE", model.profile))
         self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
-        self.postponed: list[Callable[[Postponement], None]] = []  # called for every postponed motion
-        self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # each may refuse a change
-        self.turned: list[Callable[[ToolTurning], None]] = []  # called when the orientation differs from the request
+        self.postponed: list[Callable[[Postponement], None]] = []  # called for each postponed motion
+        self.checks: list[Callable[[Timeline, TimelineDelta, Settings], None]] = []  # functions that may refuse changes
+        self.turned: list[Callable[[ToolTurning], None]] = []  # functions called if the orientation is not as asked
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
         self._rounding: tuple[Move, Timeline, Settings, float | None] | None = None
@@ -131,18 +131,17 @@ class Engine:
         return self.book.timeline.end
 
     def position(self, t: float | None = None) -> Position:
-        """Return where the robot is at t [s], or now: the function g."""
+        """Return the position of the robot at t [s], by default now: the function g."""
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def destination(self, t: float | None = None) -> Position:
-        """Return the end of the motion that is under way at t [s] (default: now), or the present position of a standing
-        robot.
-        """
+        """Return the end of the motion in progress at t [s] (default: now), or the present position of a robot at
+        rest."""
         return destination_at(self.arm, self.timeline, self.now if t is None else t)
 
     @property
     def frames(self) -> commands.Frames:
-        """The BASE and TOOL in force now."""
+        """The BASE and TOOL that hold now."""
         return self._motion_at(self.now).frames
 
     def _motion_at(self, t: float) -> Motion:
@@ -232,7 +231,7 @@ class Engine:
         self._check_power()
         start, executed = self._beginning(move, program)
         now = on_grid(self.now)
-        if self.realtime and executed < now:  # the past cannot change
+        if self.realtime and executed < now:  # times before now cannot be changed
             later = max(now, self.timeline[self.timeline.index_at(now)].finish)
             executed = self._postpone(move.text or "the motion", executed, later)
         altered = self.settings.alter
@@ -336,7 +335,7 @@ class Engine:
         return self._rounding[3]
 
     def _time_of(self, stamp: commands.Stamp) -> float:
-        """Return the time that a stamp means [s]. Raises IllegalValue."""
+        """Return the time that a stamp names [s]. Raises IllegalValue."""
         seconds, known = stamp.seconds, TIME
         if stamp.relative:
             seconds, known = self.now + seconds, TIME_FROM_NOW
@@ -402,7 +401,7 @@ class Engine:
         return on_grid(float(self.settings.parameters["HAND.TIME"]))
 
     def _hand_event(self, opening: float, duration: float = 0.0) -> Event:
-        """Make the event of the hand that comes with the next command."""
+        """Make the event of the hand that accompanies the next command."""
         return Event(0.0, HAND, opening, self.book.number + 1, tied=True, duration=duration)
 
     # --- dated events ---
@@ -443,7 +442,7 @@ class Engine:
         for check in self.checks:
             check(timeline, delta, settings or self.settings)
 
-    # --- standing still ---
+    # --- the robot at rest ---
 
     def _stand(
         self,
@@ -492,11 +491,11 @@ class Engine:
         self, measured: Joints, *, stops: bool = False, leaves: float = 0.0, issued: float | None = None
     ) -> ResyncReport:
         """Go to measured joints [rad, m] from now on (RESYNC), and from there to the previous goal; with `stops`, drop
-        that goal. RESYNC is one command, also in the journal. In virtual time the clock advances to its end. `leaves`:
-        the robot stands at the measured joints until then at least [s].
+        that goal.
 
-        Raises PowerOff, MotionError, and the errors of the `checks`; with `stops` the checks are skipped, since no body
-        moves.
+        RESYNC is one command, also in the journal. In virtual time the clock advances to its end. `leaves`: the minimum
+        time [s] until which the robot stays at the measured joints. Raises PowerOff, MotionError, and the errors of the
+        `checks`; with `stops` the checks are skipped, since no body moves.
         """
         if not stops:
             self._check_power()
@@ -525,7 +524,7 @@ class Engine:
             self.clock.advance(self.end)
         return report
 
-    # --- targets that come one after the other ---
+    # --- streams of targets ---
 
     def redirect(self, goal: Joints | Transform, *, speed: float = 1.0, text: str = "") -> None:
         """Go to these joints [rad], joint-interpolated, or on a straight line to T_world_tool, starting now, at a
@@ -558,7 +557,7 @@ class Engine:
             self.book.stream,
         )
         if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
-            motion = stream  # the target continues this stream
+            motion = stream  # the target belongs to the present stream
         executed, lasting = on_grid(self.now), up_to_grid(tick * TICK_MARGIN)
         try:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
@@ -623,7 +622,7 @@ class Engine:
                 yield
                 if self.timeline.version != version:
                     raise MotionError("the motion was changed while the chunk was planned", "send another chunk")
-                if self.realtime:  # the past does not change
+                if self.realtime:  # in real time the past cannot be changed
                     next = max(next, min(ceil((self.now - begin) / TICK), count - 1))
         if not begun:
             raise MotionError("the motion under way has no room to give way", "send samples for later")
@@ -714,7 +713,7 @@ class Engine:
         if not self.realtime:
             self.clock.set(clock)
         altered, done = self.settings.alter, self.book.history.done
-        if altered is not None:  # as the last command in force left the displacement; none if ALTON came later
+        if altered is not None:  # the displacement is that of the last command in force; none if ALTON came later
             then = done[-1].altered if done else None
             same = then is not None and then.mode is altered.mode
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))
@@ -727,7 +726,7 @@ class Engine:
         return Bookmark(self.book, self.settings, self.now)
 
     def take_up(self, mark: Bookmark) -> None:
-        """Continue a course of events at a bookmark; the robot is where it was at that moment."""
+        """Continue a course of events at a bookmark; the robot is in the same state as at that moment."""
         before, self.book, self.settings = self.book, mark.book, mark.settings
         self.clock.set(mark.clock)
         if self.book is not before:
@@ -744,9 +743,8 @@ class Engine:
     def joints_for(
         self, T_world_tool: Transform, near: Joints | None = None, asked: Configuration | None = None
     ) -> Joints:
-        """Return the joints in which a MOVE from here, or from joints `near`, would end; `asked`: in this
-        configuration. Raises LocationOutOfRange, JointOutOfRange.
-        """
+        """Return the joints in which a MOVE from here, or from joints `near`, would end. `asked`: the requested
+        configuration. Raises LocationOutOfRange, JointOutOfRange."""
         pose = compose(self.frames.base, T_world_tool)
         near = self.position().joints if near is None else near
         settings = self.settings if asked is None else structs.replace(self.settings, configuration=asked)
@@ -759,8 +757,10 @@ class Engine:
         return self._plan_change(motion, self.now, executed, insert=self.settings.inserts)
 
     def aside(self) -> Engine:
-        """Return a separate engine that continues from the present state: its requests change nothing in this engine,
-        and no listener is told. Its book has only its own deltas.
+        """Return a separate engine that continues from the present state. Its requests do not change this engine, and
+        listeners get no event.
+
+        Its book has only its own deltas.
         """
         clock, book = VirtualClock(), self.book
         clock.realtime = self.realtime

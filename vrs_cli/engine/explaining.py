@@ -33,7 +33,7 @@ from vrs_cli.values.results import SegmentFate, SplicedSegment
 SEGMENT_SAMPLES = 33  # number of samples of a segment
 PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # number of samples around a peak, and of rounds that sample it more closely
 DERIVATIVES = 4  # number of functions: the joints and their first three derivatives
-NEAR_PEAK = 0.02  # fraction of the greatest sample: a segment with a sample this near may contain the peak
+NEAR_PEAK = 0.02  # a segment may contain the peak if a sample is within this fraction of the largest one
 ROWS_AROUND = 3  # number of segments shown before and after a change
 
 
@@ -54,7 +54,7 @@ Measure = Callable[[Sample], float]
 
 
 def _sampler(arm: RobotArm, segment: Segment) -> Callable[[float], Sample]:
-    """Return the function that samples a segment at a time from its start [s]."""
+    """Return a function that samples a segment at a time from its start [s]."""
     path, tool = segment.path, segment.motion.frames.tool
     none = (0.0,) * arm.model.joint_count
     smooth = LAWS[segment.motion.profile].smooth
@@ -74,7 +74,7 @@ def _sampler(arm: RobotArm, segment: Segment) -> Callable[[float], Sample]:
         if smooth:
             try:
                 _, jerk = joint_acceleration_and_jerk(arm, path, s, q, v, tool)
-            except StraightLineSingular:  # no rate is defined where a line begins or ends in a singular pose
+            except StraightLineSingular:  # rates are not defined where a line begins or ends in a singular pose
                 jerk = none
         twist = path.twist(s)
         return Sample(q, v, a, jerk, length(twist[:3]), length(twist[3:]))
@@ -91,17 +91,17 @@ class _Course:
         lasting, path = segment.duration, segment.path
         self.times = {lasting * k / (SEGMENT_SAMPLES - 1) for k in range(SEGMENT_SAMPLES)}
         rows = path.coefficients if isinstance(path, JointPath) else ()
-        for _ in range(DERIVATIVES):  # the times at which joints and their rates turn back
+        for _ in range(DERIVATIVES):  # also sample where joints and their rates turn back
             self.times.update(s for row in rows for s in turning_points(row, lasting))
             rows = tuple(derivative(row) for row in rows)
         self.samples = [(s, self.sample(s)) for s in sorted(self.times)]
 
     def greatest_sample(self, measure: Measure) -> float:
-        """Return the greatest value of a measure at the samples."""
+        """Return the sample with the maximum of a measure."""
         return max(measure(sample) for _, sample in self.samples)
 
     def greatest(self, measure: Measure) -> tuple[float, float]:
-        """Return the greatest value of a measure, and the first time of it from the start of the segment [s]."""
+        """Return the maximum of a measure, and its first time from the start of the segment [s]."""
         rows = [(s, measure(sample)) for s, sample in self.samples]
         for _ in range(PEAK_ROUNDS):
             place = max(range(len(rows)), key=lambda k: rows[k][1])
@@ -122,7 +122,7 @@ class _Course:
 
 
 def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
-    """Return the greatest value of a measure, and the first time of it on the timeline [s]."""
+    """Return the maximum of a measure, and its first time on the timeline [s]."""
     greatest = [course.greatest_sample(measure) for course in courses]
     near = max(greatest) - NEAR_PEAK * abs(max(greatest))
     found = [
@@ -202,7 +202,7 @@ def _stretch(course: _Course, velocity: Joints) -> results.Stretch:
 
 
 def _cut_in(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.CutIn | None:
-    """Return what the change interrupts; None if the arm is at rest when the change begins."""
+    """Return the motion that the change interrupts; None if the arm is at rest when the change begins."""
     place = cut_at(arm, before, delta.cut)
     if place.interrupted is None or place.here.joints.at_rest:
         return None
@@ -223,7 +223,7 @@ def inverse_report(stand: Standpoint, target: PoseTarget, text: str) -> results.
     solutions = []
     for option in reach.options:
         way = option.configuration
-        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)  # a free joint is as in the option
+        steps = arm.branch_steps(T_robot_flange, way, option.joints or arm.middle)  # free joints keep their values
         near = arm.inverse_branch(T_robot_flange, way, here) if option.usable else None
         time = None if near is None else arm.shortest_time(here, near)
         solutions.append(results.SolutionSteps(option, steps, time))
@@ -264,7 +264,7 @@ def splice(book: Book) -> results.SpliceReport:
 
 
 def _splice_report(before: Timeline, after: Timeline, delta: TimelineDelta) -> results.SpliceReport:
-    """Report how a delta turned the segments of the timeline `before` into those `after`."""
+    """Report how a delta replaced segments of the timeline `before` by those of `after`."""
     planned, tail = len(delta.segments), delta.keep + delta.drop
     rows = list[SplicedSegment]()
     first = max(delta.keep - ROWS_AROUND, 1)  # the first segment is the initial pose

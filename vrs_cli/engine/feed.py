@@ -48,13 +48,13 @@ class Inbox(Generic[M]):
         self._messages.append(message)
         try:  # noqa: SIM105 (`suppress` takes three calls, for each message of a line)
             self._bell.release()
-        except RuntimeError:  # the reader has been woken already
+        except RuntimeError:  # the reader is awake already
             pass
 
     def take_all(self) -> list[M]:
         """Take all waiting messages, in order of arrival."""
         there: list[M] = []
-        while self._messages:  # this is safe because there is only one reader
+        while self._messages:  # safe without a lock, because there is only one reader
             there.append(self._messages.popleft())
         return there
 
@@ -90,10 +90,10 @@ class Subscription(Generic[E]):
     def __init__(self, most: int = MAX_WAITING_EVENTS, woken: Callable[[], None] | None = None) -> None:
         self.most = most
         self.ended = False
-        self._woken = woken  # called in the thread of the publisher when there is something to take
-        self._queue: Inbox[E | MissedEvents | None] = Inbox()  # None: no more events
+        self._woken = woken  # called in the thread of the publisher when an event has arrived
+        self._queue: Inbox[E | MissedEvents | None] = Inbox()  # None marks the end of the events
 
-    # --- who tells ---
+    # --- for the publisher ---
 
     def put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
         """Queue events without waiting. If there is no room, drop all waiting events and these events, and queue
@@ -103,7 +103,7 @@ class Subscription(Generic[E]):
         if len(self._queue) + len(events) > self.most:
             missed = len(events)
             for left_out in self._queue.take_all():
-                # an event that replaced others is not counted
+                # do not count an event that replaced others
                 missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1
             told = MissedEvents(missed), instead()
         for event in told:
@@ -111,7 +111,7 @@ class Subscription(Generic[E]):
         if self._woken is not None:
             self._woken()
 
-    # --- who hears ---
+    # --- for the reader ---
 
     def take(self, timeout: float | None = None) -> E | MissedEvents | None:
         """Take the next event; return None if no event arrives within `timeout` [s], or if the subscription has
@@ -180,11 +180,11 @@ class Feed(Generic[E]):
 
 class Snapshot(Struct, frozen=True):
     """The segments of timeline `version`: all of them, or those of a window from segment number `first` (counted from
-    0) on. Before them the robot stands still. `settings`: those in force at that version.
+    0) on. Before them the robot is at rest.
 
-    `events`: those of the window, from event number `first_event` on. `values`: the last earlier event of each channel,
-    so that the value of every channel is known from the start of the window on. `world`: the state of the world at
-    `known_from`, if there is a cell.
+    `settings`: those that hold at that version. `events`: those of the window, from event number `first_event` on.
+    `values`: the last earlier event of each channel, so that the value of every channel is known from the start of the
+    window on. `world`: the state of the world at `known_from`, if there is a cell.
     """
 
     version: int
@@ -202,7 +202,8 @@ class Snapshot(Struct, frozen=True):
 
     @classmethod
     def part(cls, timeline: Timeline, settings: Settings, first: int, after: int) -> Snapshot:
-        """Make the snapshot of the segments from number `first` to before `after`, and of the events of that time."""
+        """Make the snapshot of the segments from number `first` up to, but not including, `after`, and of the events of
+        that time."""
         segments = tuple([timeline[index] for index in range(first, after)])
         known = timeline.events_by(segments[0].start, before=True) if first else 0
         last = timeline.event_count if after == len(timeline) else timeline.events_by(timeline[after].start)
@@ -225,7 +226,7 @@ class Snapshot(Struct, frozen=True):
 
     @property
     def known_events(self) -> KnownEvents:
-        """Return which events its timeline has."""
+        """Return the part of the timeline's events that this snapshot has."""
         return KnownEvents(self.first_event, len(self.values))
 
 
@@ -261,7 +262,7 @@ def fit_delta(
     keep, count, edit = delta.keep - first, len(timeline), delta.events
     if keep < 1 or (edit is not None and edit.keep < known.first):
         return None
-    if timeline.world is not None:  # an event may be new just before the known ones
+    if timeline.world is not None:  # the event may come before the start of the known world
         first_change = min([delta.cut, *(() if edit is None else [event.time for event in edit.events[:1]])])
         if first_change < timeline.world.time:
             return None

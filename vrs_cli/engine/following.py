@@ -32,29 +32,29 @@ FINEST_INTERVAL = 2.0**-10  # finest interval, as a fraction of a stretch
 SINGULAR_MEASURE = (
     1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
 )
-NEARLY_SINGULAR = 0.1  # singular measure of a pose from which on differences of velocities show accelerations
-MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts a wrong guess is not worth a search
-MIN_INTERVAL = 1e-9  # least interval between samples, as a fraction of a stretch
+NEARLY_SINGULAR = 0.1  # singular measure of a pose above which differences of velocities show accelerations reliably
+MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts joints are not guessed, as wrong guesses cost too much
+MIN_INTERVAL = 1e-9  # minimum interval between samples, as a fraction of a stretch
 CLOSER_PARTS = tuple(
     2.0**-k for k in range(12, 3, -1)
 )  # fractions of a stretch at which samples next to a singular pose lie
-JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
-RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
+JOINT_STEP = 0.15  # [rad] maximum change of a joint between neighbouring samples
+RATE_STEP = 0.15  # maximum change of joint velocity between neighbouring samples, as a fraction of the velocity limit
 HOPELESS_SLOWING = 2.0  # factor on the allowed slowing, above which a line is refused in any case
-MAX_JUMP = 2e-3  # [rad] the greatest change that the velocities of two neighbours leave unexplained
-MIN_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are close
-OVERSHOOT = 4.0 / 27.0  # greatest overshoot of a cubic, as a fraction of velocity times duration
+MAX_JUMP = 2e-3  # [rad] maximum change of a joint that the velocities of two neighbouring samples leave unexplained
+MIN_JUMP = 1e-6  # [rad] tolerance for rounding next to a singular pose, where samples are close
+OVERSHOOT = 4.0 / 27.0  # maximum overshoot of a cubic, as a fraction of velocity times duration
 RANGE_STEPS = 24  # maximum number of halvings between two samples, to check the ranges of joints
-STANDING_SPEED = 1e-9  # [m/s, rad/s] a slower tool stands
+STANDING_SPEED = 1e-9  # [m/s, rad/s] a slower tool counts as at rest
 NEAR_SINGULAR = 0.2  # singular measure of a pose below which an error names the singularity
 SINGULAR_HINT = "use {MOVE} there, or a via point farther from the singularity"
-WAYS_ROUND = {  # hints by singularity
+WAYS_ROUND = {  # hints, by the name of the singularity
     "shoulder": "use {MOVE} there, or a via point that keeps the wrist farther from the axis of joint 1",
     "elbow": "use {MOVE} there, or a via point where the arm is neither stretched out nor folded up",
     "wrist": "use {MOVE} there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # joints that turn far at a singularity
-MAX_SEED_STEP = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
+MAX_SEED_STEP = 2.0  # [rad, m] maximum change from one seed to the next, also where a joint is fast for a moment
 EDGE_STEPS = 12  # number of halvings between two samples, to find where a line becomes impossible
 
 _new = tuple.__new__
@@ -85,10 +85,10 @@ class Follower:
         self.no_tool = T_flange_tool == IDENTITY
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
-        self.hopeless = HOPELESS_SLOWING * slowest  # factor of the limit of a joint
+        self.hopeless = HOPELESS_SLOWING * slowest  # maximum factor on a joint's limit
         self._path: CartesianPath | None = None  # the last path, and the function that returns its states
         self._states: Callable[[float], tuple[Transform, Twist]]
-        self._judged: tuple[Joints, bool] = (), True  # the last joints of which `nearly_singular` was asked
+        self._judged: tuple[Joints, bool] = (), True  # last joints and result of `nearly_singular`
 
     def samples(
         self,
@@ -106,7 +106,7 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST_INTERVAL
-        if self.singular(samples[0]):  # there a joint may reverse abruptly
+        if self.singular(samples[0]):  # at a boundary a joint may reverse abruptly
             for part in CLOSER_PARTS:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
@@ -136,10 +136,12 @@ class Follower:
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
 
     def nearly_singular(self, sample: Sample) -> bool:
-        """Return whether the joints may be fast for so short a moment near a sample that the differences between the
-        velocities of samples do not show their accelerations. True for arms whose singularities are not known.
+        """Return whether joints may be fast for so short a time near a sample that velocities of samples do not show
+        their accelerations.
+
+        True for arms whose singularities are not known.
         """
-        if sample.joints is not self._judged[0]:  # a stretch begins with the last sample of the one before
+        if sample.joints is not self._judged[0]:  # each stretch begins with the previous one's last
             arm = self.arm
             near = arm.hand is None or min(arm.singularity(sample.joints)) < NEARLY_SINGULAR
             self._judged = sample.joints, near
@@ -186,7 +188,8 @@ class Follower:
         return None if soon else self._sample(path, s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
-        """Return the error for the place where the line first leaves the reach or a range, after a good sample."""
+        """Return the error for the first position at which the line leaves the reach or a range, after a good
+        sample."""
 
         def possible(s: float) -> bool:
             joints = self.joints(path, s, good.joints)
@@ -202,7 +205,7 @@ class Follower:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            # a joint that is so fast that the line is refused may change its velocity by the same part of it
+            # if a joint is so fast that the line is refused, its velocity may change by the same fraction
             if not (
                 -JOINT_STEP <= change <= JOINT_STEP
                 and (-step <= w - v <= step or self.hopeless * step < RATE_STEP * min(abs(v), abs(w)) >= abs(w - v))
@@ -239,9 +242,8 @@ class Follower:
                 return
 
     def _check_starts(self, path: CartesianPath, samples: list[Sample]) -> None:
-        """Check samples next to a singular pose in which the tool rests: there velocities must explain nearly all of
-        the change.
-        """
+        """Check samples next to a singular pose in which the tool is at rest: there velocities must explain nearly all
+        of the change."""
         for a, b in pairwise(samples):
             moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
             self._check_no_jump(a, b, path, min(MAX_JUMP, MIN_JUMP + moved))
@@ -253,7 +255,7 @@ class Follower:
         return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
 
     def changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
-        """Return how far each joint moves between two times."""
+        """Return the distance that each joint moves between two times."""
         a, b = (self.joints(path, s, near) for s in (before, after))
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
@@ -299,7 +301,7 @@ class Follower:
 
     def place_text(self, pose: Transform) -> str:
         """Return the position of T_robot_tool in the world, as text for the user."""
-        x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # no -0.0
+        x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # avoids -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 
     def singularity(self, path: CartesianPath, s: float) -> str:
@@ -353,15 +355,14 @@ class Follower:
         return self._out_of_reach(path, s, near) if joints is None else self._outside(path, s, joints)
 
     def _out_of_reach(self, path: CartesianPath, s: float, near: Joints) -> LocationOutOfRange:
-        """Return the error for a line that leaves the reach: outward, too close to the robot, or by the turn of the
-        tool.
-        """
+        """Return the error for a line that leaves the reach: away from the robot, too close to it, or by the turn of
+        the tool."""
         pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.place_text(pose)}"
         what, hint = ", for how the tool is turned there", self._less_turned(path)
         steady, flange = self.arm.steady, self.flange(pose)
         try:
-            if steady is None or steady.within_ranges(flange, near) is None:  # the check of `steady` is far quicker
+            if steady is None or steady.within_ranges(flange, near) is None:  # `steady` checks this far more quickly
                 self.arm.select(flange, near)
             if self.arm.words:
                 what, hint = " as it is configured", "another configuration"
@@ -429,9 +430,8 @@ def _overshoot(change: float, before: float, after: float) -> float:
 
 
 def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
-    """Return joints at equal intervals from the first sample to the last, as many as needed to keep neighbours within
-    `step`.
-    """
+    """Return joints at equal intervals from the first sample to the last, enough of them to keep neighbours within
+    `step`."""
     columns = zip(*[sample.joints for sample in samples], strict=True)
     if max([max(column) - min(column) for column in columns]) < step:
         return samples[0].joints, samples[-1].joints

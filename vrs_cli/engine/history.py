@@ -65,7 +65,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return self.delta.motion.kind is MotionKind.RECORDED
 
     def taking_back(self, version: int) -> TimelineDelta:
-        """Return the delta that undoes the command, for the timeline `version`."""
+        """Return the delta that undoes this command, for the timeline `version`."""
         back, delta, edit = self.back, self.delta, self.delta.events
         if back is None:
             events = edit and EventEdit(edit.keep, len(edit.events))
@@ -75,7 +75,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return back._replace(version=version, events=self._present(back.events))
 
     def present(self, version: int) -> TimelineDelta:
-        """Return the delta of the command, for the timeline `version`."""
+        """Return the delta of this command, for the timeline `version`."""
         return self.delta._replace(version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
@@ -102,7 +102,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
 
 def begins(delta: TimelineDelta) -> float:
-    """Return the time [s] from which a command changes what the robot does."""
+    """Return the time [s] from which the command changes what the robot does."""
     return delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
 
 
@@ -158,7 +158,7 @@ class History:
             if 0 <= index < len(columns) and columns.segments(index) == step.delta.segments:
                 issued, executed, cut = (step.clock if t == step.clock else t for t in step.delta[3:6])  # one object
                 delta = step.delta._replace(issued=issued, executed=executed, cut=cut, segments=columns.segments(index))
-                structs.force_setattr(step, "delta", delta)  # the step stays the same for branches, which compare it
+                structs.force_setattr(step, "delta", delta)  # the same object, because branches compare it
 
     def add(self, step: HistoryStep) -> None:
         """Add a new command, after which earlier undone commands cannot be redone. Recorded events keep them redoable
@@ -237,7 +237,7 @@ class History:
 
     def lengthen_last(self, timeline: Timeline) -> None:
         """End the stream of targets that is the last command, so that UNDO takes back all segments since it began."""
-        if not self.done:  # the command began so long ago that it is forgotten
+        if not self.done:  # the command is so old that it is forgotten
             return
         step = self.done[-1]
         segments, back = Row(islice(timeline, step.delta.keep, None)), step.back
@@ -280,7 +280,7 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
             undone.append(done.pop())
         elif delta.cause is Cause.REDO:
             done.append(undone.pop())
-        elif not done or delta.motion.number != done[-1].motion.number:  # otherwise one more target of a stream
+        elif not done or delta.motion.number != done[-1].motion.number:  # with an equal number: a further target
             done.append(delta._replace(segments=()))
             undone.clear()
     return done

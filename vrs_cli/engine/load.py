@@ -22,30 +22,29 @@ from vrs_cli.trajectory.segment import CartesianPath
 
 R = TypeVar("R")
 
-MARGIN = 1.01  # factor on sampled velocities, to cover greater values between samples
+MARGIN = 1.01  # factor on sampled velocities, to allow for greater values between samples
 SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # fraction of a limit: a velocity that exceeds the limit by less counts as at the limit
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
-CALM_PART = 0.8  # fraction of an acceleration or jerk limit: an estimate by differences below it is within the limit
+CALM_PART = 0.8  # fraction of an acceleration or jerk limit: if estimates by differences are lower, the limit is kept
 NEAR_LIMIT = 0.9  # fraction of an acceleration or jerk limit: samples above it may hide a peak above the limit
 NEAR_PEAK = 0.95  # fraction of the worst joint's load: the peaks of joints above it are searched between samples
 BENT_PART = 0.01  # fraction of the greatest jerk: a larger bend between two samples is sampled more closely
 FAST_PART = 0.8  # fraction of a velocity limit: a joint that is slower at all samples stays below it between them
 AT_LIMIT = 0.999  # fraction of a velocity limit: a joint that begins above it is at its limit
-SLOWS_DOWN = 0.1  # [1/s] a joint that loses this part of its velocity is fastest at the beginning
+SLOWS_DOWN = 0.1  # [1/s] a joint that loses this fraction of its velocity is fastest at the beginning
 CLOSER_STEPS = 8  # maximum number of halvings between two samples
 PEAK_STEPS = 14
 AS_EXPECTED = 1e-4  # precision of a peak, as a fraction of a velocity limit
 LOST_MEASURE = 1e-6  # singular measure of a pose in which joint rates are only rounding errors
-EVEN_PART = 1e-3  # fraction of the step between samples by which even steps may differ
+EVEN_PART = 1e-3  # allowed difference between even steps from sample to sample, as a fraction of a step
 SINGULAR = 1e-14  # singular measure of a pose that is singular except for rounding
 
 
 class Load(Struct, frozen=True):
-    """The greatest joint velocity, acceleration and jerk as fractions of their limits, the joint with the greatest
-    fraction, and the path and time [s] where it occurs.
-    """
+    """The maximum joint velocity, acceleration and jerk as fractions of their limits, the joint with the largest
+    fraction, and the path and time [s] where it occurs."""
 
     velocity: float = 0.0
     acceleration: float = 0.0
@@ -59,9 +58,9 @@ class Load(Struct, frozen=True):
         return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
 
     def worse(self, other: Load) -> Load:
-        """Return the greatest values of both loads, with the joint of the worse one."""
+        """Return the maxima of both loads, with the joint of the worse one."""
         if other.velocity <= self.velocity and other.acceleration <= self.acceleration and other.jerk <= self.jerk:
-            return self  # true for most loads
+            return self  # the most frequent case
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
         return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
@@ -75,7 +74,7 @@ class Moment(NamedTuple):
     jerk: Joints
 
 
-Rates = tuple[float, Joints]  # the rates of the joints at a time of the stretch [s]
+Rates = tuple[float, Joints]  # a time of the stretch [s], and the rates of the joints there
 
 
 class StretchLoad:
@@ -88,11 +87,13 @@ class StretchLoad:
     ) -> None:
         self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
         self.arm, self.limits = follower.arm, follower.arm.model
-        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # of each joint
+        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # of each of the joints
 
     def parabolic(self, start: Joints) -> Load:
-        """Return the greatest load of a stretch with parabolic blends. A joint that is no faster than at the start of
-        the motion, `start`, gets little margin: the interrupted motion may have been at its limit.
+        """Return the maximum load of a stretch with parabolic blends.
+
+        A joint that is no faster than at the start of the motion, `start`, gets little margin: the interrupted motion
+        may have been at its limit.
         """
         means, fast = _means(self.samples), self._fast()
         load = self._acceleration(means, ACCELERATION_MARGIN)
@@ -106,9 +107,10 @@ class StretchLoad:
         return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
 
     def smooth(self, start: Joints) -> Load:
-        """Return the greatest load of a stretch of a jerk-limited motion, with its jerk; no load if the velocities of
-        the samples show that no joint comes near a limit. They do not show that near a singular pose, because joints
-        may be quick for a moment there.
+        """Return the maximum load of a stretch of a jerk-limited motion, with its jerk.
+
+        Return no load if the velocities of the samples show that no joint comes near a limit. Near a singular pose they
+        cannot show this, because joints may be quick for a moment there.
         """
         clear, fast = self._clear(), self._fast()
         calm = clear is self.samples and not (fast or self.closely) and self._calm()
@@ -125,8 +127,11 @@ class StretchLoad:
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
     def _calm(self) -> bool:
-        """Return whether accelerations and jerks stay clearly below their limits by the differences of velocities,
-        extrapolated from one sample to the next. Return False for samples that are few or not evenly spaced.
+        """Return whether accelerations and jerks stay clearly below their limits, estimated from differences of
+        velocities between samples.
+
+        The differences are extrapolated from one sample to the next. Return False for samples that are few or not
+        evenly spaced.
         """
         samples, lasting = self.samples, self.samples[-1].s - self.samples[0].s
         step = lasting / (len(samples) - 1)
@@ -150,15 +155,17 @@ class StretchLoad:
     # --- velocity ---
 
     def _fast(self) -> bool:
-        """Return whether any joint is anywhere so fast that its velocity counts."""
+        """Return whether any joint is so fast at some time that its velocity counts."""
         for column, limit in zip(self.velocities, self.limits.max_velocity, strict=True):
             if max(column) > FAST_PART * limit or min(column) < -FAST_PART * limit:
                 return True
         return False
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
-        """Return the load by velocity: at all samples but the first, whose velocity is given; between the first two
-        samples; and where a joint is fastest.
+        """Return the load by velocity.
+
+        The velocities count at all samples but the first, whose velocity is given; between the first two samples; and
+        where a joint is fastest.
         """
         samples, columns = self.samples, self.velocities
         fastest = [max(*column[1:], -min(column[1:])) for column in columns]
@@ -185,13 +192,12 @@ class StretchLoad:
         return Load(ratios[joint], joint=joint + 1, at=(self.path, sample.s))
 
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
-        """Yield samples where joints that may be too fast are fastest. Past a singularity this peak may be very
-        short.
-        """
+        """Yield samples at the times at which joints that may be too fast are fastest. Past a singularity this peak may
+        be very short."""
         samples = self.samples
         for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
             k = _where_largest(column)
-            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # the peak of the first interval is known
+            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # the first peak is known
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
@@ -230,11 +236,13 @@ class StretchLoad:
         return sample.s, self._rates_at(joint_acceleration, sample) or guess
 
     def _near_limit(self, means: list[Rates], counts: float) -> Iterator[Rates]:
-        """Yield the joint accelerations at both samples of the greatest mean of a joint, if that mean is near the limit
-        and may hide an acceleration that counts. The accelerations at the ends of the stretch are known.
+        """Yield the joint accelerations at both samples of a joint's maximum mean, if that mean is near the limit and
+        may hide an acceleration that counts.
+
+        The accelerations at the ends of the stretch are known.
         """
         columns = zip(*[rates for _, rates in means], strict=True)
-        near = dict[int, None]()  # the samples, each once
+        near = dict[int, None]()  # the samples in order, each only once
         for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
             most = max(*column, -min(column))
             if most > NEAR_LIMIT * limit:
@@ -296,7 +304,7 @@ class StretchLoad:
         load = self._acceleration(rates, SMALL_MARGIN)
         if load.acceleration < NEAR_LIMIT:
             return load
-        for a, b in pairwise(moments):  # where the jerk of a joint is zero; 0 for other joints
+        for a, b in pairwise(moments):  # where the jerk of a joint is zero; 0 for joints whose jerk keeps its sign
             half = 0.5 * (b.sample.s - a.sample.s)
             rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
             peaks = tuple([v + half * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])
@@ -306,8 +314,9 @@ class StretchLoad:
     # --- jerk ---
 
     def _clear(self) -> list[Sample]:
-        """Return the samples without those next to a singular pose in which the line begins or ends. Singular measures
-        that are lost on the whole line do not count.
+        """Return the samples without those next to a singular pose in which the line begins or ends.
+
+        Singular measures that are nearly 0 on the whole line do not count.
         """
         ends = [sample for sample in (self.samples[0], self.samples[-1]) if self.follower.singular(sample)]
         if not any(min(self.arm.singularity(sample.joints)) < SINGULAR for sample in ends):
@@ -318,7 +327,8 @@ class StretchLoad:
         return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST_MEASURE]
 
     def _jerk(self, moments: list[Moment]) -> Load:
-        """Return the load by jerk: at the moments, and between them as far as their accelerations explain it."""
+        """Return the load by jerk at the moments, with bounds of it between them. Further samples are taken where a
+        bound is near the limit."""
         load = Load()
         pending = [(a, b, CLOSER_STEPS) for a, b in pairwise(moments)]
         while pending:
@@ -349,7 +359,7 @@ def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, floa
     bend = (fall - rise) / (z - x)
     if bend >= 0.0:
         return None
-    slope = rise + bend * (y - x)  # at b
+    slope = rise + bend * (y - x)  # slope at b
     return y - 0.5 * slope / bend, v - 0.25 * slope * slope / bend
 
 
@@ -382,7 +392,7 @@ def _where_largest(values: Sequence[float]) -> int:
 
 
 def _first_peak(velocity: float, rate: float, mean: float, lasting: float) -> float:
-    """Return the greatest velocity between the first two samples, of a parabola with the acceleration at the start."""
+    """Return the maximum velocity between the first two samples, by a parabola with the acceleration at the start."""
     bend = rate - mean
     if rate * velocity > 0.0 and abs(rate) < 2.0 * abs(bend) and bend * velocity > 0.0:
         return velocity + rate * rate * lasting / (4.0 * bend)

@@ -34,7 +34,7 @@ from vrs_cli.values.commands import FIRST_INPUT, Event, EventEdit, Motion, Motio
 from vrs_cli.values.measured import ResyncReport
 
 RESYNC = "RESYNC"
-SAME_PLACE = 1e-9  # [rad, m] two places closer than that are one
+SAME_PLACE = 1e-9  # [rad, m] positions closer than this are equal
 Anchors = list[tuple[float, float]]  # pairs of corresponding instants [s] of the old and the new timeline, in order
 
 
@@ -75,11 +75,13 @@ def plan_resync(
     slowest: float = SLOWEST,
 ) -> tuple[TimelineDelta, ResyncReport]:
     """f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of the
-    motion under way. With `stops`, stay at the measured joints and drop all scheduled motions. The body holds
-    meanwhile, so only the virtual robot moves to the measured joints, as fast as its limits allow. Then both have the
-    same joints, and the body follows again. RESYNC is one command with one delta. `times`: issued and executed [s].
-    `leaves`: the robot stands at the measured joints until then at least [s], so that the body learns of the motion in
-    time. `resting`: the motion to use if none is under way; its goal is replaced. Raises MotionError.
+    motion in progress. With `stops`, stay at the measured joints and drop all scheduled motions.
+
+    The body holds its position meanwhile, so only the virtual robot moves to the measured joints, as fast as its limits
+    allow. Then both have the same joints, and the body follows again. RESYNC is one command with one delta. `times`:
+    issued and executed [s]. `leaves`: the minimum time [s] until which the robot stays at the measured joints, so that
+    the body learns of the motion in time. `resting`: the motion to use if none is in progress; its goal is replaced.
+    Raises MotionError.
     """
     issued, begin = times
     under_way, index = timeline.locate(begin)[0].motion, timeline.index_at(begin)
@@ -113,7 +115,7 @@ def plan_resync(
         return edit.delta(motion, *times), ResyncReport(begin, arrival, distances, text)
 
     if on.kind is MotionKind.STRAIGHT:
-        with suppress(MotionError):  # the line may leave the reach; then the motion is joint-interpolated
+        with suppress(MotionError):  # a line may leave the reach; if it does, the motion is joint-interpolated
             return plan_by_way(on._replace(goal=None))
     return plan_by_way(by_joints)
 
@@ -121,7 +123,7 @@ def plan_resync(
 def drop_rest(
     timeline: Timeline, keep: int, segments: tuple[Segment, ...], motion: Motion, issued: float, executed: float
 ) -> TimelineDelta:
-    """Return the delta that puts segments behind the first `keep` ones and drops all later segments."""
+    """Return the delta that puts segments after the first `keep` ones and drops all later segments."""
     count, events = len(timeline), None
     if timeline.event_count:
         events = edit_events(timeline, keep, count, segments, 0.0, inserts=False)
@@ -132,7 +134,8 @@ def drop_rest(
 
 
 class CutPlace(Struct, frozen=True):
-    """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
+    """The point at which a time cuts the timeline: after `keep` segments, with the state at that time and the
+    interrupted motion.
 
     The interrupted motion is that of the first segment that ends later, even if that segment begins at that time: the
     later command counts. The interrupted motion is None in a gap and after the end.
@@ -144,7 +147,7 @@ class CutPlace(Struct, frozen=True):
 
 
 def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
-    """Return where time t [s] cuts the timeline."""
+    """Return the point at which time t [s] cuts the timeline."""
     keep = timeline.index_at(t) + 1
     segment = timeline[keep - 1]
     while keep > 1 and segment.start >= t and segment.duration > 0.0:
@@ -160,8 +163,10 @@ def cut_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
 
 
 def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
-    """Plan a motion that starts from the motion under way or, if that must go on, once the arm has come to rest. Return
-    its segments and where they cut the timeline.
+    """Plan a motion that starts from the motion in progress or, if that motion must continue, after the arm has come to
+    rest.
+
+    Return its segments and the point at which they cut the timeline.
     """
     rounds = problem.motion.start is Start.BLEND and cut.interrupted is not None
     if not rounds:
@@ -206,7 +211,7 @@ class _Tail(Struct, frozen=True):
 
 
 class _Edit(Struct, frozen=True, dict=True):
-    """A change of a timeline while it is planned: `segments` replace the old ones between the cut and the `tail`."""
+    """A change of a timeline that is being planned: `segments` replace the old ones between the cut and the `tail`."""
 
     arm: RobotArm
     slowest: float
@@ -238,14 +243,14 @@ class _Edit(Struct, frozen=True, dict=True):
 
     @property
     def changes_next(self) -> bool:
-        """Return whether the next motion now begins at other joints than before, or began in motion before."""
+        """Return whether the next motion starts at other joints than before, or was in motion at its start before."""
         if self.tail.next is None:
             return False
         before = state_at(self.arm, self.tail.next, 0.0).joints
         return not (before.at_rest and largest_change(self.place.joints.joints, before.joints) <= SAME_PLACE)
 
     def _begin(self, first: Segment) -> float:
-        """Return when the next motion, whose first segment is given, begins if it starts from rest [s]."""
+        """Return the start time [s] of the next motion, whose first segment is given, if it starts from rest."""
         end = self.segments[-1].finish
         if first.motion.start is Start.AT or not (self.cut.interrupted or self.tail.index > self.cut.keep):
             return max(first.start, end)
@@ -282,8 +287,10 @@ class _Edit(Struct, frozen=True, dict=True):
         return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
-        """Plan a motion again whose first old segment is `first`. The motion starts in the middle of the motion before
-        if it blends into that motion, or if its execution time lies there; otherwise it starts from rest.
+        """Plan a motion again whose first old segment is `first`.
+
+        If the motion blends into the previous one, or its execution time lies in the previous one, it starts in motion;
+        otherwise it starts from rest.
         """
         resting = Problem(self.arm, self.place, motion, self._begin(first), self.slowest)
         if motion.start is Start.BLEND and self.segments[-1].phase is Phase.DECELERATE:
@@ -298,7 +305,7 @@ class _Edit(Struct, frozen=True, dict=True):
         return plan_motion(resting)
 
     def _problem_in_motion(self, resting: Problem, begin: float) -> Problem:
-        """Return the problem of the same motion at a time at which the planned segments are under way."""
+        """Return the problem of the same motion at a time at which the planned segments are in progress."""
         segments = self.segments
         segment = next((segment for segment in reversed(segments) if segment.start < begin), segments[0])
         here = state_at(self.arm, segment, min(begin - segment.start, segment.duration))
@@ -335,7 +342,7 @@ def edit_events(
     gone = [*old.event_slice(kept, after)]
     moved = [_move_event(event, anchors, begins + shift) for event in gone]
     latest = max((event.time for event in moved), default=-inf)
-    last_input = after  # the number after the last input from outside that would shift with the tail
+    last_input = after  # 1 + the index of the last input from outside that would shift with the tail
     if shift and any(channel >= FIRST_INPUT for channel in old.channels):
         places = range(count - 1, after - 1, -1)
         last_input = next((index + 1 for index in places if _is_input(old.event(index))), after)
@@ -348,7 +355,7 @@ def edit_events(
         gone.append(event)  # an input from outside now comes after this event
         moved.append(event.shift_by(shift))
     after = kept + len(gone)
-    moved.sort(key=lambda event: event.time)  # stable: events of one instant keep their order
+    moved.sort(key=lambda event: event.time)  # the sort is stable: events of one instant keep their order
     if after == count:
         shift = 0.0
     if not coming and not shift and moved == gone:
@@ -362,9 +369,8 @@ def _is_input(event: Event) -> bool:
 
 
 def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift: float) -> Anchors:
-    """Return when the motions begin that are planned again, when the last interrupted one ends, and when the tail
-    begins.
-    """
+    """Return when the motions that are planned again begin, when the last interrupted one ends, and when the tail
+    begins."""
     starts: dict[int, float] = {}
     for segment in new:
         starts.setdefault(segment.motion.number, segment.start)
@@ -377,14 +383,14 @@ def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift:
             anchors.append((segment.start, starts.get(number, segment.start)))
     end = old[max(tail, keep) - 1].finish
     begins = old[tail].start if tail < len(old) else inf
-    if end > new[0].start and end < begins:  # a motion is interrupted or planned again
+    if end > new[0].start and end < begins:  # a motion is interrupted, or planned again
         anchors.append((end, new[-1].finish))
     anchors.append((begins, begins + shift))
     return anchors
 
 
 def _move_event(event: Event, anchors: Anchors, latest: float) -> Event:
-    """Return an event at its new time. `latest`: when the tail begins [s]."""
+    """Return an event at its new time. `latest`: the start of the tail [s]."""
     if _is_input(event):
         return event
     if not event.tied:

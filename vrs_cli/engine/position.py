@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
 TWIST_LENGTH = 6  # number of components of a twist
-POSES_AT_ONCE = 2048  # number of poses computed at once, so that they stay in the processor's cache
+POSES_AT_ONCE = 2048  # number of poses computed together, which stay in the processor's cache
 NO_TURN = Turn((0.0, 0.0, 1.0), (0.0,))
-SINGULAR_RATE = 1.5  # factor on a joint's velocity limit that no motion reaches
+SINGULAR_RATE = 1.5  # factor on a joint's velocity limit; no motion is this fast
 
 
 class Watched(Protocol):
@@ -73,7 +73,8 @@ def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
 
 
 def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """Return the robot's position at time t [s]. In gaps, before the first segment and after the last it stands still.
+    """Return the robot's position at time t [s]. The robot is at rest in gaps, before the first segment and after the
+    last.
 
     On a boundary the velocity and acceleration are those of the segment that begins.
     """
@@ -101,12 +102,12 @@ def _moves(timeline: Timeline, segment: Segment, t: float) -> bool:
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """Return the end position of the motion under way at t [s], or the position of a standing robot."""
+    """Return the end position of the motion in progress at t [s], or the position of a robot at rest."""
     return position_at(arm, timeline, finish_after(timeline, t))
 
 
 def finish_after(timeline: Timeline, t: float) -> float:
-    """Return when the motion under way at t [s] ends, or when the last motion ended."""
+    """Return when the motion in progress at t [s] ends, or when the last motion ended."""
     index = timeline.index_at(t)
     segment = timeline[index]
     number = segment.motion.number
@@ -116,7 +117,7 @@ def finish_after(timeline: Timeline, t: float) -> float:
 
 
 def start_before(timeline: Timeline, t: float) -> float:
-    """Return when the motion under way at t [s] began."""
+    """Return when the motion in progress at t [s] began."""
     index = timeline.index_at(t)
     number = timeline[index].motion.number
     while index and timeline[index - 1].motion.number == number:
@@ -158,7 +159,7 @@ def accelerations_at_ends(arm: RobotArm, segment: Segment) -> tuple[Joints, Join
 
 
 def joints_over(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
-    """Return the joints at times (N,) [s], in any order: (N, n) [rad]. Sorted times are fastest."""
+    """Return the joints at times (N,) [s], in any order: (N, n) [rad]. Sorted times take the least time."""
     import numpy as np
 
     times, back = _in_order(times)
@@ -203,8 +204,10 @@ class _Rates(NamedTuple):
 
 
 class _Line(NamedTuple):
-    """A straight line in a table of segments: `rows` (k,) are the indices of the times on it, `s` (k,) how long it has
-    been in force then [s].
+    """A straight line in a table of segments.
+
+    `rows` (k,): the indices of the times on this line. `s` (k,): the time [s] from the start of the line to each of
+    them.
     """
 
     segment: Segment
@@ -265,7 +268,7 @@ def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
     out[np.concatenate([line.rows for line in lines])] = q
     for line in lines if np.isnan(q).any() else ():
         for row, s in zip(line.rows, line.s.tolist(), strict=True):
-            if np.isnan(out[row]).any():  # a search of many poses may end sooner than of one
+            if np.isnan(out[row]).any():  # a search for one pose may find more than for many
                 out[row] = segment_joints(arm, line.segment, s)
 
 
@@ -283,7 +286,7 @@ def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
 
 
 def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionArrays:
-    """Return g for times (N,) [s], in any order. Sorted times are fastest."""
+    """Return g for times (N,) [s], in any order. Sorted times take the least time."""
     return _sample_at(arm, timeline, times, PositionArrays)
 
 
@@ -314,7 +317,7 @@ def _sample_at(
     shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
     found = kind(times, *(np.zeros((len(times), *shapes[name])) for name in kind.__struct_fields__[1:]))
     frames: dict[Frames, int] = {}
-    which = np.zeros(len(times), dtype=np.intp)  # the number of the frames at each time
+    which = np.zeros(len(times), dtype=np.intp)  # the number of the frames that hold at each time
     for block, rows in _blocks(timeline, times):
         q, (table, part) = found.joints[rows], block.table()
         places, s = table.locate(times[rows], block.offset, part)
@@ -333,7 +336,7 @@ def _sample_at(
         changes = [(event.time, event.value) for event in events if event.channel == HAND and not event.observed]
         begins, openings = zip((-inf, timeline.value_at(HAND, float(times[0]))), *changes, strict=True)
         found.hand[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
-    for one, number in frames.items():  # each computes many poses at once
+    for one, number in frames.items():  # for each BASE and TOOL many poses are computed at once
         T_world_robot, T_flange_tool = stack([inverse(one.base), one.tool])
         based, tooled = one.base != IDENTITY, one.tool != IDENTITY
         rows_of_frame = np.flatnonzero(which == number)
@@ -387,8 +390,10 @@ def _fill_rates(
 
 
 def _fill_line_rates(arm: RobotArm, tool: Transform, lines: list[_Line], rates: _Rates, alone: Flags) -> None:
-    """Compute velocity and acceleration on lines with one tool. Let only those rows be `alone` that `rates_in` must
-    compute: rows whose joints are so fast that the pose is nearly singular.
+    """Compute velocity and acceleration on lines with one tool.
+
+    Mark as `alone` only the rows that `rates_in` must compute: there the joints are so fast that the pose is nearly
+    singular.
     """
     import numpy as np
 

@@ -39,12 +39,13 @@ from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Path, Se
 from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.values.commands import Motion, MotionKind
 
-MAX_REMEMBERED_STATES = 128  # number of cached states: a plan needs the state at the ends of its segments several times
+MAX_REMEMBERED_STATES = 128  # number of cached states: a plan needs the states at its segments' ends several times
 SLOWEST = 20.0  # the default of PARAMETER STRETCH: the factor by which a line may be slowed down
 
 
 class _FreeTurn(Struct, frozen=True):
-    """The axis a of a flange that may turn about it freely, the axis' rate a', the path's w, and psi' [rad/s]."""
+    """The free turn of a flange about its own axis a: this axis, its rate a', the path's angular velocity w, and psi'
+    [rad/s]."""
 
     axis: Vector
     axis_rate: Vector
@@ -123,7 +124,7 @@ def joint_acceleration_and_jerk(
 
 
 def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
-    """Return a function from a time later than s [s] to the requested pose of the flange on a path."""
+    """Return a function that returns the requested pose of the flange on a path at a time after s [s]."""
     T_tool_flange = inverse(T_flange_tool)
     return lambda later: compose(path.pose(s + later), T_tool_flange)
 
@@ -151,7 +152,7 @@ class Here(Struct, frozen=True):
     T_flange_tool: Transform | None = None
 
     def standing(self) -> Here:
-        """Return the same place, at rest."""
+        """Return the same state, but at rest."""
         joints = JointState(self.joints.joints, (0.0,) * len(self.joints.joints))
         return Here(joints, self.tool and ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
 
@@ -189,7 +190,8 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
 
 
 def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
-    """Return position, velocity and acceleration at t_s + s of a segment; at rest from its end on if it ends at rest.
+    """Return position, velocity and acceleration at t_s + s of a segment. After the end of a segment that ends at rest,
+    return the state at rest.
 
     The acceleration is that of a jerk-limited motion, and the next motion continues it. The acceleration of a motion
     with parabolic blends may jump, so it is omitted.
@@ -200,7 +202,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     if known is not None and known[0] is path and known[1:4] == (arm, smoothly, frame):
         return known[4]
     here = _state_at(arm, segment, s, smoothly=smoothly)
-    if segment.motion.kind is MotionKind.STEERED:  # the state of a tick is needed only once
+    if segment.motion.kind is MotionKind.STEERED:  # the state of a steering tick is needed only once
         return here
     if len(_REMEMBERED_STATES) >= MAX_REMEMBERED_STATES:
         _REMEMBERED_STATES.pop(list(_REMEMBERED_STATES)[0], None)  # noqa: RUF015 (other threads may add meanwhile)
@@ -229,10 +231,10 @@ def rest_after(arm: RobotArm, segment: Segment) -> Here:
 
 
 class Problem(Struct, frozen=True):
-    """A motion to plan: its arm, the state in which it begins, and the time from which on it may begin [s].
+    """A motion to plan: its arm, the state in which it begins, and the minimum start time [s].
 
-    A straight line may be slowed down `slowest` times. A motion that would end after `latest` [s] is of no use.
-    `deadline` returns a later such time, for motions that end after `latest`; it takes long, because it plans a motion.
+    A straight line may be slowed down `slowest` times. A motion that would end after `latest` [s] is not needed.
+    `deadline` returns a later limit, for motions that end after `latest`; the call is slow, because it plans a motion.
     """
 
     arm: RobotArm
@@ -244,7 +246,7 @@ class Problem(Struct, frozen=True):
     deadline: Callable[[], float] | None = None
 
     def check_in_time(self, finish: float) -> None:
-        """Raise NotInTime if a motion that ends then [s] is of no use."""
+        """Raise NotInTime if a motion that ends at this time [s] is not needed."""
         if finish > self.latest and (self.deadline is None or finish > self.deadline()):
             raise NotInTime
 
@@ -254,7 +256,7 @@ class Problem(Struct, frozen=True):
         return self.here.tool_state(self.arm, self.motion.frames.tool)
 
 
-_REMEMBERED_STATES: dict[tuple[int, float], tuple[Path, RobotArm, bool, Transform, Here]] = {}  # by path and time
+_REMEMBERED_STATES: dict[tuple[int, float], tuple[Path, RobotArm, bool, Transform, Here]] = {}  # keyed by path and time
 
 
 class NoWay(Exception):
@@ -266,4 +268,4 @@ class NotInTime(Exception):
 
 
 class NoRoomToStop(Exception):
-    """Braking cannot keep every joint in its range, so the interrupted motion must go on."""
+    """Braking cannot keep every joint in its range, so the interrupted motion must continue."""

@@ -43,7 +43,7 @@ NO_LENGTH = 1e-9  # [m] a shorter line only turns the tool
 
 
 class Standpoint(Struct, frozen=True):
-    """A robot that stands at the joints `here` after the motion `before`, and its settings."""
+    """A robot at rest at the joints `here` after the motion `before`, and its settings."""
 
     arm: RobotArm
     settings: Settings
@@ -93,18 +93,18 @@ def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineChe
     return LineCheck(long, segments[-1].finish, stops=tuple(dist(position(end), position(begin)) for end in ends))
 
 
-# --- the ways out ----------------------------------------------------------------------------------------------
+# --- alternatives --------------------------------------------------------------------------------------------------
 
 
 def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable: bool) -> Iterator[WayOut]:
-    """Yield what would work instead: another configuration for the whole line, a via point, a MOVE."""
+    """Yield the alternatives: another configuration for the whole line, a via point, a MOVE."""
     ways = filter(None, (other.words_beside((stand.configuration,)) for other in stand.arm.ways))
     found = [words for words in ways if _leads_as(stand, words, begin, end)]
     if found:
         yield WayOut(words=min(found, key=len))
     if not stand.settings.configuration.words_beside(
         (stand.configuration,)
-    ):  # otherwise no line goes to a transformation
+    ):  # with other configuration words no line is possible
         via = next((via for via in _beside(begin, end) if _leads_by(stand, via, end)), None)
         if via is not None:
             yield WayOut(via=compose(inverse(stand.before.frames.base), via))
@@ -113,7 +113,7 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
 
 
 def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Transform) -> bool:
-    """Return whether the line is possible after some configuration words and a MOVE to its start."""
+    """Return whether the line is possible after a command with some configuration words and a MOVE to its start."""
     settings = stand.settings
     for flag in stand.arm.words:
         if flag.name in words:
@@ -144,7 +144,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     """Return whether a line to a via point, and another one from there, are possible."""
     near: Joints | None = stand.here
     arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
-    for pose in (via, end):  # a check that is quicker than a plan
+    for pose in (via, end):  # a quick check before the plan
         flange = compose(pose, inverse(stand.before.frames.tool))
         near = near and arm.branch_joints(flange, way, near)
     if near is None:
@@ -189,7 +189,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     try:
         stand.resolve_target(target, straight=True)
         line = check_line(stand, pose, reachable=chosen is not None)
-    except MotionError as error:  # no line can reach it from any position
+    except MotionError as error:  # no line from any position can reach it
         far = dist(position(stand.tool(stand.here)), position(pose))
         line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
     T_world_robot = inverse(stand.before.frames.base)

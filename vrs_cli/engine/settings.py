@@ -21,8 +21,8 @@ from vrs_cli.values.commands import JointTarget, Mode, NamedTarget, SpeedUnit
 
 V = TypeVar("V")
 
-FULL_SPEED = 100.0  # [%]
-SLOWEST_PERCENT = 0.01  # least speed and acceleration, in percent of the full values: a slower motion would take days
+FULL_SPEED = 100.0  # [%] of nominal speed
+SLOWEST_PERCENT = 0.01  # minimum speed and acceleration, in percent of nominal values: a slower motion would take days
 
 
 class Range(Struct, frozen=True):
@@ -47,7 +47,7 @@ class Range(Struct, frozen=True):
 
 MONITOR_SPEED = Range("SPEED", "the monitor speed is", SLOWEST_PERCENT, 327.0)  # 327 is the limit of VAL
 PROGRAM_SPEED: Mapping[SpeedUnit, Range] = {
-    unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # higher speeds are limited to what the robot can do
+    unit: Range("SPEED", "a speed is", 0.01, 1e5, said)  # a higher speed is reduced to the robot's maximum
     for unit, said in ((SpeedUnit.PERCENT, "%"), (SpeedUnit.MMPS, "mm/s"), (SpeedUnit.IPS, "in/s"))
 }
 ROTATION_SPEED = Range("SPEED ...,", "a rotation speed is", SLOWEST_PERCENT, 1e5)
@@ -92,7 +92,8 @@ class ParameterRow(Struct, frozen=True):
     numbers: bool = False
 
     def check(self, value: float | str) -> float | str:
-        """Return the value in the form that is kept. Raises IllegalValue for a value that the parameter cannot have."""
+        """Return the value in the form that is stored. Raises IllegalValue for a value that the parameter cannot
+        have."""
         if self.words and (isinstance(value, str) or not self.numbers):
             # the language writes true and false as -1 and 0
             word = value.upper() if isinstance(value, str) else ("ON" if value else "OFF")
@@ -215,7 +216,7 @@ def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
     return table.get(name.upper().partition("[")[0])
 
 
-NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of older names keep their meaning
+NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # ignored in prefixes of older names
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
@@ -237,7 +238,7 @@ def name_in(table: Mapping[str, Switch | ParameterRow], idle: Mapping[str, Idle]
     return row_of(table, name, what).name if idle_of(idle, name) is None else name.upper()
 
 
-MM = 1e-3  # [m]
+MM = 1e-3  # [m] one millimetre
 
 
 class Setting(Struct, Generic[V], frozen=True):
@@ -287,7 +288,7 @@ class Altered(Struct, frozen=True):
         return replace(self, displacement=total)
 
     def place(self, T_world_tool: Transform) -> Transform:
-        """Return the displaced pose of a tool pose."""
+        """Return the displaced pose for a tool pose."""
         return self._displace(T_world_tool, self.displacement)
 
     def _displace(self, T: Transform, by: Transform) -> Transform:
@@ -342,9 +343,8 @@ class Settings(Struct, frozen=True):
 
     @property
     def rounding(self) -> float | None:
-        """The distance [m] from a corner at which the tip may leave its line; None: where the arm begins to
-        slow down.
-        """
+        """The distance [m] from a corner at which the tip may leave its line; None: the corner begins where the arm
+        begins to slow down."""
         value = self.parameters["ROUNDING"]
         return None if isinstance(value, str) else value * MM
 
@@ -378,7 +378,7 @@ class Settings(Struct, frozen=True):
                 return replace(self, swivel=self.swivel.put(change, change.always))
             case commands.SetAcceleration():
                 percent = min(ACCELERATION.check(change.acceleration), FULL_SPEED)
-                if change.deceleration is not None:  # the smaller of the two is used for both
+                if change.deceleration is not None:  # use the smaller value for both
                     percent = min(percent, DECELERATION.check(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)
             case commands.SetAlter():

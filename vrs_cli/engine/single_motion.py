@@ -25,9 +25,9 @@ from vrs_cli.values.commands import Motion, MotionKind
 
 REMEMBERED_PLANS = 512  # number of cached plans: a program with a loop plans each of its motions once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
-ROUNDING_PRECISION_S = 1e-6  # [s] the precision of the instant at which a corner is near
-MAX_ROUNDING_DELAY_S = 1e-3  # [s] rounding a corner may take this much longer than stopping in it
-SAME_PLACE = 1e-9  # [m] places closer than that are one
+ROUNDING_PRECISION_S = 1e-6  # [s] precision of the instant at which the tip comes near a corner
+MAX_ROUNDING_DELAY_S = 1e-3  # [s] maximum extra time for rounding a corner, compared with stopping in it
+SAME_PLACE = 1e-9  # [m] positions closer than this are equal
 
 
 def plan_motion(problem: Problem) -> tuple[Segment, ...]:
@@ -48,10 +48,11 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
 
 
 def plan_directly(problem: Problem, resting: Problem | None = None) -> tuple[Segment, ...]:
-    """Plan a motion on its own path. Raises MotionError, NoWay, NotInTime. A motion without any movement becomes a rest
-    of no duration. So it keeps its place on the timeline, since it may need to move after an earlier motion changes.
+    """Plan a motion on its own path. Raises MotionError, NoWay, NotInTime.
 
-    `resting`: the problem of the same motion from rest. A straight line is of no use if it ends later than that.
+    A motion without any movement becomes a rest of no duration. So it keeps its place on the timeline, since it may
+    need to move after an earlier motion changes. `resting`: the problem of the same motion from rest. A straight line
+    that ends later than the motion from rest is not needed.
     """
     state, motion, begin, lasting = problem.here.joints, problem.motion, problem.begin, 0.0
     segments: tuple[Segment, ...] = ()
@@ -201,7 +202,7 @@ def _deadline(resting: Problem) -> float:
     """Return when a motion that rounds a corner has to end [s], if it is to be better than the motion from rest."""
     planned = resting.motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT)
     known = _remembered_plan(_PlanKey(resting)) if planned else ()
-    if isinstance(known, tuple) and known:  # its segments need not be made
+    if isinstance(known, tuple) and known:  # it is known, so no segments need to be planned
         return resting.begin + known[-1].finish + MAX_ROUNDING_DELAY_S
     try:
         return plan_motion(resting)[-1].finish + MAX_ROUNDING_DELAY_S

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
 CUBIC = 3  # degree of a path of constant jerk
-TICK = on_grid(0.02)  # [s] between the targets that are taken from a chunk
+TICK = on_grid(0.02)  # [s] time between the targets that are taken from a chunk
 TICKS_AT_ONCE = 40  # number of ticks planned at once: about 8 ms of CPU
 SAMPLES_AT_ONCE = 300  # number of samples compared with the plan at once: about 8 ms of CPU
 MAX_SAMPLES = 2000
@@ -51,8 +51,9 @@ def plan_steering(
 
 
 def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
-    """Return the cubics that each joint was to follow from t [s] on until the robot rests. None if the robot rests
-    already, or if the motion is not jerk-limited or not in joint space.
+    """Return the cubics that each joint was to follow from t [s] on until the robot is at rest.
+
+    None if the robot is at rest already, or if the motion is not jerk-limited or not in joint space.
     """
     ways: list[list[Row]] = []
     for segment in _segments_under_way(timeline, keep, t):
@@ -74,7 +75,7 @@ def _row(t: float, cubic: Polynomial) -> Row:
 
 
 def _segments_under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Segment]:
-    """Yield the segments from t [s] on that follow each other without a gap, until the robot rests."""
+    """Yield the segments from t [s] on that follow each other without a gap, until the robot is at rest."""
     end = t
     for index in range(keep - 1, len(timeline)):
         segment = timeline[index]
@@ -123,9 +124,8 @@ class Chunk:
             self._slopes = np.gradient(self.joints, self.times, axis=0)
 
     def since(self, now: float) -> tuple[float, int]:
-        """Return when the chunk begins if it is followed from `now` on, and how many samples are too late by then.
-        Raises TooLate if all samples are.
-        """
+        """Return the start time of the chunk if it is followed from `now` on, and the number of samples that are then
+        too late. Raises TooLate if all samples are."""
         late = bisect_left(self.times.tolist(), now)
         if late == len(self.times):
             said = f"all {late} samples have passed: the last one was for {self.times[-1]:.3f} s"

@@ -41,20 +41,20 @@ from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segme
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-NEARLY_SINGULAR = 0.02  # singular measure of a pose from which a straight line may be impossible
-NEAR_START = 0.05  # [m] from the start of a line: a refusal nearer than that blames the singular pose at the start
-SLOWING_MARGIN = 1.001  # factor by which a line is slowed more than needed, so that slowing once is enough
-SAME_VELOCITY = 5e-7  # [rad/s] joint velocities closer than that are one
-SLOWING_FACTOR = 1.05  # factor by which a line that starts in motion is slowed more than its load demands
+NEARLY_SINGULAR = 0.02  # singular measure of a pose below which a straight line may be impossible
+NEAR_START = 0.05  # [m] an error this near the start of a line names the singular pose at the start
+SLOWING_MARGIN = 1.001  # factor by which a line is slowed down more than necessary, so that one reduction is enough
+SAME_VELOCITY = 5e-7  # [rad/s] joint velocities closer than this are equal
+SLOWING_FACTOR = 1.05  # factor by which a line that starts in motion is slowed down more than its load requires
 MAX_SLOWINGS = 6  # maximum number of attempts to slow down a line that starts in motion
-INSTANT_STEPS = 50  # number of bisection steps, to find when a part of a line is done
-SAME_TURN = 1e-6  # [rad] a smaller turn is none
-NO_LENGTH = 1e-9  # [m] a shorter line only turns
+INSTANT_STEPS = 50  # number of bisection steps, to find the time at which the tool has covered a fraction of a line
+SAME_TURN = 1e-6  # [rad] a smaller turn counts as none
+NO_LENGTH = 1e-9  # [m] a shorter line only turns the tool
 Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
-WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] of a walk along a line
+WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] maximum step of a walk along a line
 MIN_WALK_STEPS = 6  # minimum number of steps of a walk
-WALK_FACTORS = (1, 5)  # factors on the number of steps; the next factor is tried if no walk has led to a line
+WALK_FACTORS = (1, 5)  # factors on the number of steps; the second one is tried if walks with the first lead to no line
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
@@ -108,7 +108,7 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
     assert problem.motion.pose is not None
     T_robot_flange = compose(problem.motion.pose, inverse(problem.motion.frames.tool))
     if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
-        try:  # no alternative helps if the end of the line is out of reach
+        try:  # no alternative can help if the end of the line is out of reach
             arm.holding(problem.motion.frames.tool).select(T_robot_flange, joints)
         except LocationOutOfRange as beyond:
             raise beyond.reworded(place=failure.place) from None
@@ -128,8 +128,9 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
 
 
 def least_duration(problem: Problem) -> float:
-    """Return a time that a line from rest takes at least [s]: the limits of the tool allow no less. 0 for arms that may
-    replace the goal of the line, or guide redundant joints.
+    """Return a lower bound of the duration [s] of a line from rest, by the limits of the tool.
+
+    0 for arms that may replace the goal of the line, or guide redundant joints.
     """
     arm, motion, state = problem.arm, problem.motion, problem.tool
     if arm.redundancy or arm.holding(motion.frames.tool).steady is not None:
@@ -188,7 +189,7 @@ class _Line:
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
-            # lower the limits of the phase that demanded too much: the blend, slowing down, or the speed
+            # lower the limits of the phase that exceeded them: the blend, slowing down, or the speed
             blend, cruise, slow = (
                 _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
                 for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
@@ -203,7 +204,7 @@ class _Line:
             slowed *= by_velocity
             if slowed > self.problem.slowest:
                 break
-        self._marks_in_motion(stretches)  # raises the error if the line is impossible
+        self._marks_in_motion(stretches)  # raises MotionError if the line is impossible
         raise self._too_singular(load)
 
     def _from_rest(self) -> tuple[Segment, ...]:
@@ -211,7 +212,7 @@ class _Line:
         path.
         """
         stretches = self._stretches(self.limits)
-        pose, goal = self.state.pose, self.goal  # the line as a path, by the part of it that is done
+        pose, goal = self.state.pose, self.goal  # the pose on the line, by the fraction of the line that is covered
         axis, angle = axis_angle(compose(inverse(pose), goal))
         x, y, z = ((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
         turns = (Turn(axis, (0.0, angle)),) if angle else ()
@@ -221,7 +222,7 @@ class _Line:
             kinks = Kinks(self.follower, way, found.touches) if found.touches else None
             stops = kinks.stops(self.joints.joints) if kinks else []
         except MotionError:
-            self._follow(stretches)  # this may raise an error for an earlier point of the line
+            self._follow(stretches)  # may raise an error for an earlier point of the line
             raise
         if stops:
             return self._in_parts(stops)
@@ -266,15 +267,15 @@ class _Line:
             path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
             found = survey(self.follower, path, lasting)
             for touch in found.touches:
-                # the samples show a rest at a singular wrist
+                # a rest at a singular wrist is checked by the samples
                 rests = stretch is stretches[-1] and touch[1:] == (lasting, WRIST)
-                if touch[:2] != (0.0, lasting) and not rests:  # otherwise all of the stretch is on the boundary
+                if touch[:2] != (0.0, lasting) and not rests:  # allowed if the whole stretch is on the boundary
                     raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
             marks.append(found.marks)
         return marks
 
     def _instants(self, stretches: list[ToolStretch], parts: Marks) -> list[Marks]:
-        """Return the instants of each stretch at which these parts of the line are done."""
+        """Return the instants of each stretch at which the tool has covered these fractions of the line."""
         marks = []
         for stretch in stretches:
             lasting = stretch.duration
@@ -285,12 +286,12 @@ class _Line:
         return marks
 
     def _instant(self, stretch: ToolStretch, part: float) -> float:
-        """Return the instant of a stretch at which this part of the line is done."""
+        """Return the instant of a stretch at which the tool has covered this fraction of the line."""
         _, instant = bisect_interval(lambda s: self._part_done(stretch, s) < part, 0.0, stretch.duration, INSTANT_STEPS)
         return instant
 
     def _part_done(self, stretch: ToolStretch, s: float) -> float:
-        """Return the part of the line that is done at an instant of a stretch."""
+        """Return the fraction of the line that the tool has covered at an instant of a stretch."""
         begin = position(self.state.pose)
         way = vector_difference(position(self.goal), begin)
         square = dot(way, way)
@@ -301,8 +302,9 @@ class _Line:
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        """Return the stretches of the tool's motion within limits. Raises NotInTime if the motion is too long already,
-        since the joints can only make it longer.
+        """Return the stretches of the tool's motion within limits.
+
+        Raises NotInTime if the motion is too long already, since the joints can only make it longer.
         """
         try:
             if self.stops:
@@ -317,9 +319,8 @@ class _Line:
         return stretches
 
     def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
-        """Return the joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a
-        sample.
-        """
+        """Return the joints of each stretch, and the maximum load of a joint in each. `marks`: instants that get a
+        sample."""
         seeds, loads, followed, started = [], [], [], Joints()
         before: Sample | None = None
         for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
@@ -341,7 +342,7 @@ class _Line:
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
-        if self.follower.arm.continuation is not None:  # otherwise there is a closed form, or no proof
+        if self.follower.arm.continuation is not None:  # arms without it have a closed form, or no proof
             from vrs_cli.engine.continuity import check_continuous, leading_seeds
 
             proved = check_continuous(self.follower.arm.continuation, self.follower, followed)
@@ -385,15 +386,18 @@ def _worst(loads: Iterable[Load]) -> Load:
 
 
 def _easing(load: float) -> float:
-    """Return the factor by which to slow down for a load. For a line that starts in motion, its start stays fixed, so
-    the factor is more than proportional.
+    """Return the factor by which to slow down for a load.
+
+    A line that starts in motion keeps its start, so its factor is more than proportional.
     """
     return load * SLOWING_FACTOR if load > 1.0 + ROUNDING else 1.0
 
 
 def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterator[ToolState]:
-    """Yield the tool's state with guides to T_robot_tool `goal`, one for each way of redundant joints, the best first;
-    the state itself if no joint is redundant.
+    """Yield the tool's state with guides to T_robot_tool `goal`, one for each motion of the redundant joints, the best
+    first.
+
+    Yield the state itself if no joint is redundant.
     """
     arm = problem.arm
     if not arm.redundancy:
@@ -410,12 +414,12 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         for walk in arm.walks(begin.joints, poses, asked):
             none = False
             yield state._replace(guides=_guides(begin, walk))
-    if none:  # the line is refused with this walk
+    if none:  # with this walk the line is refused later
         yield state._replace(guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
 
 
 def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]:
-    """Yield poses of a tool along a line, from its begin to its end."""
+    """Yield poses of a tool along a line, from its start to its end."""
     axis, angle = axis_angle(compose(inverse(begin), goal))
     p, q = position(begin), position(goal)
     steps = finer * max(ceil(dist(p, q) / WALK_STEP), ceil(angle / WALK_TURN), MIN_WALK_STEPS)
@@ -437,9 +441,8 @@ def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
 
 
 def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: ToolLimits) -> ToolLimits:
-    """Return the limits with those of guides, at the motion's fractions: the limits of the joints if nothing else moves
-    them.
-    """
+    """Return the limits with those of guides, at the motion's fractions. The limits of guides are those of the joints
+    while nothing else moves them."""
     if not state.guides:
         return limits
     speed, acceleration, jerk = (

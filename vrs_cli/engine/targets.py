@@ -56,12 +56,12 @@ from vrs_cli.values.commands import (
     ToolOffsetTarget,
 )
 
-MAX_DISTANCE = 100.0  # [m] of a location, a tool or a base: farther away the numbers of an arm are lost in rounding
-HALF_TURN = pi + 1e-9  # [rad] with a margin for rounding
+MAX_DISTANCE = 100.0  # [m] maximum distance of a location, a tool or a base: beyond it rounding is too coarse
+HALF_TURN = pi + 1e-9  # [rad] half a turn, with a margin for rounding
 Goal = Joints | Transform  # joints to reach (joint-interpolated), or T_robot_tool (straight line)
 REMEMBERED_JOINTS = 512  # number of cached goals: a program with a loop computes the joints of each location once
-MIN_SPEED = 1e-4  # minimum speed, as a fraction of nominal speed; a slower motion counts as none
-INCH = 0.0254  # [m]
+MIN_SPEED = 1e-4  # minimum speed, as a fraction of nominal speed; a slower motion would hardly move
+INCH = 0.0254  # [m] one inch
 
 
 def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here: Joints, destination: Joints) -> Goal:
@@ -111,14 +111,15 @@ def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -
 
 
 def naming_null(refusal: LocationOutOfRange, T_robot_tool: Transform) -> LocationOutOfRange:
-    """Return the error for a place. If the place is NULL, where no tool can be, the hint says so."""
+    """Return the error for a location. If the location is NULL, where no tool can be, the hint says so."""
     if T_robot_tool != IDENTITY:
         return refusal
     return refusal.reworded(hint="NULL is the robot's origin, X = Y = Z = 0, where no tool can be")
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raise `refusal` for a location, tool or base that is too far away. `what` is formatted with the distance."""
+    """Raise `refusal` for a location, tool or base that is too far away. `what`: a text into which the distance is
+    formatted."""
     away = hypot(*T[3::4])
     if not away <= MAX_DISTANCE:
         right = f"at most {MAX_DISTANCE * 1000.0:g} mm"
@@ -181,9 +182,8 @@ def _relative_pose(
 
 
 def align(T: Transform) -> Transform:
-    """Return the pose at the same position, turned the shortest way until its Z lies along the nearest axis of the
-    frame.
-    """
+    """Return the pose at the same position, turned by the smallest angle that puts its Z along the nearest axis of the
+    frame."""
     a = (T.ax, T.ay, T.az)
     nearest = max(_AXES, key=lambda axis: dot(a, axis))
     turn = cross(a, nearest)
@@ -210,8 +210,9 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
 
 @lru_cache(REMEMBERED_JOINTS)
 def _remembered_joints(arm: RobotArm, doubles: bytes, asked: Configuration) -> Joints:
-    """Return the joints of a pose of the flange near joints: the doubles of both. Bits are compared, since -0.0 and 0.0
-    may lead to other joints.
+    """Return the joints of a pose of the flange near joints, both given as bytes of doubles.
+
+    Bits are compared, since -0.0 and 0.0 may lead to other joints.
     """
     numbers = array("d", doubles)
     return arm.select(Transform(*numbers[:12]), tuple(numbers[12:]), asked)
@@ -300,7 +301,7 @@ class After(Struct, frozen=True):
             acceleration=1.0 if goal is None else self.settings.acceleration,
             tip_speed=speed.tip,
             rotation=speed.rotation,
-            duration=on_grid(duration) if duration else 0.0,  # one object for all
+            duration=on_grid(duration) if duration else 0.0,  # 0.0 is one object for all motions
             swivel=None if pose is None else self.settings.swivel.present.swivel,
             frames=frames or self.before.frames,
             text=text,
@@ -329,4 +330,4 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
 
 def _limit_speed(speed: float) -> float:
     """Limit a fraction of nominal speed: not above 1, and not so slow that there is no motion."""
-    return min(1.0, max(speed, MIN_SPEED))  # full speed is one object
+    return min(1.0, max(speed, MIN_SPEED))  # 1.0 is one object for all motions
