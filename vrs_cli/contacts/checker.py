@@ -1,13 +1,10 @@
-"""Find the first contact of an arm and of its held part, with themselves and with the things around them.
-
-The search goes from pose to pose. At each pose it asks for the distances of all near pairs. Then it steps to the
-earliest time at which any pair, near or not, can touch (`Sweep`). So it looks often where something is near, and seldom
-elsewhere. A touch must be deeper than `DEEP`, because solids are not known more exactly.
-
-Some pairs do not count: neighbours in the arm, links that touch at READY or at NEST, and the hand with the part that it
-grips. A pair that touches when the search begins, or when its part is taken, put down or brought, counts after it has
-come apart.
-"""
+"""Find the first contact of an arm and its held part with each other and with the things around them. The search goes
+from pose to pose. At each pose it computes the distances of all nearby pairs of solids. Then it steps to the earliest
+time at which any pair, nearby or not, can touch (`Sweep`). So the steps are short where something is near, and long
+elsewhere. Only an overlap deeper than `DEEP` is a touch, because shapes are not known more exactly. Some pairs are
+ignored: neighbours in the arm, links that touch at READY or at NEST, and the hand with the part that it holds. A pair
+that already touches when the search begins, or when its part is taken, put down or fed, is checked only after it has
+separated."""
 
 from __future__ import annotations
 
@@ -32,28 +29,29 @@ from vrs_cli.values.world import CellScene, Contact
 from vrs_cli.world.course import WorldCourse
 from vrs_cli.world.history import floor_height
 
-DEEP = 5e-4  # [m] the least depth of a touch
-APART = 5e-4  # [m] the distance at which a pair that touched is apart
-MARGIN = 0.02  # [m] pairs within this beyond the counting distance are compared
-NUDGE = 1e-4  # [m] the shortest way between two looks at a pair that touched
-SLIDE = 5e-3  # [m] the longest such way, for a sliding pair
-EVEN = 1e-4  # [m] the largest change of distance between looks at a sliding pair
-BENT = 1e-4  # [m] the largest deviation from a straight line between two samples
-CLOSE = 6e-4  # [m] pairs within this of the counting distance need the exact joints
-TICK = 5e-4  # [s] the shortest step
-LOOK = 5e-3  # [s] between looks for the deepest touch
+DEEP = 5e-4  # [m] minimum depth of a touch
+APART = 5e-4  # [m] minimum distance of a pair that has separated after a touch
+MARGIN = 0.02  # [m] pairs up to this much farther apart than the contact distance are examined
+NUDGE = 1e-4  # [m] minimum relative motion between two samples of a pair that touched
+SLIDE = 5e-3  # [m] maximum relative motion between two samples of a sliding pair
+EVEN = 1e-4  # [m] tolerance for an equal distance of a sliding pair at two samples
+BENT = 1e-4  # [m] maximum deviation from a straight line between two samples
+CLOSE = 6e-4  # [m] pairs this close to the contact distance are examined at the exact joints
+TICK = 5e-4  # [s] minimum step of the search
+LOOK = 5e-3  # [s] time between two samples, to find the deepest overlap
 MAX_LOOKS = 50
-SLOTS = 32  # slots for parts near the arm
+SLOTS = 32  # minimum number of slots for the solids of parts near the arm
 
-Pair = tuple[int, int]  # the numbers of two owners, the smaller one first
+Pair = tuple[int, int]  # the numbers of two owners, the smaller number first
 STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
 
 
 class Checker:
-    """Finds contacts of an arm in a scene. `clearance`: solids that come nearer than this also count as touching [m].
-    `allow`: the names of pairs that do not count; the last link is also called hand.
+    """Finds contacts of an arm in a scene. `clearance`: solids that are closer than this also count as touching [m].
+    `allow`: the names of pairs whose contacts are ignored; the last link may also be named "hand".
 
-    Owners are numbers with `names`: the links, the floor, the fixtures, then the parts, from `first_part` on.
+    An owner of solids has a number, its index in `names`: first the links, then the floor, the fixtures and the parts,
+    which begin at `first_part`.
     """
 
     def __init__(
@@ -70,13 +68,13 @@ class Checker:
         numbers = {name: number for number, name in enumerate(self.names)}
         numbers |= dict.fromkeys(("hand", f"link {arm.model.joint_count}"), arm.model.joint_count)
         self.allowed = {(min(pair), max(pair)) for a, b in allow for pair in ((numbers[a], numbers[b]),)}
-        self.limit = clearance if clearance > 0.0 else -DEEP  # [m] nearer pairs count
+        self.limit = clearance if clearance > 0.0 else -DEEP  # [m] maximum distance of solids in contact
         self.margin = max(clearance, 0.0) + MARGIN
         self._slots = 0
         self._physics: Physics | None = None
 
     def physics(self, slots: int = 0) -> Physics:
-        """Return the model, with at least `slots` slots for parts."""
+        """Return the MuJoCo model of the scene, with slots for at least this number of solids of parts."""
         if self._physics is None or slots > self._slots:
             counts = [len(solids) for solids in self.solids.values()]
             self._slots = min(max(slots, 2 * self._slots, SLOTS), sum(counts))
@@ -104,17 +102,16 @@ class Checker:
         return self._physics
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> Contact | None:
-        """Return the first contact between two times [s], None if there is none. `course`: of the parts."""
+        """Return the first contact between two times [s], or None. `course`: the course of the parts."""
         return self.first_in(timeline, stages(timeline, course, begin, end))
 
     def first_changed(self, before: Course, after: Course, since: float, shift: float) -> Contact | None:
-        """Return the first contact from `since` [s] on of everything that differs from before an edit, which shifts
-        motions by `shift` [s].
-        """
+        """Return the first contact, from `since` [s] on, of parts or a hand that an edit has changed. The edit shifts
+        the motions by `shift` [s]."""
         return self.first_in(after[0], changed_stages(before, after, since, shift))
 
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
-        """Return the first contact in consecutive stages."""
+        """Return the first contact in a sequence of stages, or None."""
         before: _Search | None = None
         for stage in stages:
             follows = before is not None and before.stage.end == stage.begin
@@ -126,15 +123,15 @@ class Checker:
         return None
 
     def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
-        """Look every `LOOK` seconds between two times [s], and return the owners that touch, including those that
-        touched before. The hand may touch a part that it holds, or could take, when its motion begins or ends.
-        """
+        """Return the owners that touch at any time between two times [s], sampled every `LOOK` seconds. Owners that
+        touched before count too. Contacts between the hand and a part are ignored during a motion in which the hand
+        holds or takes the part, or could take it at the start or end."""
         return {owner for one in self.touches(timeline, begin, end, course) for owner in one.owners}
 
     def touches(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> list[OwnersTouch]:
-        """Return the touches between two times [s], to `LOOK` seconds, also of owners that touched before. The hand may
-        touch a part that it holds or takes during the motion, or could take at its beginning or end.
-        """
+        """Return the touches between two times [s], sampled every `LOOK` seconds. Owners that touched before count too.
+        Contacts between the hand and a part are ignored during a motion in which the hand holds or takes the part, or
+        could take it at the start or end."""
         found: dict[Pair, list[OwnersTouch]] = {}
         while begin < end:
             since, finish = under_way(timeline, begin)
@@ -152,13 +149,14 @@ class Checker:
 
 
 def _held_parts(course: WorldCourse, begin: float, end: float) -> frozenset[str]:
-    """Return the parts that the hand holds between two times [s], or could take at one of them."""
+    """Return the parts that the hand holds between two times [s], or could take at one of these times."""
     held = {course.held_part(t) for t in (begin, end, *(t for t, _ in course.moves(begin, end)))}
     return frozenset(name for name in (*held, course.graspable(begin), course.graspable(end)) if name is not None)
 
 
 def under_way(timeline: Timeline, t: float) -> tuple[float, float]:
-    """Return the beginning and the end of the motion at t [s], or of the rest; infinity for never."""
+    """Return the start and the end of the motion at t [s], or of the rest at t. The end of a rest without a later
+    motion is infinity."""
     finish = finish_after(timeline, t)
     if t < finish:
         return start_before(timeline, t), finish
@@ -167,7 +165,7 @@ def under_way(timeline: Timeline, t: float) -> tuple[float, float]:
 
 
 class OwnersTouch(NamedTuple):
-    """Two owners touch from `begin` to `end` [s]."""
+    """A touch: two owners touch from `begin` to `end` [s]."""
 
     begin: float
     end: float
@@ -175,9 +173,8 @@ class OwnersTouch(NamedTuple):
 
 
 class _SolidPair(NamedTuple):
-    """Two solids: their owners, the sums of the way by which they approach each other [m], the distance at which they
-    touch [m] and at which they are apart again [m], and whether their contacts ever count.
-    """
+    """A pair of solids: its owners, the accumulated bounds on how far the solids approach each other [m], the distances
+    at which they touch (`limit`) and are apart again (`apart`) [m], and whether their contacts count."""
 
     owners: Pair
     sums: list[float]
@@ -187,7 +184,7 @@ class _SolidPair(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """A pair of solids in one pose: their distance [m], and their number in the result of `Physics.near`."""
+    """A pair of solids at one pose: their distance [m], and their index in the result of `Physics.near`."""
 
     distance: float
     number: int
@@ -195,7 +192,8 @@ class _Seen(NamedTuple):
 
 
 class _Search:
-    """The search in one stage. `excused`: pairs that touched, until they have come apart; None at the first stage."""
+    """The search in one stage. `excused`: the pairs that touched and have not separated yet; None in the first
+    stage."""
 
     def __init__(self, checker: Checker, timeline: Timeline, stage: Stage, excused: set[Pair] | None) -> None:
         self.checker, self.stage, self.n = checker, stage, checker.arm.model.joint_count
@@ -208,8 +206,8 @@ class _Search:
         if self.only is not None and stage.hand_too:
             self.only.add(self.n)
         self.excused = set(excused or ())
-        self.pairs: dict[int, _SolidPair] = {}  # by key
-        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # sums of the ways of solids towards a link
+        self.pairs: dict[int, _SolidPair] = {}  # pairs of solids by the key of `Physics.near`
+        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # accumulated bounds on how far a solid approaches a link
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}
@@ -218,9 +216,8 @@ class _Search:
                 self.excused.add(pair.owners)
 
     def _room(self) -> tuple[Floats, Floats]:
-        """Compute the bounds of the arm's motion. Return the corners of the box in which the arm moves, in the robot's
-        frame [m].
-        """
+        """Compute the bounds on the arm's motion. Return two opposite corners of the box in which the arm moves, in the
+        robot's frame [m]."""
         checker, sweep, n, stage = self.checker, self.sweep, self.n, self.stage
         bodies, between = checker.balls, checker.between
         if stage.held is not None:
@@ -240,7 +237,7 @@ class _Search:
         return (centres.min(axis=1) - radii).min(axis=0), (centres.max(axis=1) + radii).max(axis=0)
 
     def _place(self, room: tuple[Floats, Floats]) -> None:
-        """Put the arm, the held part, and the parts in a room around the robot into the model."""
+        """Put the arm, the held part, and the parts in the box around the arm into the model."""
         checker, stage = self.checker, self.stage
         near, (low, high) = [], (corner.tolist() for corner in room)
         only = self.only
@@ -261,10 +258,10 @@ class _Search:
         self.physics.fill(near, held)
         self.physics.open_hand(stage.hand[1][0])
 
-    # --- looking ---
+    # --- samples ---
 
     def _look(self, t: float, *, exact: bool = True) -> list[_Seen]:
-        """Return the near pairs of solids at t, without those that never count."""
+        """Return the nearby pairs of solids at t, except pairs whose contacts are ignored."""
         if self.moving_hand:
             self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
         near = self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
@@ -276,7 +273,7 @@ class _Search:
         ]
 
     def _pair(self, key: int) -> _SolidPair:
-        """Return the properties of a pair of solids, which are computed once."""
+        """Compute the properties of a pair of solids, and keep them for later samples."""
         moving, other = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
         owners, of = self.physics.owners_of(key), (moving, other.link)
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
@@ -287,14 +284,14 @@ class _Search:
         return found
 
     def _limit(self, owners: Pair) -> float:
-        """Return the distance [m] at which two owners touch. The clearance does not hold for a held part, nor between
-        the hand and a part, because the hand takes parts.
-        """
+        """Return the distance [m] at which two owners touch. The clearance does not apply to a held part, or between
+        the hand and any part, because the hand must approach parts to take them."""
         handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
         return -DEEP if handled else self.checker.limit
 
     def _way(self, moving: Bounds, other: int) -> Floats:
-        """Return how far a solid approaches the solids of another link; 0 for a solid that stands."""
+        """Return bounds on how far a solid approaches the solids of another link between samples [m]; 0 for a solid
+        that does not move."""
         if other == 0:
             way = self.sweep.ways([moving])[0]
         else:
@@ -302,7 +299,7 @@ class _Search:
         return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:
-        """Return the bounds of a solid; the bounds of a standing solid are in the frame of the base."""
+        """Return the ball that bounds a solid. The ball of a solid that does not move is in the base frame."""
         known = self.checker.bounds.get(number)
         if known is None:
             known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
@@ -311,10 +308,10 @@ class _Search:
     # --- the search ---
 
     def run(self) -> Contact | None:
-        """Return the first contact of the stage.
+        """Return the first contact in the stage.
 
-        A pair that touched and slides is looked at less and less often. If its distance changes after a long way, it
-        may have come apart and touched again in between, so the search goes back.
+        A pair that touched and slides along is sampled at growing intervals. If its distance has changed after a long
+        interval, it may have separated and touched again in between, so the search returns to the previous sample.
         """
         if self.nothing:
             return None
@@ -348,7 +345,7 @@ class _Search:
             )
 
     def _unclear(self, near: Iterable[_Seen]) -> bool:
-        """Return whether the exact joints decide if a pair touches or has come apart."""
+        """Return whether exact joints are needed to decide if a pair touches or has separated."""
         excused = self.excused
         return any(
             abs(distance - pair.apart) < BENT if pair.owners in excused else distance - pair.limit < CLOSE
@@ -356,9 +353,8 @@ class _Search:
         )
 
     def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
-        """Return the two solids of each excused pair that overlap the most: the pair comes apart no earlier than they
-        do.
-        """
+        """Return, for each excused pair of owners, the two solids with the deepest overlap: the owners cannot separate
+        before these two do."""
         found: dict[Pair, _Seen] = {}
         for one in near if self.excused else ():
             owners = one.pair.owners
@@ -367,7 +363,8 @@ class _Search:
         return found
 
     def _ways_apart(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
-        """Return the ways [m] that excused pairs must go to come apart, at least `least`, with their sums."""
+        """Return how far each excused pair must move to separate [m], at least `least`, with the accumulated bounds of
+        its motion."""
         return [
             (pair.sums, max(pair.apart - distance - bent, least))
             for owners, (distance, _, pair) in deepest.items()
@@ -375,7 +372,8 @@ class _Search:
         ]
 
     def _next(self, t: float, ways: Iterable[tuple[list[float], float]], earliest: float) -> float:
-        """Return the earliest time since t at which one of some ways can be done, at most `earliest`."""
+        """Return the first time after t at which one of the distances in `ways` may have been covered, or `earliest` if
+        that is earlier."""
         sweep = self.sweep
         first, last = sweep.place(t), sweep.place(earliest) + 1
         for sums, way in ways:
@@ -385,9 +383,8 @@ class _Search:
         return earliest
 
     def touches(self) -> list[OwnersTouch]:
-        """Return the touches in the stage. Looks are `LOOK` seconds apart, or more if no touch can have begun or ended
-        in between.
-        """
+        """Return the touches in the stage. Samples are `LOOK` seconds apart, or farther if no touch can have begun or
+        ended in between."""
         t, end = self.stage.begin, self.stage.end
         since, found = dict[Pair, float](), list[OwnersTouch]()
         while True:
@@ -402,7 +399,8 @@ class _Search:
             t = min(max(self._next(t, ways, reached), t + LOOK), end)
 
     def _contact(self, t: float, pair: _SolidPair, distance: float, place: Vector) -> Contact:
-        """Return the contact that begins at t. Search on until the pair has come apart, to find the depth."""
+        """Return the contact that begins at t. Sample onwards until the pair has separated, to find the maximum
+        depth."""
         checker, end, least, (owners, limit) = self.checker, self.stage.end, distance, (pair.owners, pair.limit)
         step = max(LOOK, (end - t) / MAX_LOOKS)
         self.physics.margin(max(limit, 0.0))
@@ -419,12 +417,12 @@ class _Search:
 
 
 def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
-    """Return the levers of bodies towards each link that is not a neighbour."""
+    """Return the levers of bodies towards each link except the neighbouring links."""
     return [levers(model, body, other) for body in bodies for other in range(1, body.link - 1)]
 
 
 def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
-    """Return, for each link, the ball around all solids that move with the link."""
+    """Return, for each link, a ball around all solids that move with the link."""
     balls: list[list[Ball]] = [[] for _ in range(model.joint_count + 1)]
     for link, ball in bounds:
         balls[link].append(ball)
@@ -432,7 +430,7 @@ def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
 
 
 def link_names(model: RobotModel, links: Iterable[LinkSolids]) -> tuple[str, ...]:
-    """Return the names of the base and of the links. The last link is called hand if it has fingers."""
+    """Return the names of the base and of the links. The last link is named "hand" if it has fingers."""
     n = model.joint_count
     hand = any(one.opens for one in links)
     return ("base", *(f"link {i}" for i in range(1, n)), "hand" if hand else f"link {n}")
@@ -440,7 +438,7 @@ def link_names(model: RobotModel, links: Iterable[LinkSolids]) -> tuple[str, ...
 
 @lru_cache
 def touching_at_rest(model: RobotModel) -> frozenset[Pair]:
-    """Return the pairs of links that touch at READY or at NEST: they are not compared."""
+    """Return the pairs of links that touch at READY or at NEST. Their contacts are ignored."""
     alone = Physics(model, solids_of_robot(model))
     alone.margin(0.0)
     poses = [model.poses[name] for name in NEEDED_POSES]
@@ -449,5 +447,5 @@ def touching_at_rest(model: RobotModel) -> frozenset[Pair]:
 
 
 def stroke(links: Iterable[LinkSolids]) -> float:
-    """Return the greatest distance that a finger moves as the hand opens [m]."""
+    """Return the maximum distance that a finger moves as the hand opens [m]."""
     return max((sum(length(one.slide) + 0.2 * length(one.turn) for one in group.opens) for group in links), default=0.0)

@@ -1,12 +1,12 @@
-"""The compiled MuJoCo model of an arm and of the things around it, and its nearest pairs.
+"""The MuJoCo model of an arm and of the things around it, and the search for its nearby pairs of solids. The package is
+`mujoco-core`; an installed `mujoco` provides the same module. Four properties of MuJoCo decide how the model is built.
 
-The package is `mujoco-core`; an installed `mujoco` brings the same module. Four properties of MuJoCo decide how the
-model is built. Bodies that no joint moves are never compared with each other, so joints move the links, and mocap
-bodies are not used. A geom at the origin of its body ignores `geom_pos`, so a solid that changes its place has its own
-body (a slot), whose `body_pos` moves. Two solids are compared if they are nearer than the sum of their margins, and so
-are their bodies, so `geom_margin` and `body_margin` are set together. The depth of a cylinder below a plane follows
-from the part of its axis along the plane; if the axis is upright but for rounding, that part is rounding too, and the
-depth is wrong by up to the radius. So the floor leans slightly: it is some micrometres off, far less than the depth of
+Bodies that no joint moves are never compared with each other, so joints move the links, and mocap bodies are not used.
+A geom at the origin of its body ignores `geom_pos`, so a solid that changes its position has its own body (a slot),
+whose `body_pos` changes. Two solids are compared if they are closer than the sum of their margins and if their bodies
+are, so `geom_margin` and `body_margin` are set together. The depth of a cylinder below a plane is computed from the
+part of its axis along the plane; for an upright axis that part is only rounding, and the depth is wrong by up to the
+radius. So the floor is tilted by an angle so small that heights change by some micrometres, far less than the depth of
 a contact.
 """
 
@@ -36,8 +36,8 @@ from vrs_cli.kinematics.transform import (
     unit_quaternion,
 )
 
-ARENA = 4 << 20  # memory for the contacts of one pose [bytes]
-SCENE, ARM = 1, 2  # collision bits: the arm is checked against scene and arm, the scene not against itself
+ARENA = 4 << 20  # [bytes] memory for the contacts at one pose
+SCENE, ARM = 1, 2  # collision bits: the arm is compared with the scene and itself, the scene only with the arm
 TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
     SolidForm.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -46,8 +46,8 @@ TYPES = {
 }
 ALIKE = 1e-9  # [m, rad] tolerance for equal axes
 NOBODY = -1  # the owner of an empty slot
-TINY = 1e-3  # [m] the size of the solid in an empty slot
-LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion of the floor, which leans by 5e-6 rad
+TINY = 1e-3  # [m] size of the solid in an empty slot
+LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion of the floor, which is tilted by 5e-6 rad
 
 
 class Ball(NamedTuple):
@@ -58,14 +58,14 @@ class Ball(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """A ball around a solid, in the frame of the link that it moves with."""
+    """A ball around a solid, in the frame of the link `link`, with which the solid moves."""
 
     link: int
     ball: Ball
 
 
 class Standing(NamedTuple):
-    """A part: its owner, its solids, and T_world_part; T_flange_part if it is held."""
+    """A part: its owner, its solids, and its pose T: T_world_part, or T_flange_part if it is held."""
 
     owner: int
     solids: Sequence[Solid]
@@ -73,11 +73,11 @@ class Standing(NamedTuple):
 
 
 class Physics:
-    """An arm in a scene. Owners are numbers: a link has its index, and the caller gives the next numbers to other
-    bodies.
+    """The model of an arm in a scene. An owner of solids is a number: the index of a link, or a higher number that the
+    caller gives to another body.
 
-    `fixed`: solids that stay at their places. `kinds`: all solids that may come into one of the `slots` of the scene,
-    or of the `grips` of the hand. `apart`: pairs of links that are not compared.
+    `fixed`: solids that never move. `kinds`: all solids that can be put into one of the `slots` of the scene or the
+    `grips` of the hand. `apart`: pairs of links that are not compared.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class Physics:
     def _id(self, name: str) -> int:
         return int(self.m.body(name).id)
 
-    # --- placing ---
+    # --- setting poses ---
 
     def place_base(self, T_world_robot: Transform) -> None:
         """Set the pose of the arm's base."""
@@ -178,7 +178,7 @@ class Physics:
             self._move(body, opening_motion(opens, hand))
 
     def fill(self, standing: Iterable[Standing], held: Standing | None = None) -> None:
-        """Put parts into the slots, in place of the earlier ones. There are as many slots as solids."""
+        """Put the solids of parts into the slots, replacing earlier ones. There must be a slot for each solid."""
         self._fill(self._slots, [(SCENE, one.owner, one.T, solid) for one in standing for solid in one.solids])
         self._fill(self._grips, [] if held is None else [(ARM, held.owner, held.T, solid) for solid in held.solids])
 
@@ -205,16 +205,15 @@ class Physics:
     def _move(self, body: int, T: Transform) -> None:
         self.m.body_pos[body], self.m.body_quat[body] = position(T), unit_quaternion(T)
 
-    # --- looking ---
+    # --- distances ---
 
     def margin(self, distance: float) -> None:
-        """Set the distance below which pairs are found [m]."""
+        """Set the maximum distance of the pairs that `near` returns [m]."""
         self.m.geom_margin[:] = self.m.body_margin[:] = 0.5 * distance
 
     def near(self, joints: Sequence[float] | Floats) -> list[tuple[int, float]]:
-        """Return the pairs of solids that are nearer than the margin with these joints [rad, m], also within the arm:
-        the key of each pair and its distance [m], below 0 if they overlap.
-        """
+        """Return the pairs of solids that are closer than the margin at these joints [rad, m], pairs within the arm
+        included: the key of each pair and its distance [m], negative if the solids overlap."""
         m, d = self.m, self.d
         d.qpos[:] = joints
         mujoco.mj_kinematics(m, d)
@@ -225,23 +224,24 @@ class Physics:
         return list(zip((contacts.geom @ self._radix).tolist(), contacts.dist.tolist(), strict=True))
 
     def place(self, number: int) -> Vector:
-        """Return the middle between the two solids of a pair that `near` returned last, in the world [m]."""
+        """Return the point midway between the two solids of a pair from the last call of `near`, in the world [m]."""
         x, y, z = self.d.contact.pos[number].tolist()
         return x, y, z
 
     def pair(self, key: int) -> tuple[int, int]:
-        """Return the numbers of the two solids of a key."""
+        """Return the numbers of the two solids of a pair, from the pair's key."""
         return divmod(key, int(self.m.ngeom))
 
     def owners_of(self, key: int) -> tuple[int, int]:
-        """Return the owners of the two solids of a key, the smaller one first."""
+        """Return the owners of the two solids of a pair, from the pair's key, the smaller number first."""
         one, other = (self.owners[number] for number in self.pair(key))
         return (one, other) if one < other else (other, one)
 
     # --- bounds ---
 
     def bounds(self, number: int) -> Bounds:
-        """Return the ball around a solid of the arm; around a finger, open and closed."""
+        """Return a ball around a solid of the arm. For a finger, the ball contains both its open and its closed
+        position."""
         m, body = self.m, int(self.m.geom_bodyid[number])
         pose, radius = _pose(m.geom_pos[number], m.geom_quat[number]), float(m.geom_rbound[number])
         opens = dict(self._fingers).get(body, ())
@@ -254,11 +254,11 @@ class Physics:
         T = link_pose(self.model, link, 0.0) if link else IDENTITY
         round_ = m.geom_type[number] in (TYPES[SolidForm.CYLINDER], TYPES[SolidForm.CAPSULE], TYPES[SolidForm.BALL])
         if link and round_ and self.model.links[link - 1].kind is JointKind.REVOLUTE and _on_axis(compose(T, pose)):
-            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # a body on its joint axis turns in place
+            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # it turns in place on its joint axis
         return Bounds(link, Ball(position(pose), radius))
 
     def arm_solids(self) -> list[int]:
-        """Return the numbers of all solids of links."""
+        """Return the numbers of all solids that belong to links."""
         return [
             int(number)
             for number in np.flatnonzero(np.array(self.owners) <= self.model.joint_count)
@@ -266,16 +266,15 @@ class Physics:
         ]
 
     def ball_of(self, solids: Iterable[Solid]) -> Ball:
-        """Return a ball around solids that come into slots, in their frame."""
+        """Return a ball around solids that can be put into slots, in their own frame."""
         shelf = self._shelf
         rows = [shelf.geom(f"kind{self._kinds[solid]}").id for solid in solids]
         return around([Ball(tuple(shelf.geom_pos[row].tolist()), float(shelf.geom_rbound[row])) for row in rows])
 
 
 def link_bodies(spec: Any, model: RobotModel) -> list[Any]:
-    """Add the links of an arm to a model of MuJoCo, the base first: bodies `link0`, `link1`, ... with the frames of
-    `model.link_frames` and unit masses, moved by joints `joint1`, `joint2`, ...
-    """
+    """Add the links of an arm to a MuJoCo model, the base first: bodies `link0`, `link1`, ... with the frames of
+    `model.link_frames` and unit masses, moved by joints `joint1`, `joint2`, ..."""
     bodies = [_add_body(spec.worldbody, "link0", model.base)]
     for i in range(1, model.joint_count + 1):
         T = link_pose(model, i, 0.0)
@@ -299,7 +298,7 @@ def _on_axis(T: Transform) -> bool:
 
 
 def around(balls: Sequence[Ball]) -> Ball:
-    """Return a ball around balls; without balls, a ball of radius 0 at the origin."""
+    """Return a ball that contains the given balls; without balls, a ball of radius 0 at the origin."""
     if not balls:
         return Ball((0.0, 0.0, 0.0), 0.0)
     low, high = ([side(x) for x in zip(*(ball.centre for ball in balls), strict=True)] for side in (min, max))
@@ -314,7 +313,7 @@ def _pose(place: Floats, turn: Floats) -> Transform:
 
 
 def _form(mesh: str, solid: Solid) -> dict[str, Any]:
-    """Return the arguments with which MuJoCo makes a geom of a solid."""
+    """Return the arguments from which MuJoCo makes the geom of a solid."""
     form = {"type": TYPES[solid.form], "pos": list(position(solid.pose)), "quat": unit_quaternion(solid.pose)}
     return form | ({"meshname": mesh} if solid.form is SolidForm.HULL else {"size": list(solid.sizes)})
 
@@ -327,7 +326,7 @@ def _add_mesh(spec: Any, name: str, solid: Solid) -> None:
 
 
 def _shelf(kinds: dict[Solid, int]) -> Any:
-    """Compile a model with one solid of each kind. Slots copy its rows."""
+    """Compile a model that contains one solid of each kind. Slots copy their geometry from its rows."""
     spec = mujoco.MjSpec()
     for solid, number in kinds.items():
         name = f"kind{number}"

@@ -1,10 +1,8 @@
-"""Convex solids that stand for the links of an arm and for the things in a scene, to look for contacts.
-
-A link has the solids of its shapes (`RobotModel.collision`, else `kinematics.bodies`). Cylinders and capsules are used
-unchanged. A box is the hull of its corners, because MuJoCo's own comparison of boxes misses some that are near. A cone,
-a slab and a capsule of two radii become the convex hull of points on them, a mesh file its convex hull. A link whose
-mesh cannot be read gets capsules along it, as does each link of a robot without shapes.
-"""
+"""Convex solids that represent the links of an arm and the things in a scene in the search for contacts. A link has the
+solids of its shapes (`RobotModel.collision`, otherwise `kinematics.bodies`). Cylinders and capsules are used unchanged.
+A box becomes the hull of its corners, because MuJoCo's own comparison of boxes misses some boxes that are near. A cone,
+a slab and a capsule with two radii become the convex hull of points on their surface, a mesh file its convex hull. A
+link whose mesh cannot be read gets capsules along its length."""
 
 from __future__ import annotations
 
@@ -26,12 +24,12 @@ from vrs_cli.kinematics.model import RobotModel, frame
 from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
 AROUND = 24  # number of points on a circle of a hull
-OUTSIDE = 1.0 / cos(pi / AROUND)  # the ratio of radii of a polygon around a circle
+OUTSIDE = 1.0 / cos(pi / AROUND)  # radius of a polygon's corners divided by the radius of the circle inside
 SHORT = 1e-9  # [m] shorter lengths count as zero
 
 
 class SolidForm(Enum):
-    """The form of a solid, which says how its sizes are read: radius, and half the length along z. A hull has none."""
+    """The form of a solid. Its sizes are the radius, and half the length along z; a hull has no sizes."""
 
     BALL = "ball"
     CAPSULE = "capsule"
@@ -40,7 +38,7 @@ class SolidForm(Enum):
 
 
 class Solid(NamedTuple):
-    """A convex solid about the origin of `pose` [m]. A hull has `points` instead of sizes."""
+    """A convex solid around the origin of `pose` [m]. A hull has `points` instead of `sizes`."""
 
     form: SolidForm
     sizes: transform.Vector = (0.0, 0.0, 0.0)
@@ -49,7 +47,8 @@ class Solid(NamedTuple):
 
 
 class LinkSolids(NamedTuple):
-    """The solids of a link that move together: with the link alone, or also as the hand opens (`opens`)."""
+    """Solids of a link that move together. `opens`: how they also move as the hand opens; empty if they move with the
+    link alone."""
 
     link: int
     opens: tuple[Opening, ...]
@@ -86,9 +85,8 @@ def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
 
 
 def solid_of(body: Body) -> Solid:
-    """Return the solid for a body of a link, in the frame of the link. Raises FileError, FileDamaged for a mesh that
-    cannot be read.
-    """
+    """Return the solid for a body of a link, in the frame of the link. Raises FileError or FileDamaged for a mesh that
+    cannot be read."""
     match body:
         case Box(size, pose):
             return _box(size, pose)
@@ -124,26 +122,27 @@ def _upright(form: SolidForm, start: transform.Vector, end: transform.Vector, ra
 
 
 def _along_z(place: transform.Vector, way: transform.Vector) -> transform.Transform:
-    """Return a frame at a position whose z axis points along a direction."""
+    """Return a frame at a position, with its z axis along a direction."""
     z = transform.unit(way)
     return frame(transform.any_normal(z), z, place)
 
 
 def _hull(start: transform.Vector, end: transform.Vector, points: Sequence[transform.Vector]) -> Solid:
-    """Return the hull of points that are given in a frame at `start` with z towards `end`."""
+    """Return the hull of points that are given in a frame at `start` whose z axis points to `end`."""
     T = _along_z(start, transform.vector_difference(end, start))
     return Solid(SolidForm.HULL, points=tuple(transform.moved_point(T, point) for point in points))
 
 
 def _circle(radius: float, height: float) -> Iterator[transform.Vector]:
-    """Yield the corners of a polygon outside a circle."""
+    """Yield the corners of a regular polygon that encloses a circle."""
     for k in range(AROUND):
         angle = 2.0 * pi * k / AROUND
         yield OUTSIDE * radius * cos(angle), OUTSIDE * radius * sin(angle), height
 
 
 def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[transform.Vector]:
-    """Yield points on half a ball about a height, below it (-1) or above it (1)."""
+    """Yield points that enclose half a ball around the point at `height` on the z axis: its lower half (side -1) or
+    upper half (1)."""
     yield 0.0, 0.0, height + side * radius
     for k in range(4):
         latitude = 0.125 * pi * k
@@ -151,11 +150,11 @@ def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[transform.
 
 
 def _slab(body: Slab) -> Iterator[transform.Vector]:
-    """Yield the corners of the hull of two discs, as the page draws a slab without its bevels."""
+    """Yield the corners of the hull of a slab's two discs, without the bevels that the page draws."""
     way, (r1, r2), (t1, t2) = transform.vector_difference(body.end, body.start), body.radii, body.thickness
     far, x = transform.length(way), transform.unit(way)
     z = transform.unit(transform.along(body.across, x, -transform.dot(body.across, x)))
-    T, edge = frame(x, z, body.start), acos((r1 - r2) / far)  # where the straight edges touch the discs
+    T, edge = frame(x, z, body.start), acos((r1 - r2) / far)  # angle at which the straight edges touch the discs
     for centre, radius, low, high in ((0.0, r1, edge, 2.0 * pi - edge), (far, r2, -edge, edge)):
         for k in range(AROUND // 2 + 1):
             angle = low + (high - low) * k / (AROUND // 2)

@@ -1,13 +1,10 @@
-"""Divide a stretch of time into stages in which no part changes its state, and bound how far bodies can come in a
-stage, for the search for contacts.
-
-Each body has a ball around it. Between two samples a point of the body moves no farther than the ball's centre plus the
-angle of the turn times the radius. The change of speed from sample to sample bounds how much faster it can be for a
-moment. Two links approach each other by no more than the turns of the joints between them times their levers. The sums
-of these ways grow with time, so halving finds the time at which a way may be done. Steps of this length reach the first
-contact and never pass it (conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid body systems",
-1996).
-"""
+"""Divide a time interval into stages in which no part changes its state, and bound how far bodies can move in a stage,
+for the search for contacts. Each body has a ball around it. Between two samples, a point of the body moves at most as
+far as the ball's centre plus the rotation angle times the ball's radius. The change of speed between samples bounds how
+much faster the point can be in between. Two links approach each other by at most the sum of the turns of the joints
+between them, each times its lever. The accumulated bounds grow with time, so a search by halving finds the earliest
+time at which a given distance may have been covered. Steps of this length reach the first contact and never pass it
+(conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996)."""
 
 from __future__ import annotations
 
@@ -32,26 +29,27 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
-AT_ONCE = 1e-6  # [s] the shortest motion of fingers
+AT_ONCE = 1e-6  # [s] minimum duration of a motion of the fingers
 SAME = 1e-6  # [s] tolerance for equal times
-SAME_PLACE = 1e-9  # [m] tolerance for equal places
+SAME_PLACE = 1e-9  # [m] tolerance for equal positions
 
-Course = tuple[Timeline, WorldCourse | None]  # a timeline and the course of its parts, or None
+Course = tuple[Timeline, WorldCourse | None]  # a timeline and the course of its parts (None without parts)
 
 
 class HeldPart(NamedTuple):
-    """The part in the hand, and T_flange_part."""
+    """The name of the part in the hand, and its pose T_flange_part."""
 
     name: str
     T: Transform
 
 
 class Stage(NamedTuple):
-    """A stretch from `begin` to `end` [s]: T_world_part of the parts that stand, and the part in the hand.
+    """An interval from `begin` to `end` [s] in which no part changes its state: T_world_part of the parts at rest, and
+    the part in the hand.
 
-    `hand`: times [s], and how far the hand is open then. `changed`: parts that were taken, put down or brought at the
-    beginning. `gripped`: parts that the hand may touch, because it is about to take them. `only`: the parts whose
-    contacts are looked for (None: everything), with the hand if `hand_too`.
+    `hand`: times [s], and how far the hand is open at these times. `changed`: parts that were taken, put down or fed at
+    the start. `gripped`: parts whose contacts with the hand are ignored, because the hand takes them next. `only`: the
+    parts whose contacts are searched, and the hand if `hand_too`; None: contacts of all bodies are searched.
     """
 
     begin: float
@@ -67,7 +65,7 @@ class Stage(NamedTuple):
 
 
 def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: float) -> Iterator[Stage]:
-    """Yield the stages between two times [s]. `course`: of the parts, None if there are none."""
+    """Yield the stages between two times [s]. `course`: the course of the parts, None without parts."""
     moves = [] if course is None else course.moves(begin, end)
     cuts = sorted({begin, end, *(t for t, _ in moves if t < end), *_new_frames(timeline, begin, end)})
     held_at = [None if course is None else course.held_part(t) for t in cuts]
@@ -85,9 +83,8 @@ def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: fl
 
 
 def changed_stages(before: Course, after: Course, since: float, shift: float) -> Iterator[Stage]:
-    """Yield the stages from `since` [s] on in which parts or the hand differ from before an edit. The edit shifts the
-    motions from then on by `shift` [s], and leaves their paths as they are. No stage is longer than a motion.
-    """
+    """Yield the stages, from `since` [s] on, in which parts or the hand differ from their state before an edit. The
+    edit shifts the later motions by `shift` [s] and leaves their paths unchanged. A stage never spans two motions."""
     if _go_on_alike(before, after, since, shift):
         return
     timeline, course = after
@@ -96,7 +93,7 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
     for begin, end in pairwise([since, *begins, timeline.end]):
         for stage in stages(timeline, course, begin, end) if end > begin else ():
             found = list(stages(*before, stage.begin - shift, stage.end - shift))
-            was = [one for one in found if one.end - one.begin > SAME] or found  # without stages of rounding length
+            was = [one for one in found if one.end - one.begin > SAME] or found  # no length due to rounding
             parts = frozenset(name for one in was for name in _other_parts(one, stage))
             hand = any(
                 not _same_rows(zip(*one.hand, strict=True), zip(*stage.hand, strict=True), shift=shift) for one in was
@@ -106,9 +103,8 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
 
 
 def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> bool:
-    """Return whether hand and parts begin alike and change at the same times. Then all later states are equal too,
-    because they follow from these and from the motions.
-    """
+    """Return whether the hand and the parts have the same states at the start and change at the same times before and
+    after an edit. Then all later states are equal too, because they follow from these and from the motions."""
     begun = since - shift
     first, other = (next(stages(*of, t, t + SAME)) for of, t in ((before, begun), (after, since)))
     hands = (zip(*_hand(of[0], t, of[0].last), strict=True) for of, t in ((before, begun), (after, since)))
@@ -117,15 +113,14 @@ def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> b
 
 
 def _same_rows(rows: Iterable[tuple[float, object]], others: Iterable[tuple[float, object]], *, shift: float) -> bool:
-    """Return whether rows are equal, with times that are `shift` later in the others [s]."""
+    """Return whether two lists of rows are equal, except that times in `others` are later by `shift` [s]."""
     pairs = zip_longest(rows, others)
     return all(a and b and a[1] == b[1] and abs(b[0] - a[0] - shift) < 2.0 * SAME for a, b in pairs)
 
 
 def _other_parts(one: Stage, other: Stage) -> set[str]:
-    """Return the parts that stand or are held at different places in two stages, or that the hand may touch in only one
-    of them.
-    """
+    """Return the parts that are at rest or held at different poses in two stages, or that the hand takes next in only
+    one of them."""
     found = set(one.gripped ^ other.gripped)
     if one.standing != other.standing:
         names = {*one.standing, *other.standing}
@@ -139,7 +134,8 @@ def _same_place(T: Transform | None, U: Transform | None) -> bool:
 
 
 def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[str | None]:
-    """Return the part that is taken next after each time; `graspable` after the last."""
+    """Return, for each time, the part that the hand takes next after it. `graspable`: the part taken after the last
+    time."""
     taken = [graspable]
     for held in reversed(held_at[1:]):
         taken.append(held or taken[-1])
@@ -147,7 +143,7 @@ def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[s
 
 
 def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]:
-    """Yield the times at which TOOL or BASE change between two times [s]."""
+    """Yield the times between two times [s] at which TOOL or BASE changes."""
     index = timeline.index_at(begin)
     before = timeline[index].motion.frames
     while index + 1 < len(timeline) and (segment := timeline[index + 1]).start < end:
@@ -158,8 +154,8 @@ def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]
 
 
 def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], list[float]]:
-    """Return times, and how far the hand is open then. Between these times the hand moves evenly. The first time is not
-    after `begin`."""
+    """Return times, and how far the hand is open at these times. Between them the hand moves at constant speed. The
+    first time is not after `begin`."""
     moving, before = list[Event](), None
     for event in _of_hand(timeline, end):
         before = event
@@ -177,7 +173,7 @@ def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], li
 
 
 def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
-    """Yield the events of the hand up to a time [s], the last one first."""
+    """Yield the events of the hand up to a time [s], the latest event first."""
     index = timeline.events_by(end) if HAND in timeline.channels else 0
     while index:
         index -= 1
@@ -186,26 +182,26 @@ def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
             yield event
 
 
-STEP = 0.006  # [s] between samples of a motion
-LEAST_STEPS = 3  # minimum number of samples of a segment
-SAFE = 1.5  # safety factor on the change of speed between samples
+STEP = 0.006  # [s] maximum time between samples of a motion
+LEAST_STEPS = 3  # minimum number of steps between samples in a segment
+SAFE = 1.5  # safety factor for the change of speed between samples
 
 
 class LinkFrames(NamedTuple):
-    """T_base_link of each link over N samples: rotations (n + 1, N, 3, 3) and places (n + 1, N, 3)."""
+    """T_base_link of each link at N samples: rotations (n + 1, N, 3, 3) and positions (n + 1, N, 3)."""
 
     turns: Floats
     places: Floats
 
 
 def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
-    """Return the frames of all links for joints (N, n)."""
+    """Return the frames of all links at N samples of the joints, q (N, n)."""
     n, count = model.joint_count, len(q)
     turns, places = np.empty((n + 1, count, 3, 3)), np.empty((n + 1, count, 3))
     base = np.array(model.base).reshape(3, 4)
     turns[0], places[0] = base[:, :3], base[:, 3]
     cosine, sine = np.cos(q.T)[:, :, None], np.sin(q.T)[:, :, None]
-    turned = np.empty((count, 3, 3))  # the rotations of the joint alone
+    turned = np.empty((count, 3, 3))  # frames that are rotated by the joint only
     for i, link in enumerate(model.links, 1):
         step, before = np.array(link_pose(model, i, 0.0)).reshape(3, 4), turns[i - 1]
         if link.kind is JointKind.PRISMATIC:
@@ -214,15 +210,14 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
         else:
             x, y, c, s = before[:, :, 0], before[:, :, 1], cosine[i - 1], sine[i - 1]
             turned[:, :, 0], turned[:, :, 1], turned[:, :, 2] = c * x + s * y, c * y - s * x, before[:, :, 2]
-            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one matrix product instead of `count`
+            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one matrix product, not `count`
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
     return LinkFrames(turns, places)
 
 
 def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:
-    """Return for each joint between another link and the body's link the greatest distance of the body's points from
-    the joint's axis [m]: 1 for a joint that slides, 0 for all other joints.
-    """
+    """Return the lever of each joint: the maximum distance of the body's points from the axis of a joint that turns
+    [m], 1 for a joint that slides, 0 for joints that are not between the body's link and the other link."""
     (link, ball), steps = body, _steps(model)
     far, found = length(ball.centre) + ball.radius, [0.0] * model.joint_count
     for i in range(link, other, -1):
@@ -238,14 +233,15 @@ def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:
 
 @lru_cache
 def _steps(model: RobotModel) -> tuple[Vector, ...]:
-    """Return the pose of each link's frame in the frame of the link before, at joint 0."""
+    """Return, for each link, the position of its frame in the frame of the previous link, with the joint at 0."""
     return tuple(position(link_pose(model, i, 0.0)) for i in range(1, model.joint_count + 1))
 
 
 class Sweep:
-    """A stretch of a timeline, sampled at `times` [s]: joints `q` (N, n) [rad, m], and bounds on how far bodies come.
+    """A time interval of a timeline, sampled at `times` [s]: joints `q` (N, n) [rad, m], and bounds on how far bodies
+    move.
 
-    A way is a row (N - 1,): how far a body comes at most from each sample to the next [m].
+    A way is a row (N - 1,): the maximum distance that a body moves from each sample to the next [m].
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, begin: float, end: float) -> None:
@@ -256,55 +252,54 @@ class Sweep:
         self.frames = frames_over(arm.model, self.q)
         self._spans = np.diff(at)
         self._joint_ways = self._inflate(np.abs(self.q[1:] - self.q[:-1]).T)
-        # twice the sine of half the angle bounds the inflated angle
+        # twice the sine of half an angle; _inflate makes it a bound on the angle
         self._turned = np.sqrt(0.5 * np.square(np.diff(self.frames.turns, axis=1)).sum(axis=(2, 3)))
 
     def _inflate(self, ways: Floats) -> Floats:
-        """Return distances (k, N - 1), enlarged for changes of speed between two samples."""
+        """Return distances (k, N - 1), enlarged to allow for changes of speed between two samples."""
         if ways.shape[1] < 2:
             return ways
         change = np.abs(np.diff(ways / self._spans, axis=1))
         most = np.zeros_like(ways)
         most[:, :-1] = change
         np.maximum(most[:, 1:], change, out=most[:, 1:])
-        most[ways == 0.0] = 0.0  # bodies that stand still
+        most[ways == 0.0] = 0.0  # bodies at rest
         return np.asarray(ways + 0.5 * SAFE * self._spans * most)
 
     def centres(self, link: int, ball: Ball) -> Floats:
-        """Return the positions of the centre of a ball of a link, in the robot's frame (N, 3) [m]."""
+        """Return the centre of a link's ball at each sample, in the robot's frame (N, 3) [m]."""
         return np.asarray(self.frames.turns[link] @ np.array(ball.centre) + self.frames.places[link])
 
     def ways(self, bodies: Sequence[Bounds]) -> Floats:
-        """Return the ways of bodies (k, N - 1)."""
+        """Return the maximum distances that k bodies move from each sample to the next, (k, N - 1) [m]."""
         return self.ways_of(bodies, np.array([self.centres(*one) for one in bodies]))
 
     def ways_of(self, bodies: Sequence[Bounds], centres: Floats) -> Floats:
-        """Return the ways of bodies whose centres are known (k, N, 3) [m]."""
+        """Return the maximum distances that k bodies move from each sample to the next, (k, N - 1) [m]. `centres`: the
+        centres of their balls (k, N, 3) [m]."""
         moved = np.diff(centres, axis=1)
         far = np.sqrt(np.einsum("kni,kni->kn", moved, moved))
         radii = np.array([one.ball.radius for one in bodies])
         return self._inflate(far + radii[:, None] * self._turned[[one.link for one in bodies]])
 
     def way_between(self, levers: Floats) -> Floats:
-        """Return the way by which two bodies approach each other, from the levers of the joints between them: a row
-        (n,), or rows (k, n).
-        """
+        """Return by how much two bodies approach each other at most from each sample to the next [m]. `levers`: the
+        levers of the joints between them: a row (n,), or rows (k, n) for k pairs."""
         return np.asarray(levers @ self._joint_ways)
 
     def joints(self, t: float) -> Floats:
-        """Return the joints at t, on a straight line between two samples [rad, m]."""
+        """Return the joints at t, interpolated linearly between two samples [rad, m]."""
         k = self.place(t)
         part = (t - self.times[k]) / (self.times[k + 1] - self.times[k])
         return np.asarray(self.q[k] + part * (self.q[k + 1] - self.q[k]))
 
     def exact_joints(self, t: float) -> Sequence[float]:
-        """Return the joints at t, as g gives them [rad, m]."""
+        """Return the exact joints at t, from the position function g [rad, m]."""
         return joints_at(self.arm, self.timeline, t)
 
     def reaches(self, sums: Sequence[float], t: float, way: float) -> float:
-        """Return the earliest time at which `way` metres can be done since t, at most the end. `sums`: the sums of the
-        way's row, beginning with 0.
-        """
+        """Return the earliest time after t at which the distance `way` [m] may have been covered, at most the end.
+        `sums`: the accumulated bounds on the distance, beginning with 0."""
         times, k = self.times, self.place(t)
         begun = sums[k] + (t - times[k]) / (times[k + 1] - times[k]) * (sums[k + 1] - sums[k])
         k = bisect_right(sums, begun + way, k) - 1
@@ -313,17 +308,18 @@ class Sweep:
         return times[k] + (begun + way - sums[k]) / (sums[k + 1] - sums[k]) * (times[k + 1] - times[k])
 
     def place(self, t: float) -> int:
-        """Return the number of the last sample up to t; at the end, the number of the last but one."""
+        """Return the index of the last sample that is not after t, at most the last but one."""
         return min(bisect_right(self.times, t), len(self.times) - 1) - 1
 
 
 def sums_of(way: Floats) -> list[float]:
-    """Return the sums of a way's row, beginning with 0."""
+    """Return the cumulative sums of a row of distances, beginning with 0."""
     return [0.0, *np.cumsum(way).tolist()]
 
 
 def _samples(timeline: Timeline, begin: float, end: float) -> list[float]:
-    """Return times from `begin` to `end`: the ends of all segments, and times between them if the arm moves."""
+    """Return sample times from `begin` to `end`: the ends of all segments, and times between them while the arm
+    moves."""
     times, index = [begin], timeline.index_at(begin)
     while times[-1] < end:
         segment = timeline[index]
@@ -333,6 +329,6 @@ def _samples(timeline: Timeline, begin: float, end: float) -> list[float]:
             count = 1 if segment.phase is Phase.REST else max(ceil((until - times[-1]) / STEP), LEAST_STEPS)
             times += np.linspace(times[-1], until, count + 1)[1:].tolist()
         begins = timeline[index].start if index < len(timeline) else end
-        if times[-1] < min(begins, end):  # the arm stands still until the next segment
+        if times[-1] < min(begins, end):  # the arm is at rest until the next segment
             times.append(min(begins, end))
     return times

@@ -1,6 +1,5 @@
-"""Look for contacts before an engine commits a motion. With ENABLE COLLISION a motion that touches is refused; without
-it, in a scene, contacts are reported, once per motion.
-"""
+"""Search for contacts before an engine commits a motion. With ENABLE COLLISION, a motion that causes a contact is
+refused. Without it, in a cell with a scene, contacts are reported once per motion."""
 
 from __future__ import annotations
 
@@ -25,14 +24,13 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 
-MM = 1e-3  # [m]
-MAX_CONTACTS = 1000  # maximum number of kept contacts
+MM = 1e-3  # [m] a millimetre
+MAX_CONTACTS = 1000  # maximum number of contacts kept
 
 
 class ContactWatch:
-    """Checks the motions of an engine. `around` returns the scene and its world, or None if there is none. `tell` takes
-    messages for the user.
-    """
+    """Checks the motions of an engine for contacts. `around` returns the scene and its world (None for no world).
+    `tell` shows a message to the user."""
 
     def __init__(
         self,
@@ -42,15 +40,15 @@ class ContactWatch:
     ) -> None:
         self._engine, self._around, self._tell = engine, around, tell
         self._last: Checker | None = None
-        self._missing = False  # whether the missing MuJoCo was reported
+        self._missing = False  # whether the user was informed that MuJoCo is missing
         self.contacts = deque[tuple[str, Contact]](
             maxlen=MAX_CONTACTS
         )  # reported contacts, with the texts of their motions
-        self._number = 0  # the number of the motion of the last contact
+        self._number = 0  # number of the motion whose contact was reported last
         engine.checks.append(self.check)
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> None:
-        """Raise CollisionAhead for a change after which something touches, if such changes are refused."""
+        """Report a contact that a change causes; raise CollisionAhead instead if COLLISION is enabled."""
         found, later = self.of_change(timeline, delta, settings)
         if found is None:
             return
@@ -60,15 +58,14 @@ class ContactWatch:
             hint = "DISABLE COLLISION lets it begin all the same"
             raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
-            return  # another target of a motion whose contact was reported
+            return  # a further target of a motion whose contact was already reported
         self._number = delta.motion.number
         self.contacts.append((text, found))
         self._tell(said)
 
     def of_change(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> tuple[Contact | None, str]:
-        """Return the first contact that a change causes, and words that name the motion if it is a later one. Return no
-        contact if nothing is checked.
-        """
+        """Return the first contact that a change causes, and text that names the motion if the contact is on a later
+        one. Return no contact if contacts are not checked."""
         if self._around()[1] is None and not settings.switch("COLLISION"):
             return None, ""
         found, after = None, timeline.apply(delta)
@@ -81,9 +78,8 @@ class ContactWatch:
         return found, f" (on {after.locate(found.t)[0].motion.text})" if found is not None else ""
 
     def _later(self, before: Timeline, after: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
-        """Return the first contact of motions that are only shifted, with what a change moves to another place: the
-        paths stay, but the hand may hold another part, and parts may stand in the way.
-        """
+        """Return the first contact on motions that a change only shifts. Their paths stay the same, but the hand may
+        hold another part, and parts may have other positions."""
         times = [delta.segments[-1].finish] if delta.segments else []
         if not times and delta.events is not None:
             times = [event.time for event in delta.events.events]
@@ -95,9 +91,8 @@ class ContactWatch:
         return checker.first_changed((before, old), (after, new), since, delta.shift)
 
     def ahead(self, move: Move) -> Contact | None:
-        """Return the first contact of a motion that would begin now, with its time from now. Return None also if the
-        arm cannot do the motion.
-        """
+        """Return the first contact of a motion if it began now; its time counts from now. Return None if there is no
+        contact, or if the arm cannot perform the motion."""
         try:
             delta = self._engine.trial(move)
         except (MotionError, IllegalValue):
@@ -106,7 +101,8 @@ class ContactWatch:
         return None if found is None else structs.replace(found, t=found.t - delta.executed)
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, settings: Settings) -> Contact | None:
-        """Return the first contact between two times [s]. Return None also if nothing is checked."""
+        """Return the first contact between two times [s]. Return None if there is none, or if contacts are not
+        checked."""
         checker = self._checker(settings) if end > begin else None
         if checker is None:
             return None
@@ -114,16 +110,15 @@ class ContactWatch:
         return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
 
     def prepare(self, checker: Checker | None = None) -> None:
-        """Load MuJoCo now: its import may start a process, which programs of others must not. `checker`: the checker of
-        another robot of the same model and scene.
-        """
+        """Import MuJoCo now: the import may start a process, which is not allowed later, while programs of other users
+        run. `checker`: the checker of another robot with the same model and scene, to be used again."""
         if find_spec("mujoco") is not None:
             import_module("vrs_cli.contacts.checker")
             self._last = checker
 
     @property
     def checker(self) -> Checker | None:
-        """The checker that was used last."""
+        """The checker that was used last, or None."""
         return self._last
 
     def tell_missing(self) -> None:
@@ -133,12 +128,12 @@ class ContactWatch:
             self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")
 
     def _checker(self, settings: Settings) -> Checker | None:
-        """Return the checker for the present scene; None if contacts are not looked for."""
+        """Return the checker for the current scene; None if contacts are not checked."""
         scene, refused = self._around()[0], settings.switch("COLLISION")
         if scene.empty and not refused:
             return None
         if find_spec("mujoco") is None:
-            if refused:  # contacts are looked for only to refuse
+            if refused:  # report it only if a contact would be refused
                 self.tell_missing()
             return None
         from vrs_cli.contacts.checker import Checker
@@ -151,7 +146,7 @@ class ContactWatch:
 
 
 def _end(delta: TimelineDelta) -> float:
-    """Return the time at which the changed part ends [s]; later motions are only shifted."""
+    """Return the time at which the changed part of the timeline ends [s]; motions after it are only shifted."""
     events = () if delta.events is None else delta.events.events
     ends = [segment.finish for segment in delta.segments] + [event.time + event.duration for event in events]
     return max(ends, default=delta.cut)
