@@ -1,9 +1,7 @@
-"""Translate programs to RAPID as they are written: blocks, jumps, calls, reactions as traps, locations with confdata.
-
-A statement without a counterpart becomes a comment and is reported with its line. Transformations are robtargets,
-precision points jointtargets; arrays of RAPID begin at 1. The routines at the end of a module replace words of VAL-II
-that RAPID does not have.
-"""
+"""Translate programs to RAPID as they are written: blocks, jumps, calls, reactions as traps, locations with confdata. A
+statement without a counterpart becomes a comment and is reported with its line. Transformations become robtargets,
+precision points jointtargets; arrays of RAPID begin at index 1. The routines at the end of a module replace words of
+VAL-II that RAPID does not have."""
 
 from __future__ import annotations
 
@@ -27,8 +25,8 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 
-SAME = 1e-6  # [m] of two places
-SIZE = 10  # the size of an array without known elements
+SAME = 1e-6  # [m] tolerance for equal positions
+SIZE = 10  # default size of an array without known elements
 TYPES = {Kind.REAL: "num", Kind.STRING: "string", Kind.LOCATION: "robtarget", Kind.PRECISION: "jointtarget"}
 STARTS = {Kind.REAL: "", Kind.STRING: "s_", Kind.LOCATION: "", Kind.PRECISION: "j_"}
 RAPID_WORDS = """abs accset alias and atan2 backward bool calcjointt calcrobt case cjointt clkread clkreset clkstart
@@ -42,7 +40,7 @@ viewonly waitrob waittime waituntil while with wobjdata world xor zonedata"""
 NUMBERED = re.compile(r"(l|again|next|out|temporary|soft|timer|(at_)?trap|d[io]|[vz]|tool|wobj|load)\d+|.*speed")
 
 IDLE_WORDS = """COARSE FINE NULL NONULL CPON INTON INTOFF OVERLAP NOOVERLAP SINGLE MULTIPLE ATTACH DETACH GLOBAL AUTO
-LOCAL CALIBRATE"""  # words that change no place and no output
+LOCAL CALIBRATE"""  # words that change neither the robot's position nor an output
 PLAIN = frozenset(IDLE_WORDS.split())
 BREAKS = frozenset(("BREAK", "OPENI", "CLOSEI", "RELAXI", "TOOL", "BASE", "HALT", "STOP", "PAUSE", "DELAY"))
 MOVES = frozenset(("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY", "NEST", "ALIGN"))
@@ -56,13 +54,14 @@ EMPTY = {
     Kind.PRECISION: f"[[0, 0, 0, 0, 0, 0], {external()}]",
 }
 HERES = {Kind.LOCATION: "CRobT(\\Tool:=held\\WObj:=world)", Kind.PRECISION: "CJointT()"}
-SIGNALS = {  # an output, an input, and a signal above 2000
+SIGNALS = {  # forms for an output, an input, and a signal above 2000
     "SIG": ("DOutput(do{0}) = {1:d}", "DInput(di{0}) = {1:d}", "soft{0} = {2}"),
     "SIGNAL": ("SetDO do{0}, {1:d};", "", "soft{0} := {2};"),
 }
-# What a word is in RAPID: the type of what it gives ("do" for an instruction, "to" for the place of a motion, "joints"
-# for its joints), the word (with () where nothing may follow it, with _ for a sign before a value, with $ for one
-# between strings), the text, and the types of the arguments, with what stands for one that is left out.
+# How to write a word in RAPID. Columns: the type of the result ("do" for an instruction, "to" for the target of a
+# motion, "joints" for a target given by joints); the word (with () if it has no arguments, with _ for a sign before a
+# value, with $ between strings); the RAPID text; the types of the arguments, each with its default if it can be left
+# out.
 FORMS_TEXT = f"""
 num +  ({{}} + {{}})  num num
 num -  ({{}} - {{}})  num num
@@ -221,9 +220,9 @@ class NoCounterpart(Exception):
 
 
 class BlockLine(Struct, frozen=True):
-    """A line before indented lines. `wanted`: the type of its operand; `idle`: the operand of a block that cannot be
-    translated and is not carried out; `back`, `by`: the change of indent before the line and after it.
-    """
+    """A line that opens a block or continues one. `wanted`: the type of its operand. `idle`: the operand that makes the
+    block never run, used if the real one cannot be translated. `back`, `by`: how many levels the indent decreases
+    before the line and increases after it."""
 
     line: str
     wanted: str = "bool"
@@ -233,16 +232,15 @@ class BlockLine(Struct, frozen=True):
 
 
 class Translated(Struct, frozen=True):
-    """A RAPID module. `unsaid`: (line, construct) for each construct without a counterpart."""
+    """A RAPID module. `unsaid`: (line, construct) for each construct that has no counterpart in RAPID."""
 
     text: str
     unsaid: tuple[tuple[int, str], ...]
 
 
 class RapidTranslator:
-    """Translates the programs of a memory. `run`: an execution of them, which shows the configuration in which each
-    location is reached; `given`: the memory before the run.
-    """
+    """Translates the programs of a memory. `run`: a run of these programs, which shows the configuration in which each
+    location is reached. `given`: the memory before the run."""
 
     def __init__(
         self, memory: Memory, programs: Sequence[Analysis], run: ExecutedRun, given: Memory, name: str
@@ -254,10 +252,10 @@ class RapidTranslator:
         for one in programs:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
-        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names of data: of one routine, of all
+        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in one routine, in all
         self.arrays = dict[Datum, list[int]]()  # sizes of arrays, as far as constant indexes show them
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
-        self.changing = set[tuple[str, int]]()  # parameters that a program changes, or passes to one that does
+        self.changing = set[tuple[str, int]]()  # changed by a program or a called one
         self.temporary = 0
         self._learn_from_calls()
 
@@ -313,7 +311,8 @@ class RapidTranslator:
             yield f"  {word} {TYPES[kind]} {name}{_braces(sizes)}{value};"
 
     def _sizes(self, datum: Datum) -> list[int]:
-        """Return the dimensions of an array, as the run or the text uses it; empty for other variables."""
+        """Return the dimensions of an array, from the elements used in the run and in the text; empty for other
+        variables."""
         scope, kind, key = datum
         least = self.arrays.get(datum, [])
         used = [index for index in self.memory.cells(kind, key) if index is not None and not scope] if least else []
@@ -324,7 +323,8 @@ class RapidTranslator:
     def _literal(
         self, kind: Kind, elements: Mapping[Any, object], sizes: Sequence[int], at: tuple[int, ...] = ()
     ) -> str:
-        """Return the value of a variable, or of an array whose elements from `at` on have these sizes."""
+        """Return the value of a variable or an array as RAPID text. `sizes`: the sizes of the remaining dimensions;
+        `at`: the indexes chosen so far."""
         if sizes:
             inner = [self._literal(kind, elements, sizes[1:], (*at, k)) for k in range(sizes[0])]
             return f"[{', '.join(inner)}]"
@@ -342,9 +342,8 @@ class RapidTranslator:
         return f'"{value}"'
 
     def _joints_at(self, T: Transform) -> tuple[float, ...]:
-        """Return the joints at which the run has reached a location; for other locations the joints of a MOVE from the
-        run's start.
-        """
+        """Return the joints at which the run reached a location. If the run did not reach it, return the joints to
+        which a MOVE from the run's start would go."""
         for move in self.run.moves:
             if distance(move.T_world_tool, T) < SAME:
                 return move.joints
@@ -356,10 +355,10 @@ class RapidTranslator:
     # --- a program ---
 
     def _program(self, analysis: Analysis) -> list[str]:
-        """Return the lines of a program, from PROC to ENDPROC."""
+        """Return the lines of a program in RAPID, from PROC to ENDPROC."""
         program, key = analysis.program, analysis.program.key
         self.lines, self.level, self.of_routine = list[str](), 2, {}
-        self.left_out = set[int]()  # openers of blocks without a counterpart
+        self.left_out = set[int]()  # lines that open blocks without a counterpart
         self.analysis, self.parameters = analysis, {one.key: one for one in program.parameters}
         self.own = {own.key: own for own in analysis.own}
         openers = [program.steps[block.opener].statement for block in analysis.blocks]
@@ -450,16 +449,15 @@ class RapidTranslator:
         self._label("out", block)
 
     def _label(self, kind: str, block: Block) -> None:
-        """Write a label for EXIT or NEXT if one of them jumps there."""
+        """Write the label to which EXIT or NEXT jumps, if the block contains such an instruction."""
         word = "EXIT" if kind == "out" else "NEXT"
         inside = self.analysis.program.steps[block.opener : block.closer]
         if any(isinstance(step.statement, ast.Instruction) and step.statement.word == word for step in inside):
             self.say(f"{kind}{block.opener}:")
 
     def _for(self, it: ast.For) -> None:
-        """Write a loop. FOR of RAPID has its own variable and always carries out its first value (from memory of the
-        manual), so that most loops are written as WHILE.
-        """
+        """Write a FOR loop. RAPID's FOR has its own variable and always runs once with the first value (from memory of
+        the manual), so most loops are written as WHILE."""
         step = 1.0 if it.step is None else ast.plain_number(it.step)
         if not step:
             raise NoCounterpart("FOR with a STEP whose sign is not known")
@@ -478,9 +476,8 @@ class RapidTranslator:
         return f"temporary{self.temporary}"
 
     def _is_own(self, it: ast.For) -> bool:
-        """Return whether a loop can be a FOR of RAPID: only FOR loops of this program use its variable, and their
-        numbers show that each is carried out.
-        """
+        """Return whether a loop can be written as RAPID's FOR: its variable is used only in FOR loops of this program,
+        and constant bounds show that each of these loops runs at least once."""
         key, steps, around, within = it.variable.key, self.analysis.program.steps, set[int](), set[int]()
         if it.variable.indexes or key in self.parameters or key in self.own:
             return False
@@ -539,7 +536,8 @@ class RapidTranslator:
         self.say(*self._fill(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
 
     def _motion(self, place: int, it: ast.Instruction) -> None:
-        """Write a motion and its destination, with a rounded corner unless the arm has to come to rest at its end."""
+        """Write a motion and its destination. The corner is rounded unless the arm must stop at the end of the
+        motion."""
         first, tool = next(iter(it.arguments), None), "held\\WObj:=world"
         joints = it.word in ("READY", "DRIVE") or (first is not None and kind_of(first, self._kind) is Kind.PRECISION)
         form = FORMS.get(("joints" if joints else "to", it.word))
@@ -557,7 +555,7 @@ class RapidTranslator:
             self.say(f"dest := {target};", f"{'MoveL' if it.word.endswith('S') else 'MoveJ'} dest, {how}")
 
     def _stands(self, place: int) -> bool:
-        """Return whether the next step waits until the arm is at rest; False if that depends on a block."""
+        """Return whether the arm must stop before the next motion; False if that depends on a block."""
         following = [step.statement for step in self.analysis.program.steps[place + 1 :]]
         words = [one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following]
         return next((word for word in words if word in DECIDING), "BREAK") in BREAKS
@@ -602,9 +600,8 @@ class RapidTranslator:
         self.say(f"TPWrite {shown};")
 
     def _call_text(self, called: ast.Expression | None) -> str:
-        """Return the call of a program of the file, after writing the statements that prepare its arguments. Raises
-        NoCounterpart.
-        """
+        """Return the call of a program in the file; first write the statements that prepare its arguments. Raises
+        NoCounterpart."""
         callee = next((one.program for one in self.programs if one.program.key == getattr(called, "key", None)), None)
         if not isinstance(called, ast.ProgramCall) or callee is None:
             raise NoCounterpart("CALL of a program that is not in the file")
@@ -656,9 +653,8 @@ class RapidTranslator:
         return self._known_kind(self.analysis, variable) or Kind.REAL
 
     def _known_kind(self, analysis: Analysis, variable: ast.Variable) -> Kind | None:
-        """Return the kind of a variable as its program decides it; for a shared variable also as other programs or the
-        file decide it.
-        """
+        """Return the kind of a variable as its program shows it; for a shared variable, also as other programs or the
+        file show it."""
         key, program = variable.key, analysis.program
         own = {*(one.key for one in program.parameters), *(one.key for one in analysis.own)}
         found = SIGIL_KINDS.get(variable.sigil) or self.kinds[program.key].get(key)
@@ -677,7 +673,7 @@ class RapidTranslator:
         return name + _braces([self._index(one) for one in it.indexes or ()])
 
     def _datum(self, it: ast.Variable) -> Datum:
-        """Return the identity of a variable, and give it a name of its own in the routine or the module."""
+        """Return the identity of a variable. Give the variable a name that is unique in the routine or the module."""
         own, program = self.own.get(it.key), self.analysis.program
         inner = it.key in self.parameters or it.key in self.loops or (own is not None and own.automatic)
         datum = (program.key if inner or own is not None else "", kind := self._kind(it), it.key)
@@ -698,7 +694,7 @@ class RapidTranslator:
         return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.value(it, 'num')} + 1"
 
     def value(self, it: ast.Expression | None, wanted: str) -> str:
-        """Return an expression as a value of a type of RAPID. Raises NoCounterpart."""
+        """Return an expression as RAPID text of a given type. Raises NoCounterpart."""
         if wanted == "minus":
             return self.value(_minus(it), "num")
         word, operands = "", tuple[ast.Expression | None, ...]()
@@ -729,9 +725,8 @@ class RapidTranslator:
         raise NoCounterpart(_describe(it))
 
     def _fill(self, form: tuple[str, list[str]], given: Sequence[ast.Expression | None], what: str) -> str:
-        """Return a form with its arguments. `what`: the construct, for the message if it has too many. Raises
-        NoCounterpart.
-        """
+        """Return a form with its arguments filled in. `what`: the construct, named in the error if it has too many
+        arguments. Raises NoCounterpart."""
         types = " ".join(form[1]).split()
         if len(given) > len(types):
             raise NoCounterpart(what)
@@ -744,9 +739,9 @@ class RapidTranslator:
     # --- names ---
 
     def _learn_from_calls(self) -> None:
-        """Find the parameters that programs change, and the kinds that only arguments decide, until no more are found.
-        A parameter also changes if a program changes a shared variable that was passed for it.
-        """
+        """Find the parameters that programs change, and the kinds of variables that only arguments determine. Repeat
+        until nothing new is found. A program also changes a parameter if it changes a shared variable that was passed
+        for it."""
         programs, known = {one.program.key: one.program for one in self.programs}, -1
         writes: dict[str, set[str]] = {key: set() for key in programs}  # the shared variables that a program changes
         while known != (known := sum(map(len, (self.changing, *self.kinds.values(), *writes.values())))):
@@ -772,12 +767,12 @@ BLOCKS: Mapping[type, BlockLine] = {
     ast.If: BlockLine("IF {} THEN"),
     ast.Else: BlockLine("ELSE", back=1),
     ast.While: BlockLine("WHILE {} DO"),
-    ast.For: BlockLine("WHILE {} DO"),  # if it has no counterpart
+    ast.For: BlockLine("WHILE {} DO"),  # if the construct has no counterpart
     ast.Case: BlockLine("TEST {}", "num", "0", by=2),
     ast.Value: BlockLine("CASE {}:", "num", "1", back=1),
     ast.Any: BlockLine("DEFAULT:", back=1),
 }
-Datum = tuple[str, Kind, str]  # a program ("": all of them share it), kind and key of a variable
+Datum = tuple[str, Kind, str]  # a program ("" for a shared variable), and the kind and key of a variable
 HANDS = ("OPEN", "CLOSE", "OPENI", "CLOSEI")
 INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] = {
     "SPEED": RapidTranslator._speed,
@@ -791,14 +786,15 @@ INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] =
 
 
 def _minus(it: ast.Expression | None) -> ast.Expression:
-    """Return the negative of a distance. Raises NoCounterpart if it is left out."""
+    """Return the negative of a distance. Raises NoCounterpart if the distance is missing."""
     if it is None:
         raise NoCounterpart("a distance that is left out")
     return ast.Number(-it.value, "", span=it.span) if isinstance(it, ast.Number) else ast.Unary("-", it, span=it.span)
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """Return an identifier for a name that is not taken, no word of RAPID and no name of a routine."""
+    """Return an identifier based on a name that is not in use and is neither a word of RAPID nor the name of a
+    routine."""
     plain = identifier(name.lower(), 28)
     while plain in TAKEN or plain in taken or NUMBERED.fullmatch(plain):
         plain += "_"
@@ -815,9 +811,8 @@ def _describe(it: ast.Expression | None) -> str:
 
 
 def _changed_keys(statement: ast.Statement, changing: set[tuple[str, int]]) -> Iterator[str]:
-    """Yield the keys of variables that a statement may change. `changing`: the parameters that programs are known to
-    change.
-    """
+    """Yield the keys of the variables that a statement may change. `changing`: the parameters that programs are known
+    to change."""
     match statement:
         case ast.Assignment(target=target) | ast.For(variable=target):
             yield target.key

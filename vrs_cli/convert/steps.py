@@ -1,6 +1,6 @@
-"""Read the executed steps of a run from its timeline as a list that is independent of a language; `writers` write it in
-other languages. The steps are motions, waits, and events with their times. Units are metres, radians and seconds.
-"""
+"""Read the executed steps of a run from its timeline, as a list that does not depend on any language; `writers` writes
+the steps in other languages. The steps are motions, waits, and events with their times. Units are metres, radians and
+seconds."""
 
 from __future__ import annotations
 
@@ -21,16 +21,15 @@ from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import FIRST_INPUT, HAND, Event, Frames, Motion, MotionKind, Start
 
-SAME_TIME = 1e-6  # [s]
-SAME_PLACE = 1e-7  # [rad, m] of joints
-MIN_BLEND = 1e-4  # [m] a smaller blend is written as a stop
-SAMPLES = 9  # number of samples of the speeds in a segment
+SAME_TIME = 1e-6  # [s] tolerance for equal times
+SAME_PLACE = 1e-7  # [rad, m] tolerance for equal joints
+MIN_BLEND = 1e-4  # [m] minimum distance for a blend; a smaller one is written as a stop
+SAMPLES = 9  # number of samples in a segment for the maximum speeds
 
 
 class RunStep(Struct, frozen=True, kw_only=True):
-    """A step that happened at `time` [s]. `late` [s]: time from the begin of the next motion to the step (positive), or
-    from the end of the last motion back to the step (negative).
-    """
+    """A step that happened at `time` [s]. `late` [s]: the time of the step relative to a motion that is under way:
+    positive after the start of the next motion, negative before the end of the last motion."""
 
     time: float
     late: float = 0.0
@@ -39,11 +38,11 @@ class RunStep(Struct, frozen=True, kw_only=True):
 class MoveStep(RunStep, frozen=True):
     """A motion: joint-interpolated, or a straight line of the tool tip.
 
-    It ends at `joints`, with the tool at `T_world_tool` in BASE; if it was cut short, at the point of the cut. `end`:
-    when the motion ends or is cut [s]. `rounded`: the next motion begins while this one slows down. `blend`: the
-    distance of the tip from the end at that time [m]; 0 for a stop. `motion`: the command. Maxima during the motion:
-    `joint_rate`, a fraction of the joints' maximum; `axis_speed` and `axis_acceleration` of the joint with the longest
-    travel; `tip_speed`, `tip_acceleration` and `turn_speed` of the tool.
+    It ends at `joints`, with the tool at `T_world_tool` relative to BASE; if it was cut short, these describe the point
+    of the cut. `end`: when the motion ends or is cut [s]. `rounded`: the next motion begins while this one slows down.
+    `blend`: the distance between the tip and the target at that time [m]; 0 for a stop. `motion`: the command. Maxima
+    during the motion: `joint_rate`, as a fraction of the joints' maximum velocity; `axis_speed` and `axis_acceleration`
+    of the joint with the longest travel; `tip_speed`, `tip_acceleration` and `turn_speed` of the tool.
     """
 
     straight: bool
@@ -92,13 +91,13 @@ class InputStep(RunStep, frozen=True):
 
 
 class WaitStep(RunStep, frozen=True):
-    """The robot stood still for `seconds`."""
+    """The robot was at rest for `seconds`."""
 
     seconds: float
 
 
 class ExecutedRun(Struct, frozen=True):
-    """A run: its start and its steps. `inputs`: the changes of inputs (time [s], signal, state)."""
+    """A run: its start and its steps. `inputs`: the changes of input signals (time [s], signal, state)."""
 
     arm: RobotArm
     start: Joints
@@ -118,7 +117,7 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
     start = segment_joints(arm, initial[0], 0.0)
     builder = StepBuilder(arm, timeline, motions, initial[0].motion.frames)
     inputs, on = list[tuple[float, int, bool]](), dict[int, bool]()
-    for event in timeline.events:  # a sensor of a cell has no events: its readings show its state
+    for event in timeline.events:  # sensors of a cell have no events; recorded readings show their states
         if event.channel >= FIRST_INPUT and on.get(event.channel, False) is not event.value > 0.0:
             on[event.channel] = event.value > 0.0
             inputs.append((event.time, event.channel, event.value > 0.0))
@@ -126,16 +125,16 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
 
 
 class StepBuilder:
-    """Makes the steps of a timeline. `motions`: the segments of the timeline by motion."""
+    """Makes the steps of a timeline. `motions`: the segments of the timeline, grouped by motion."""
 
     def __init__(self, arm: RobotArm, timeline: Timeline, motions: Sequence[Sequence[Segment]], frames: Frames) -> None:
         self.arm, self.timeline, self.motions, self.frames = arm, timeline, motions, frames
-        self.opening = 0.0  # the opening of the hand
-        self.clock = timeline.start  # the time up to which steps are made [s]
+        self.opening = 0.0  # current opening of the hand
+        self.clock = timeline.start  # time up to which steps were made [s]
         self.events = [e for e in timeline.events if e.observed is (e.channel >= FIRST_INPUT)]
 
     def steps(self) -> Iterator[RunStep]:
-        """Yield all steps in the order in which they are written."""
+        """Yield all steps in the order in which they are to be written."""
         moves, waiting = self._moves(), list(self.events)
         for segments, move in zip(self.motions, moves, strict=True):
             begin, end = segments[0].start, segments[-1].finish
@@ -157,9 +156,8 @@ class StepBuilder:
         yield from self._wait(self.timeline.last)
 
     def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
-        """Return whether an event is written before a motion: true for an output in the first half of the motion. If
-        the robot is at rest, the order of the commands decides.
-        """
+        """Return whether an event is written before a motion: an output is if it changes in the first half of the
+        motion. At the instant at which the motion begins, the order of the commands decides."""
         if abs(event.time - first.start) <= SAME_TIME:
             return move is not None or event.number <= first.motion.number
         if event.time < first.start or move is None or event.channel >= FIRST_INPUT:
@@ -167,12 +165,12 @@ class StepBuilder:
         return event.time - move.time < move.end - event.time
 
     def _event(self, event: Event, move: MoveStep | None) -> Iterator[RunStep]:
-        """Yield the step of an event, after a wait for the time that the robot was at rest before it."""
+        """Yield the step of an event. If the robot was at rest before the event, yield a wait first."""
         if move is not None and event.time > move.time + SAME_TIME:
             yield from self._wait(move.time)
             yield self._step_of(event, late=event.time - move.time)
             return
-        if event.observed and event.duration == 0.0:  # the input has just changed: the program waited for it
+        if event.observed and event.duration == 0.0:  # the input has just changed, so the program was waiting for it
             yield self._step_of(event, waited=max(event.time - self.clock, 0.0))
             self.clock = max(self.clock, event.time)
             return
@@ -195,7 +193,7 @@ class StepBuilder:
             self.clock = until
 
     def _moves(self) -> list[MoveStep | None]:
-        """Return the motions as moves; None for motions in which the robot was at rest."""
+        """Return the motions as move steps; None for motions in which the robot was at rest."""
         found = list[MoveStep | None]()
         for index, segments in enumerate(self.motions):
             following = self.motions[index + 1] if index + 1 < len(self.motions) else None
@@ -229,7 +227,7 @@ class StepBuilder:
         )
 
     def _goal(self, motion: Motion, last: Segment, reached: Joints) -> Joints:
-        """Return the goal joints of a motion that is not cut short, or the joints `reached` if it has no goal."""
+        """Return the joints that a motion would reach if it were not cut short; `reached` if its goal is unknown."""
         if motion.kind is MotionKind.JOINT and motion.goal is not None:
             return motion.goal
         if motion.pose is None or isinstance(last.path, JointPath):
@@ -241,13 +239,13 @@ class StepBuilder:
         return reached if found is None else found
 
     def _rates(self, segments: Sequence[Segment], begun: Joints, joints: Joints) -> tuple[float, ...]:
-        """Return the maximum speeds of a motion in the order of MoveStep."""
+        """Return the maxima of MoveStep for a motion, in the order of its fields."""
         arm, tool, limits = self.arm, segments[0].motion.frames.tool, self.arm.model.max_velocity
         farthest = max(range(len(joints)), key=lambda i: abs(joints[i] - begun[i]) / limits[i])
         most = [0.0] * 6
         steady = [
             segment for segment in segments if segment.phase is not Phase.BLEND
-        ]  # without the speed of the previous motion
+        ]  # a blend would include the speed of the previous motion
         for segment in steady or segments:
             h, before = segment.duration / (SAMPLES - 1), None
             for k in range(SAMPLES if h > 0.0 else 0):
@@ -271,10 +269,9 @@ class StepBuilder:
 
 
 def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
-    """Yield the steps, with repeated readings of an input replaced by the last reading and all the waits
-    between them.
-    """
-    held: list[RunStep] = []  # a reading, and the waits after it
+    """Yield the steps. Repeated readings of one input become a single step: the last reading, with the time waited
+    since the first."""
+    held: list[RunStep] = []  # a reading of an input, and the waits after it
     for step in steps:
         first = held[0] if held else None
         if isinstance(step, InputStep) and isinstance(first, InputStep) and step.number == first.number:
@@ -291,7 +288,8 @@ def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
 
 
 def _without_overlaps(moves: Sequence[MoveStep | None]) -> list[MoveStep | None]:
-    """Return the moves with blends of at most half the distance to the neighbouring corners, as controllers require."""
+    """Return the moves, with each blend limited to half the distance to the neighbouring corners, as controllers
+    require."""
     found, places = list(moves), [None if move is None else tip(move.T_world_tool) for move in moves]
     for k, move in enumerate(moves):
         here = places[k]

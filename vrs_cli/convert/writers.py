@@ -1,10 +1,8 @@
-"""Write executed steps in the languages of robot makers, and as a Python program: one class for each language, listed
-in `TARGETS`.
-
-The facts of the languages are published by their makers: the script manual of Universal Robots (motion module, blends,
-digital inputs and outputs), the RAPID reference manuals of ABB (confdata, speeddata, zonedata, tooldata, wobjdata,
-MoveAbsJ, MoveL), KUKA's KRL reference (PTP, LIN, $APO, TRIGGER; C_DIS after PTP from KSS 8.2 on).
-"""
+"""Write executed steps in the languages of robot makers and as a Python program. Each language has one class, listed in
+`TARGETS`. The facts about the languages come from their makers' publications: the script manual of Universal Robots
+(motion module, blends, digital inputs and outputs), the RAPID reference manuals of ABB (confdata, speeddata, zonedata,
+tooldata, wobjdata, MoveAbsJ, MoveL), KUKA's KRL reference (PTP, LIN, $APO, TRIGGER; C_DIS after PTP from KSS 8.2
+on)."""
 
 from __future__ import annotations
 
@@ -38,7 +36,7 @@ from vrs_cli.kinematics.transform import position as tip
 from vrs_cli.language.run.operations import trans
 from vrs_cli.values import commands
 
-SLOW = 0.2  # fraction of the maximum joint velocity for the motion to the start of the run
+SLOW = 0.2  # speed of the motion to the start of the run, as a fraction of the maximum joint velocity
 UNNAMED = re.compile(r"\W+", re.ASCII)
 
 
@@ -67,19 +65,19 @@ def mm(T: Transform) -> Vector:
 
 
 class StepWriter:
-    """Writes the steps of a run, with a method for each kind of step. `axes`: the robots that the language can move (R
-    a joint that turns, P one that slides); empty: all. `signal_count`: the number of outputs and inputs; None: as
-    VAL-II.
+    """Writes the steps of a run, with a method for each kind of step. `axes`: the joint sequences that the language can
+    move (R for a joint that turns, P for one that slides); empty: all robots. `signal_count`: the number of outputs and
+    of inputs; None: as many as VAL-II has.
 
-    `words`: the lines of the language by their meaning. The lines for signals have one of `states` as {0}, NOT for an
-    input that is off as {1}, and then the `address`.
+    `words`: templates of lines in the language, by their meaning. In the lines for signals, {0} is one of `states`, {1}
+    is NOT for an input that is off, and the `address` follows.
     """
 
     title: ClassVar[str]
-    remark: ClassVar[str]  # the sign that begins a comment
+    remark: ClassVar[str]  # characters that begin a comment
     words: ClassVar[Mapping[str, str]] = {}
     states: ClassVar[tuple[str, str]] = ("False", "True")
-    hints: ClassVar[tuple[str, ...]] = ()  # facts that a reader must know
+    hints: ClassVar[tuple[str, ...]] = ()  # facts that a reader must know, added to the notes
     indent: ClassVar[str] = "  "
     axes: ClassVar[tuple[str, ...]] = ()
     max_name_chars: ClassVar[int] = 32
@@ -91,20 +89,20 @@ class StepWriter:
         self.name, self.source = identifier(name, self.max_name_chars), source
         self.lines, self.notes = list[str](), dict[str, None]()
         self.frames = run.frames
-        self.before: MoveStep | None = None  # the move that was written last
-        self.told = dict[str, str]()  # the line of each setting
-        self.data = dict[tuple[str, str], str]()  # the name of each (type, value)
+        self.before: MoveStep | None = None  # the last move written
+        self.told = dict[str, str]()  # the last line written for each setting
+        self.data = dict[tuple[str, str], str]()  # the name of each declared (type, value)
 
     @classmethod
     def check(cls, model: RobotModel) -> None:
-        """Raise UsageError for a robot whose joints the language cannot move."""
+        """Raise UsageError if the language cannot move the joints of a robot."""
         kind = "".join("P" if model.units.slides(joint) else "R" for joint in range(1, model.joint_count + 1))
         if cls.axes and kind not in cls.axes:
             what = f"{cls.title} moves robots with the joints {' or '.join(cls.axes)} (R turns, P slides)"
             raise UsageError(f"{what}, and {model.name} has {kind}", "--to python takes every robot")
 
     def write(self, stopped: str = "") -> Written:
-        """Write all steps. `stopped`: the error that stopped the program, which is written after them."""
+        """Write all steps. `stopped`: the error that stopped the program; a comment on it follows the steps."""
         if not self.says_times:
             self.note(f"the joints are those of {self.arm.model.name}, axis by axis; places are in its frame")
         steps = self.run.steps
@@ -120,7 +118,7 @@ class StepWriter:
         )
 
     def step(self, step: RunStep, following: MoveStep | None) -> None:
-        """Write a step. `following`: the move that begins right after it, or None."""
+        """Write a step. `following`: the move that begins immediately after the step, or None."""
         match step:
             case MoveStep():
                 self._tell_of(step)
@@ -152,9 +150,8 @@ class StepWriter:
                 self.hand(step, following)
 
     def _tell_of(self, move: MoveStep) -> None:
-        """Write a comment on a part of the next move that the language cannot express: its time, or that it was cut
-        short.
-        """
+        """Write a comment with the command of a move, and notes on what the language cannot express: a start time, a
+        cut, a stream of targets."""
         motion = move.motion
         if motion.text:
             self.say(f"{self.remark} {motion.text}")
@@ -176,7 +173,7 @@ class StepWriter:
         self.notes[text] = None
 
     def cannot(self, text: str) -> None:
-        """Write a comment and a note on something that the language cannot express."""
+        """Write a comment, and keep a note, about something that the language cannot express."""
         self.note(text)
         self.say(f"{self.remark} NOT SAID: {text}")
 
@@ -184,18 +181,18 @@ class StepWriter:
         self.lines.append(line.replace("\n", " "))
 
     def setting(self, name: str, line: str, request: commands.Request | None = None) -> None:
-        """Write a setting if it has changed."""
+        """Write a setting unless it was the last one written."""
         if self.told.get(name) != line:
             self.told[name] = line
             self.do(line, request)
 
-    def do(self, line: str, request: commands.Request | None = None) -> None:  # noqa: ARG002 (Python looks at it)
+    def do(self, line: str, request: commands.Request | None = None) -> None:  # noqa: ARG002 (PythonWriter uses it)
         self.say(line)
 
-    # --- what each language says in its own way ---
+    # --- what differs between the languages ---
 
     def around(self) -> tuple[list[str], list[str]]:
-        """Return the lines before and after the steps."""
+        """Return the lines before and the lines after the steps."""
         raise NotImplementedError
 
     def move(self, step: MoveStep) -> None:
@@ -205,7 +202,7 @@ class StepWriter:
         raise NotImplementedError
 
     def address(self, place: int) -> tuple[object, ...]:
-        """Return the address of an output or input; `place` counts from 0."""
+        """Return the address of an output or input. `place`: its index from 0."""
         return (place + 1,)
 
     def set_frames(self, before: commands.Frames) -> None:
@@ -230,7 +227,7 @@ class StepWriter:
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
         self.switch(self.words["hand"].format(self.states[step.opens]), step, following)
 
-    def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL looks at them)
+    def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:  # noqa: ARG002 (KRL uses them)
         """Write a line that changes an output."""
         self.say(line)
 
@@ -256,7 +253,7 @@ def identifier(name: str, longest: int) -> str:
 
 
 class URScriptWriter(StepWriter):
-    """Writes URScript: metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
+    """Writes URScript in metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
 
     title, remark, axes = "URScript", "#", ("RRRRRR",)
     BANK = 8  # number of standard inputs or outputs, and of configurable ones
@@ -309,11 +306,12 @@ class URScriptWriter(StepWriter):
 
 
 class KRLWriter(StepWriter):
-    """Writes KRL: millimetres and degrees; a frame is {X, Y, Z, A, B, C}, turned about z, the new y and the new x."""
+    """Writes KRL in millimetres and degrees; a frame is {X, Y, Z, A, B, C}, with rotations about z, the new y and the
+    new x."""
 
     title, remark, indent, axes, max_name_chars = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
     NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
-    HAND = 1000  # the number of the hand's output
+    HAND = 1000  # number of the output that moves the hand
     hints = (f"KRL: signal n is $OUT[n], input 1000+n is $IN[n], the hand is $OUT[{HAND}] (see the first lines)",)
     states = ("FALSE", "TRUE")
     words: ClassVar[Mapping[str, str]] = {
@@ -354,15 +352,14 @@ class KRLWriter(StepWriter):
         self.say(f"{line}{' C_DIS' if step.blend else ''}")
 
     def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:
-        """Write a change of an output. An assignment would stop the advance run and so a blend: between blended motions
-        it is a TRIGGER.
-        """
+        """Write a change of an output. An assignment would stop KRL's advance run and prevent blending, so between
+        blended motions a TRIGGER is written."""
         if following is not None and (step.late > 0.0 or (self.before is not None and self.before.blend)):
             line = f"TRIGGER WHEN DISTANCE=0 DELAY={round(1000.0 * max(step.late, 0.0))} DO {line}"
         self.say(line)
 
     def _tell_late(self, step: RunStep, what: str) -> None:
-        if step.late < 0.0 or isinstance(step, InputStep):  # what comes later than a begin is the DELAY of a TRIGGER
+        if step.late < 0.0 or isinstance(step, InputStep):  # TRIGGER can express a later time
             super()._tell_late(step, what)
 
     def _axes(self, joints: Joints) -> str:
@@ -377,7 +374,8 @@ class KRLWriter(StepWriter):
 
 
 def zyx(T: Transform) -> tuple[float, float, float]:
-    """Return the angles about z, the new y and the new x of T's rotation [rad]; if B is 90 degrees, C is 0."""
+    """Return the angles of T's rotation about z, the new y and the new x [rad]. If the angle about y is 90 degrees, the
+    angle about x is 0."""
     nx, sx, _, _, ny, sy, _, _, nz, sz, az, _ = T
     level = hypot(nx, ny)
     if level < 1e-9:
@@ -389,9 +387,8 @@ def zyx(T: Transform) -> tuple[float, float, float]:
 
 
 class RapidWriter(StepWriter):
-    """Writes RAPID: millimetres, degrees and quaternions (w, x, y, z); data are declared before the procedure, each
-    once.
-    """
+    """Writes RAPID in millimetres, degrees and quaternions (w, x, y, z). Each datum is declared once, before the
+    procedure."""
 
     title, remark, axes, indent = "RAPID", "!", ("RRRRRR", "RRRRRRR", "RRPR"), "    "
 
@@ -400,7 +397,7 @@ class RapidWriter(StepWriter):
         "RAPID: the mass of each tool is written as 1 kg at its flange: give its own",
     )
     states = ("0", "1")
-    words: ClassVar[Mapping[str, str]] = {  # each motion names its tool and its frame
+    words: ClassVar[Mapping[str, str]] = {  # each RAPID motion names its tool and its work object
         "wait": "WaitTime {};",
         "in": "WaitDI di{2}, {0};",
         "out": "SetDO do{2}, {0};",
@@ -430,7 +427,7 @@ class RapidWriter(StepWriter):
         )
 
     def _datum(self, kind: str, value: str) -> str:
-        """Return the name of a value of a type, and declare it at the head of the module."""
+        """Return the name of a value of a type; declare the value at the head of the module if it is new."""
         same = sum(known == kind for known, _ in self.data)
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
 
@@ -443,13 +440,13 @@ SHORT = {
     "jointtarget": "j",
     "robtarget": "p",
 }
-ORDER = tuple(SHORT)  # the order in which data are declared
+ORDER = tuple(SHORT)  # order in which data are declared
 PERSISTENT = ("tooldata", "wobjdata")
 NO_AXIS = "9E9"
 
 
 def external(axes: Sequence[str] = ()) -> str:
-    """Return the external axes of a target. A seventh joint is the first of them."""
+    """Return the external axes of a target. The robot's seventh joint, if any, is the first of them."""
     return f"[{', '.join([*axes, *[NO_AXIS] * (6 - len(axes))])}]"
 
 
@@ -469,11 +466,9 @@ def robtarget(arm: RobotArm, T: Transform, joints: Joints) -> str:
 
 
 def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
-    """Return cf1, cf4, cf6, cfx: the quarter turns of axes 1, 4 and 6, and the number of the configuration.
-
-    cfx is a sum: 4 for a wrist behind axis 1 (RIGHTY), 2 for one behind the lower arm, 1 for a negative axis 5. ABOVE
-    is defined from the side to which the arm reaches, so the second term depends on the first.
-    """
+    """Return cf1, cf4, cf6, cfx: the quarter turns of axes 1, 4 and 6, and the number of the configuration. cfx is a
+    sum: 4 if the wrist is behind axis 1 (RIGHTY), 2 if it is behind the lower arm, 1 if axis 5 is negative. ABOVE is
+    defined relative to the side to which the arm reaches, so the second term depends on the first."""
     quarters = [floor(q / 90.0 + 1e-9) for q in map(degrees, joints)]
     cf1, cf4, cf6 = (quarters[k] if k < len(quarters) and not arm.model.units.slides(k + 1) else 0 for k in (0, 3, 5))
     configuration = arm.configuration(joints)
@@ -484,14 +479,13 @@ def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
 
 
 def speeddata(tip_speed: float, turn_speed: float) -> str:
-    """Return the speeds of the tip and of the rotation of the tool [m/s, rad/s]; RAPID has no other for a joint
-    motion.
-    """
+    """Return the speed of the tip and the angular speed of the tool [m/s, rad/s]; RAPID has no other speeds for a joint
+    motion."""
     return f"[{number(max(1000.0 * tip_speed, 1.0), 1)}, {number(max(degrees(turn_speed), 1.0), 1)}, 5000, 1000]"
 
 
 def zonedata(blend: float) -> str:
-    """Return a zone with a radius [m], in the proportions of z1 to z200."""
+    """Return a zone with a radius [m]. Its other values have the same ratios to the radius as in z1 to z200."""
     r = 1000.0 * blend
     return f"[FALSE, {numbers((r, 1.5 * r, 1.5 * r, 0.15 * r, 1.5 * r, 0.15 * r), 2)}]"
 
@@ -508,25 +502,24 @@ def wobjdata(T: Transform) -> str:
 
 
 class PythonWriter(StepWriter):
-    """Writes a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but times: a
-    motion that rounds a corner begins when the previous motion slows down. `engine` executes the written program, and
-    gives the times.
-    """
+    """Writes a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but it has
+    times: a motion that rounds a corner begins when the previous motion slows down. `engine` executes the written
+    motions to find these times."""
 
     title, remark, indent, says_times = "Python", "#", "", True
 
     def __init__(self, run: ExecutedRun, name: str, source: str) -> None:
         super().__init__(run, name, source)
         self.engine = Engine(self.arm.model, start=run.start)
-        self.later = 0.0  # delay of the next motion compared with the run [s]
+        self.later = 0.0  # delay of the written program relative to the run [s]
         self.inputs = list(run.inputs)
-        self.taken = 0.0  # part of the next wait that the hand takes [s]
+        self.taken = 0.0  # time of the next wait that the hand's motion already takes [s]
         self.told |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",
             "HAND.TIME": f"PARAMETER HAND.TIME = {PARAMETERS['HAND.TIME'].default}",
         }
-        self.signals = list[str]()  # the changes of inputs, as arguments for the robot
+        self.signals = list[str]()  # changes of inputs, as text of an argument of Robot
         for request in (commands.SetTool(run.frames.tool), commands.SetBase(run.frames.base)):
             self.engine.perform(request)
 
@@ -572,7 +565,7 @@ class PythonWriter(StepWriter):
         self.say(f"robot.{'moves' if step.straight else 'move'}({', '.join([*target, *how])})")
 
     def _stamp(self, step: MoveStep) -> float | None:
-        """Return when a motion that cuts the previous motion begins; None for other motions."""
+        """Return when a motion begins that interrupts the previous one [s]; None if it does not interrupt any."""
         before, slowing = self.before, slowing_segments(self.engine.timeline)
         if before is None or not (before.rounded or before.cut):
             return None
@@ -580,7 +573,7 @@ class PythonWriter(StepWriter):
         return rounding_begins(self.arm, slowing, step.motion.rounding) if rounds else step.time + self.later
 
     def _tell_inputs(self, until: float) -> None:
-        """Note the inputs that change up to a time of the run [s]."""
+        """Add the changes of inputs up to a time of the run [s] to the arguments."""
         while self.inputs and self.inputs[0][0] <= until:
             t, signal, on = self.inputs.pop(0)
             self.signals.append(f"({number(t + self.later, 9)}, {signal}, {on})")
@@ -597,7 +590,7 @@ class PythonWriter(StepWriter):
             self.engine.perform(request)
 
     def wait(self, step: WaitStep) -> None:
-        """Write a wait, less the time of the hand and the time since the end of a cut motion."""
+        """Write a wait. It is shorter by the time that the hand takes and by the time since the end of a cut motion."""
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:
@@ -617,9 +610,8 @@ class PythonWriter(StepWriter):
         self.do(f"SIGNAL {'' if step.on else '-'}{step.number}{at}")
 
     def hand(self, step: HandStep, following: MoveStep | None) -> None:
-        """Write a change of the hand. OPENI waits for the fingers, OPEN acts during the next motion, and a change AT a
-        time does not wait.
-        """
+        """Write a change of the hand. OPENI waits for the fingers, OPEN acts during the next motion, and a change with
+        AT does not wait."""
         word, width, time = "OPEN" if step.opens else "CLOSE", self.arm.model.hand_width, self._time(step, following)
         how_far = f" {number(1000.0 * width * step.opening, 6)}" if width else ""
         if step.duration:
@@ -633,9 +625,8 @@ class PythonWriter(StepWriter):
             self.do(f"{word}I{how_far} AT {number(self._begins(following) + step.late, 9)}")
 
     def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
-        """Return the time of an event, with the same distance from its motion as in the run; None (now) if the robot is
-        at rest.
-        """
+        """Return the time to write for an event, as far from its motion as in the run; None (now) if the robot is at
+        rest."""
         if step.late or (following is not None and self._stamp(following) is not None):
             return max(self._begins(following) + step.late, 0.0)
         if self.engine.now < self.engine.end:
@@ -650,16 +641,16 @@ class PythonWriter(StepWriter):
 
 
 def frames_lines(before: commands.Frames, frames: commands.Frames) -> Iterator[str]:
-    """Yield the lines of the prompt that set TOOL and BASE, if they have changed."""
+    """Yield the prompt lines that set TOOL and BASE, if these have changed."""
     if frames.tool != before.tool:
         yield f"TOOL TRANS({', '.join(oat_numbers(frames.tool))})"
     if frames.base != before.base:
-        turn = degrees(atan2(frames.base.ny, frames.base.nx))  # BASE turns about Z alone
+        turn = degrees(atan2(frames.base.ny, frames.base.nx))  # BASE can only turn about Z
         yield f"BASE {numbers((*mm(frames.base), turn), 7)}"
 
 
 def oat_numbers(T: Transform) -> list[str]:
-    """Return X, Y, Z [mm], O, A and T [deg] of a pose."""
+    """Return X, Y, Z [mm] and O, A, T [deg] of a pose."""
     return [number(value, 7) for value in (*mm(T), *map(degrees, to_oat(T)))]
 
 
