@@ -1,12 +1,12 @@
-"""Check whether a program, or a line, can be carried out. All findings are returned, none is raised.
+"""Check whether a program, or a line of the prompt, can be carried out. All findings are returned, none is raised.
 
-The analyzer decides from its use whether a bare name is a real or a transformation, and checks every instruction
-against its row of the tables. `Surroundings` has what a program finds in memory: variables with a value, other
-programs, and the names that these assign. It is made once for all programs of a file, so that questions about one
-program need no walk through the others.
+The analyzer decides from the use of a bare name whether the name is a real or a transformation, and checks every
+instruction against its row of the tables. `Surroundings` describes what a program finds in memory: variables with a
+value, other programs, and the names to which these programs assign. It is made once for all programs of a file, so that
+a question about one program does not search the others again.
 
-Names that look like something else are warned of once: a variable with the name of an instruction or of a function
-without arguments. `dx` and `DX(part)` are easy to tell apart, and give no warning.
+The analyzer warns once of a variable that has the name of an instruction or of a function without arguments. It does
+not warn of a variable `dx`, because nobody confuses `dx` with `DX(part)`.
 """
 
 from __future__ import annotations
@@ -82,12 +82,15 @@ from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
-MAX_COMPARED_NAMES = 200  # with more names, a word is compared only with names one typing mistake away
+# maximum number of names that are all compared with a mistyped word; of more, only those with one typing mistake are
+MAX_COMPARED_NAMES = 200
 
 
 class Surroundings:
-    """The memory around a program. `known`: the kinds of variables that have a value; `programs`: the programs in
-    memory, by key; `elsewhere`: the keys of programs in neighbouring files, which may be called too.
+    """The memory around a program.
+
+    `known`: the kinds of variables that have a value; `programs`: the programs in memory, by key; `elsewhere`: the keys
+    of programs in neighbouring files, which may be called too.
     """
 
     def __init__(
@@ -101,24 +104,24 @@ class Surroundings:
 
     @cached_property
     def given_keys(self) -> frozenset[str]:
-        """Return the keys of all names that programs give a value."""
+        """Return the keys of all names to which programs assign a value."""
         return frozenset(self._givers)
 
     @cached_property
     def _givers(self) -> Counter[str]:
-        """Return for each name the number of programs that give it a value."""
+        """Count, for each name, the programs that assign a value to it."""
         return Counter(key for program in self.programs.values() for key in names_given_in(program))
 
     def given_elsewhere(self, key: str, program: Program) -> bool:
-        """Return whether another program gives a name a value."""
+        """Return whether another program assigns a value to a name."""
         here = self.programs.get(program.key)
         return self._givers[key] > (here is not None and key in names_given_in(here))
 
     def named_elsewhere(self, key: str, program: Program) -> bool:
-        """Return whether another program has a variable of a name."""
+        """Return whether another program has a variable with this name."""
         return any(key in names_in(other) for other in self.programs.values() if other.key != program.key)
 
-    # --- what a word may have been meant for ---
+    # --- hints for mistyped names ---
 
     def name_meant(self, variable: ast.Variable, own: Candidates) -> str:
         """Return `did you mean name?` with a name of the program or of memory that has the same sigil, or ""."""
@@ -141,13 +144,14 @@ class Surroundings:
 
 
 class Candidates:
-    """Names that a mistyped name may have meant."""
+    """Names with which a mistyped name is compared."""
 
     def __init__(self, names: Collection[str]) -> None:
         self._names = names
 
     def of(self, name: str) -> Collection[str]:
-        """Return the names to compare with: all if they are few, otherwise the names one typing mistake away."""
+        """Return the names to compare with: all names if there are few, otherwise the names that differ by one typing
+        mistake."""
         if len(self._names) <= MAX_COMPARED_NAMES:
             return self._names
         return self.slips(name)
@@ -165,18 +169,17 @@ class Candidates:
 
 
 def _rests(name: str) -> list[str]:
-    """Return a name, and the name without each of its letters. Names that share one of these are one typing mistake
-    apart.
-    """
+    """Return a name, and each form of it with one letter removed. Two names that share one of these forms differ by one
+    typing mistake."""
     return list(dict.fromkeys((name, *(name[:i] + name[i + 1 :] for i in range(len(name))))))
 
 
-# --- the names that a program gives a value to -------------------------------------------------------------------
+# --- the names to which a program assigns a value ----------------------------------------------------------------
 
 
 def names_given_in(program: Program) -> frozenset[str]:
-    """Return the keys of all variables that a program gives a value, by itself or through a CALL."""
-    remembered = vars(program)  # stored in the program: a cache of this module would keep deleted programs in memory
+    """Return the keys of all variables to which a program assigns a value, directly or through a CALL."""
+    remembered = vars(program)  # kept in the program: a cache in this module would keep deleted programs
     if "names_given" not in remembered:
         own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
         doing = (one for one in program.statements if not declares(one))
@@ -187,7 +190,7 @@ def names_given_in(program: Program) -> frozenset[str]:
 
 def names_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables in the text of a program."""
-    remembered = vars(program)  # as in `names_given_in`
+    remembered = vars(program)  # the result is stored in the program, as in `names_given_in`
     if "names" not in remembered:
         remembered["names"] = frozenset(node.key for node in ast.nodes(program.steps) if isinstance(node, ast.Variable))
     found: frozenset[str] = remembered["names"]
@@ -195,9 +198,10 @@ def names_in(program: Program) -> frozenset[str]:
 
 
 def find_slips(names: NameFindings) -> dict[str, str]:
-    """Return hints for variables that get a value and are never read, by their keys. The hint names a variable that is
-    read and is one typing mistake away (count for cuont), or a location whose coordinate seems meant (part.z beside
-    part).
+    """Return hints, by key, for variables that are assigned but never read.
+
+    The hint names a variable that is read and differs by one typing mistake (count for cuont), or a location whose
+    coordinate was probably meant (part.z beside part).
     """
     seen = names.first_read.keys() | names.declared | names.parameters | names.passed
     idle = [key for key in names.given - seen if len(key) > 2]
@@ -209,9 +213,8 @@ def find_slips(names: NameFindings) -> dict[str, str]:
 
 
 def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of the first assignment to each name in `hints` (of `find_slips`), unless another program names it or it has
-    a value.
-    """
+    """Warn of the first assignment to each name in `hints` (from `find_slips`), unless another program uses the name or
+    the name already has a value."""
     left = {key: hint for key, hint in hints.items() if not surroundings.named_elsewhere(key, program)}
     for statement in program.statements if left else ():
         for variable in definitions(statement) if not isinstance(statement, ast.For) else ():
@@ -220,13 +223,14 @@ def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surro
 
 
 def _slip(name: str, other: str) -> bool:
-    """Return whether one of two similar names may be a typing mistake: p1 and p2, or x.min and y.min, are intended."""
+    """Return whether one of two similar names may be a typing mistake. Pairs such as p1 and p2, or x.min and y.min, are
+    intended."""
     same = re.findall(r"[\d#$]", name) == re.findall(r"[\d#$]", other)
     return same and (len(name) != len(other) or sorted(name) == sorted(other))
 
 
 def confusions(program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Yield warnings of likely confusions in a program whose names are all known."""
+    """Yield warnings of names that are easy to confuse, for a program in which the kinds of all names are known."""
     keys = FUNCTION_NAMES.keys() & {*names.given, *names.first_read, *names.declared, *names.parameters}
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():
         if isinstance(node, ast.Variable) and node.key in keys:
@@ -246,7 +250,7 @@ def confusions(program: Program, names: NameFindings, surroundings: Surroundings
 
 
 def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
-    """Warn of a variable that gets its first value at the prompt and has the name of a function or an instruction."""
+    """Warn if a variable that gets its first value at the prompt has the name of a function or an instruction."""
     name, word = target.sigil + target.name.lower(), target.name.upper()
     row = COMMANDS.get(word) or INSTRUCTIONS.get(word)
     if target.key in FUNCTION_NAMES:
@@ -264,21 +268,21 @@ def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnosti
     return warning(WordAsName, node.span, detail, hint)
 
 
-# --- DELAY, which holds the arm ------------------------------------------------------------------------------
+# --- misunderstood instructions: DELAY, BREAK, FOPENR, and loops without an end ------------------------------
 
 
 _TYPES = frozenset({"TYPE", "TYPEI", "PROMPT"})
 _CLOCKS = frozenset({"TIME", "TIMER", "$TIME"})
-_WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})  # or this is unknown
+_WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})  # these may wait
 
 
 def delays(program: Program) -> Iterator[Diagnostic]:
-    """Warn of the first DELAY that seems meant to pause the program."""
+    """Warn of the first DELAY that was probably meant to pause the program."""
     statements = program.statements
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
-            if (first := next(telling, None)) is not None and _shows_time(first):  # shows that no time has passed
+            if (first := next(telling, None)) is not None and _shows_time(first):  # it would show no pause
                 detail = "DELAY holds the arm, and the program goes on at once"
                 yield warning(PauseOfArm, statement.span, detail, "TIMER 1 = 0 and WAIT TIMER(1) > 2 pause a program")
                 return
@@ -292,7 +296,7 @@ def _shows_time(statement: Statement) -> bool:
 
 
 def _at_once(statement: Statement) -> bool:
-    """Return whether a step surely neither moves the arm, nor waits, nor leads to another step."""
+    """Return whether a step certainly does not move the arm, wait, or leave the sequence of steps."""
     if isinstance(statement, ast.Assignment):
         return True
     if not isinstance(statement, ast.Instruction) or statement.word in _WAITS:
@@ -303,9 +307,8 @@ def _at_once(statement: Statement) -> bool:
 
 
 def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
-    """Warn of a BREAK that was probably meant to leave a loop: the last step of an IF in a loop without an earlier
-    motion in the IF, or a BREAK in a program without motions.
-    """
+    """Warn of each BREAK that was probably meant to leave a loop: a BREAK at the end of an IF in a loop, with no motion
+    before it in the IF; or, in a program without motions, any BREAK in a loop."""
     inside = {step for block in blocks if block.kind in LOOPS for step in range(block.opener, block.closer)}
     steps = [step.statement for step in program.steps] if inside else []
     instructions = [(i, it) for i, it in enumerate(steps) if i in inside and isinstance(it, ast.Instruction)]
@@ -334,7 +337,8 @@ def _may_move(statement: Statement | None) -> bool:
 
 
 def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Diagnostic]:
-    """Warn of the first FOPENR of a program that reads a file, if no program uses IOSTAT."""
+    """Warn of the first FOPENR of a program that reads a file but never uses IOSTAT, if no other program uses IOSTAT
+    either."""
     steps = [one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("FOPENR", "READ")]
     first = next((one for one in steps if one.word == "FOPENR"), None)
     if first is None or all(one.word == "FOPENR" for one in steps):
@@ -349,9 +353,9 @@ def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Dia
 
 
 def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
-    """Warn of a loop without an end: no step in it changes a variable of its condition or leads out of it. Variables
-    that other programs set, or that this program never sets, may change meanwhile.
-    """
+    """Warn of a loop that cannot end: none of its steps changes a variable of its condition, waits, or jumps out of it.
+    A variable that another program sets, or that this program never sets, may change meanwhile, so it causes no
+    warning."""
     for block in blocks:
         ends = program.steps[block.closer if block.kind is BlockKind.DO else block.opener].statement
         if isinstance(ends, ast.While | ast.Until):
@@ -370,7 +374,7 @@ def endless(program: Program, blocks: Collection[Block], surroundings: Surroundi
 
 
 def _goes_on(statement: Statement) -> bool:
-    """Return whether a step surely neither leaves the loops around it nor waits."""
+    """Return whether a step certainly neither waits nor leaves the loops around it."""
     if isinstance(statement, ast.Goto | ast.IfGoto | ast.BadLine):
         return False
     return not isinstance(statement, ast.Instruction) or not (
@@ -384,7 +388,7 @@ _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPE
 # --- programs and lines ----------------------------------------------------------------------------------------------
 
 
-# names that get such a hint: a program without its locations may lack hundreds of names
+# maximum number of names with such a hint: a program without its locations may lack hundreds of names
 MAX_HINTS = 10
 
 
@@ -395,14 +399,14 @@ _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURN
 def analyze(
     program: Program, known: Mapping[str, Kind] | None = None, programs: Mapping[str, Program] | None = None
 ) -> Analysis:
-    """Analyse a program. `known`: the kinds of the variables that have a value; `programs`: those in memory, by key."""
+    """Analyse a program. `known`: the kinds of the variables that have a value; `programs`: the programs in memory, by
+    key."""
     return analyze_among(Surroundings({} if known is None else known, programs or {}), program)
 
 
 def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
-    """Analyse a program, one of many in the same surroundings. The parser has already reported unreadable lines, which
-    keep the program from running.
-    """
+    """Analyse one of several programs that share the same surroundings. The parser has already reported unreadable
+    lines; a program with such lines cannot be run."""
     structure = structure_of(program)
     steps = _Steps(surroundings.known, program, surroundings)
     steps.header(program)
@@ -434,7 +438,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
 def check_line(
     line: Statement | ProgramHeader, known: Mapping[str, Kind] | None = None, *, in_program: bool = False
 ) -> tuple[Diagnostic, ...]:
-    """Check a line of the prompt, or (`in_program`) one step without its block and labels."""
+    """Check a line of the prompt, or (with `in_program`) one step of a program without its block and labels."""
     steps = _Steps({} if known is None else known)
     if isinstance(line, ProgramHeader):
         steps.header(line)
@@ -449,7 +453,8 @@ _ASSIGNMENT = r"[ \t]*[#$]?[A-Za-z][\w.]*[ \t]*(?:\[[^\]]*\][ \t]*)?=[ \t]*[^=\s
 
 
 def hidden_statement(statement: Statement, comment: str | None, end: int) -> Iterator[Diagnostic]:
-    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`: the second statement is a comment, which ends at column `end`."""
+    """Warn of `x = 3; y = 4` and `MOVE a; MOVE b`, where the second statement is only a comment. `end`: the column
+    where the comment ends."""
     if isinstance(statement, ast.DoInstruction):
         statement = statement.statement or statement
     word = statement.word if isinstance(statement, ast.Instruction) else ""
@@ -468,7 +473,7 @@ _GIVES = rf"(?i)(?:(?:for|set|point|here)[ \t]+({_NAME})|({_NAME})[ \t]*(?:\[[^\
 
 
 def _meant_to_give(line: str) -> Iterable[str]:
-    """Return the names that an unreadable line seems to give a value: int x = 5, x := 5, INPUT "how many", x."""
+    """Return the names to which an unreadable line seems to assign a value: int x = 5, x := 5, INPUT "how many", x."""
     words = re.findall(_NAME, re.sub(r'"[^"]*"?|;.*', " ", line))
     if words and own_word(words[0]) == "PROMPT":
         return words[1:]
@@ -476,7 +481,7 @@ def _meant_to_give(line: str) -> Iterable[str]:
 
 
 def other_sigil(variable: ast.Variable, known: Container[str]) -> str:
-    """Return a hint that the same name with another sigil has a value (part for #part), or ""."""
+    """Return a hint if the same name with another sigil has a value (part instead of #part), otherwise ""."""
     bare = variable.key.lstrip("#$")
     other = next((sigil for sigil in ("", *SIGIL_KINDS) if sigil != variable.sigil and sigil + bare in known), None)
     return "" if other is None else f"did you mean {other}{variable.name}?"
@@ -491,7 +496,7 @@ class _Steps(Expressions):
         super().__init__(known, () if program is None else program.parameters, at_prompt=program is None)
         self.called: set[str] = set()
         self.compared = []
-        self.truths: set[str] = set()  # variables that a line gives a truth value
+        self.truths: set[str] = set()  # variables to which a line assigns a truth value
         self._program = program
         self._surroundings = surroundings
         self._program_keys = () if surroundings is None else surroundings.programs
@@ -547,7 +552,7 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, statement.span, "this works in programs only", ".PROGRAM name begins one")
 
     def _explain(self, it: ast.ExplainCommand) -> None:
-        """Check EXPLAIN: its argument is a motion, or a location if the topic needs one."""
+        """Check EXPLAIN: its argument must be a motion, or a location if the topic needs one."""
         asked, row = it.statement, EXPLAINED.get(it.topic)
         end = Span(it.span.line, it.span.end, it.span.end + 1)
         if isinstance(asked, ast.Instruction) and not it.topic:
@@ -569,11 +574,11 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, asked.span, "this is no motion", "EXPLAIN alone lists what there is")
 
     def finish(self, program: Program, around: Surroundings) -> None:
-        """Report mistakes that only the whole program shows: names without a value."""
+        """Report the mistakes that can only be found after all steps have been read, such as names without a value."""
         lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
         meant = {name.lower()[:NAME_LENGTH] for text in lines for name in _meant_to_give(text)}
         nowhere = [
-            one  # another program may give it a value, unless AUTO or LOCAL declares it; so may a line that is mistaken
+            one  # unless AUTO or LOCAL declares it, another program may assign the value; so may an unreadable line
             for one in self.without_value()
             if one.key not in meant and (one.key in self.own or not around.given_elsewhere(one.key, program))
         ]
@@ -630,7 +635,7 @@ class _Steps(Expressions):
         self.define(target, wanted)
 
     def _here(self, statement: ast.Assignment) -> None:
-        """Refuse HERE = start, which is meant as HERE start, and HERE = TRANS(0, 500)."""
+        """Refuse HERE = start, where HERE start is meant, and HERE = TRANS(0, 500)."""
         value, new = statement.value, self._is_new(statement.value)
         hint = f"HERE {expression_text(value) if new else 'p'} keeps the place where the arm stands"
         hint += "" if new else "; SET p = ... gives another place a name"
@@ -665,7 +670,8 @@ class _Steps(Expressions):
         self.signal_number(statement.condition)
 
     def _wait(self, statement: ast.Instruction) -> None:
-        """Check WAIT. WAIT 3 waits for a signal, as in VAL; as a condition a number would make no sense."""
+        """Check WAIT. WAIT 3 waits for a signal, as in VAL, because a constant number would be useless as a
+        condition."""
         asked = statement.arguments[0] if statement.arguments else None
         of_val = self._program is None or waits_for_signals(self._program)
         number = None if asked is None or not of_val else ast.channel(asked)
@@ -678,7 +684,7 @@ class _Steps(Expressions):
             self.signal_number(asked)
 
     def _set(self, statement: ast.Instruction) -> None:
-        """Check SET: a precision point takes joints, another name a transformation."""
+        """Check SET: a precision point is set to joints, any other name to a transformation."""
         target = statement.arguments[0] if statement.arguments else None
         kind = self.kind_of(statement.value) if statement.value is not None else None
         plain = isinstance(statement.value, ast.Number | ast.Variable)
@@ -721,7 +727,7 @@ class _Steps(Expressions):
                 _CHECKS[row.name](self, statement)
 
     def _format(self, statement: ast.Instruction, row: Word) -> None:
-        """Warn of TYPE x, /F6.2: a format is for the values after it."""
+        """Warn of TYPE x, /F6.2, because a format applies only to the values after it."""
         last = statement.arguments[-1]
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
             hint = f"a format stands before its value: {row.name} /{last.code}..., x"
@@ -738,7 +744,7 @@ class _Steps(Expressions):
                 self.warn(WithoutEffect, value.span, detail, hint)
 
     def _return(self, statement: ast.Instruction) -> None:
-        """Warn of RETURN 5, RETURN a * 2 and RETURN with a parameter, which seem to give a value back."""
+        """Warn of RETURN 5, RETURN a * 2 and RETURN with a parameter, which look as if they return a value."""
         given = statement.arguments[0] if len(statement.arguments) == 1 else None
         if isinstance(given, ast.Number | ast.Binary) or (
             isinstance(given, ast.Variable) and given.key in self.parameters
@@ -747,7 +753,7 @@ class _Steps(Expressions):
             self.warn(OldMeaning, statement.span, detail, hint)
 
     def _name_form(self, expression: Expression, argument: Argument, row: Word) -> None:
-        """Add the form of the instruction to the findings on BASE part and APPRO 50, part."""
+        """Add a hint with the instruction's form to the findings on BASE part and APPRO 50, part."""
         last, given = self.diagnostics[-1], self.kind_of(expression)
         wrong = last.code == TypeMismatch.code and last.span == expression.span
         swapped = argument.shape in _PLACES and given is Kind.REAL and len(row.arguments) > 1
@@ -769,7 +775,7 @@ class _Steps(Expressions):
         shape = argument.shape
         if shape is Shape.PROGRAM:
             self._program_name(expression)
-        elif shape is Shape.PROGRAM_TEXT:  # the program named by a string is unknown
+        elif shape is Shape.PROGRAM_TEXT:  # a string names the program, so the program is unknown here
             called = (
                 expression if isinstance(expression, ast.Applied) else ast.Applied(expression, (), span=expression.span)
             )
@@ -801,21 +807,22 @@ class _Steps(Expressions):
             self.fault(UsageError, expression.span, refused.detail, refused.hint)
 
     def _seconds(self, statement: ast.Instruction) -> None:
-        """Warn of DELAY 500, which looks like milliseconds."""
+        """Warn of DELAY 500, which looks like a time in milliseconds."""
         time = next(iter(statement.arguments), None)
         given = ast.plain_number(time)
         if time is not None and given is not None and given >= 100 and given % 50 == 0:
             self.warn(TimeUnit, time.span, "DELAY takes seconds", f"{given:g} ms is {given / 1000:g}")
 
     def _percent(self, statement: ast.Instruction) -> None:
-        """Warn of SPEED 0.5, which looks like a fraction (50 %)."""
+        """Warn of SPEED 0.5, which looks like a fraction of full speed (50 %)."""
         speed = next(iter(statement.arguments), None)
         given = ast.plain_number(speed)
         if speed is not None and given is not None and 0 < given <= 1 and statement.modifiers.unit in (None, "MONITOR"):
             self.warn(SpeedInPercent, speed.span, "SPEED takes percent", "half speed is SPEED 50")
 
     def _metres(self, place: ast.Call) -> None:
-        """Warn of TRANS(0.3, 0.45, -0.2): at least two coordinates have decimals, and all are small."""
+        """Warn of TRANS(0.3, 0.45, -0.2), which looks like metres: all coordinates are small and at least two have
+        decimals."""
         given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
         known = all(one is None or ast.plain_number(one) is not None for one in place.arguments[:3])
         if known and sum(not one.is_integer() for one in given) >= 2 and 0.1 <= max(given) < 2.0:

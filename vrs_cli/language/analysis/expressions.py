@@ -1,6 +1,5 @@
-"""Check expressions: whether their kinds are allowed where they stand, and whether VAL-II would group
-them differently.
-"""
+"""Check expressions: whether their kinds are allowed at their positions, and whether VAL-II would group the operators
+differently."""
 
 from __future__ import annotations
 
@@ -60,8 +59,8 @@ class Expressions(NameFindings):
     """Checks expressions one by one."""
 
     _program_keys: Container[str] = ()  # keys of the programs in memory
-    compared: list[tuple[ast.Variable, ast.Binary]]  # variables that a relation compares with a number
-    _logical = False  # whether NOT, AND, OR or XOR has been met in the expression
+    compared: list[tuple[ast.Variable, ast.Binary]]  # variables that are compared with a number
+    _logical = False  # whether the expression has contained NOT, AND, OR or XOR so far
 
     # --- arguments, by their shape ---
 
@@ -84,20 +83,22 @@ class Expressions(NameFindings):
             )
 
     def _signal(self, expression: Expression) -> None:
-        """Check the number of a signal. SIGNAL 1, ON is wrong: ON is -1, which would turn signal 1 off."""
+        """Check the number of a signal. SIGNAL 1, ON is a mistake: ON is the number -1, which would turn signal 1
+        off."""
         if isinstance(expression, ast.Call) and expression.name in _STATES:
             self.fault(IllegalSignal, expression.span, f"{expression.name} is no number of a signal", ON_AND_OFF)
         self.value(expression, REAL)
 
     def _unit(self, expression: Expression) -> None:
-        """Check the number of a unit. ATTACH may choose a unit and store its number in a variable."""
+        """Check the number of a logical unit. ATTACH may choose a unit itself and store its number in a variable."""
         if isinstance(expression, ast.Variable):
             self._define(expression, REAL)
         else:
             self.value(expression, REAL)
 
     def _location_variable(self, expression: Expression) -> None:
-        """Check a location to define: of a compound the last name is defined, the others are read."""
+        """Check a location that an instruction defines. In a compound the last name is defined and the other names are
+        read."""
         if isinstance(expression, ast.Binary) and expression.operator == ":":
             self.value(expression.left, LOCATION)
             self._define(expression.right, LOCATION)
@@ -110,7 +111,7 @@ class Expressions(NameFindings):
             self.define(variable, wanted)
 
     def _checked_variable(self, expression: Expression) -> ast.Variable | None:
-        """Return a variable that can be given a value; report anything else."""
+        """Return the expression if it is a variable that can be assigned; otherwise report it."""
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return expression
@@ -125,7 +126,7 @@ class Expressions(NameFindings):
             self.value(index, REAL)
 
     def _elements(self, expression: Expression) -> None:
-        """Check the first element of an array of reals, or the whole array."""
+        """Check an argument that is an array of reals: the whole array, or the element where it begins."""
         variable = self._checked_variable(expression)
         if variable is not None:
             if variable.indexes is None:
@@ -146,7 +147,7 @@ class Expressions(NameFindings):
             self.fault(CannotInterpret, expression.span, "a name is wanted here")
 
     def _setting(self, expression: Expression) -> None:
-        """Check the value of a parameter. A bare name may be a word of the parameter (SCURVE)."""
+        """Check the value of a parameter. A bare name may be a keyword of the parameter (as for SCURVE)."""
         bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
         if not bare and not isinstance(expression, ast.BareWord):
             self.value(expression, PRINTED)
@@ -234,7 +235,8 @@ class Expressions(NameFindings):
         return self._operands(expression, REAL, Kind.REAL)
 
     def _warn_of_chain(self, left: ast.Binary, whole: ast.Binary) -> bool:
-        """Warn of 1 < x < 5, which compares a truth value with 5. Return whether there is such a chain."""
+        """Warn of 1 < x < 5, which compares the truth value of 1 < x with 5. Return whether the expression has such a
+        chain."""
         if left.operator in RELATIONS:
             first, middle, last = map(expression_text, (left.left, left.right, whole.right))
             hint = f"{first} {left.operator} {middle} AND {middle} {whole.operator} {last}"
@@ -244,9 +246,8 @@ class Expressions(NameFindings):
         return left.operator in RELATIONS
 
     def _check_comparison(self, relation: ast.Binary) -> None:
-        """Warn of SIG(1) == 1 and SIG(1) > 0, which are the same for TRUE and FALSE. Whether a variable is a truth
-        value is decided at the end of the program.
-        """
+        """Warn of SIG(1) == 1 and SIG(1) > 0, whose results do not depend on the signal. The check at the end of the
+        program decides whether a variable holds a truth value."""
         left, right = ast.plain_number(relation.left), ast.plain_number(relation.right)
         if (left is None) is (right is None):
             return
@@ -258,27 +259,27 @@ class Expressions(NameFindings):
             self.truth_compared(value, relation)
 
     def truth_compared(self, value: Expression, relation: ast.Binary) -> None:
-        """Warn of a truth value in a relation with a number that is the same for TRUE and FALSE."""
+        """Warn if a truth value is compared with a number and the result is the same for TRUE and FALSE."""
         text, other = expression_text(value), relation.right if value is relation.left else relation.left
         never = "" if ast.plain_number(other) in (-1.0, 0.0) else f", never {expression_text(other)}"
         hint = f"write {'NOT ' if relation.operator in ('<>', '<', '<=') else ''}{text}"
         self.warn(FixedCondition, relation.span, f"{text} is TRUE (-1) or FALSE (0){never}", hint)
 
     def signal_number(self, condition: Expression) -> None:
-        """Warn of IF 1001 THEN and of IF 1001 == TRUE THEN, which do not look at the signal."""
+        """Warn of IF 1001 THEN and IF 1001 == TRUE THEN, which do not read the signal 1001."""
         if isinstance(condition, ast.Number) and condition.value in (*INPUTS, *INTERNAL):
             hint = f"SIG({condition.text}) reads the signal"
             self.warn(FixedCondition, condition.span, f"{condition.text} is a number here", hint)
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
-        """Check both operands. Return the kind of the result, or None if an operand has a wrong kind."""
+        """Check both operands of an operator. Return the kind of the result, or None if an operand has a wrong kind."""
         found = len(self.diagnostics)
         self._kind(expression.left, wanted)
         self._kind(expression.right, wanted)
         return result if len(self.diagnostics) == found else None
 
     def _of_both(self, expression: ast.Binary) -> Kinds:
-        """Return the kinds for the operands of + and of relations: two reals or two strings."""
+        """Return the kinds that the operands of + and of relations may have: two reals or two strings."""
         return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
 
     # --- functions ---
@@ -309,11 +310,11 @@ class Expressions(NameFindings):
                 if shape is not Shape.VARIABLE:
                     SHAPES[shape](self, expression)
                 elif (variable := self._checked_variable(expression)) is not None:
-                    self.given.add(variable.key)  # DEFINED and LAST only look at a variable of any kind
+                    self.given.add(variable.key)  # DEFINED and LAST read no value
         return function.result
 
     def angles(self, word: str, given: Sequence[Expression | None]) -> None:
-        """Warn of angles that look like radians."""
+        """Warn of angles that are probably given in radians."""
         for angle in given:
             if angle is not None and turns_of_pi(angle) > 0:
                 hint = "half a turn is 180; x * 180 / PI converts radians"
@@ -337,9 +338,8 @@ def is_truth(expression: Expression) -> bool:
 def count_mistakes(
     name: str, given: Sequence[Expression | None], row: WordRow, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
-    """Return the span and the message for the first missing argument, shown at the `end`, and for the first extra
-    argument.
-    """
+    """Return a span and a message for the first missing argument (at the span `end`) and for the first extra
+    argument."""
     found = []
     for at, argument in enumerate(row.arguments):
         if not argument.optional and (at >= len(given) or given[at] is None):
@@ -354,7 +354,7 @@ def count_mistakes(
 
 
 def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
-    """Return a hint at the meaning of MOVE 100, 200, 300 and DELAY 0,5; "" for usual arguments."""
+    """Return a hint at what MOVE 100, 200, 300 or DELAY 0,5 probably means; "" for other arguments."""
     numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
     if (
         len(given) == 2
@@ -396,14 +396,18 @@ def turns_of_pi(expression: Expression) -> int:
 
 
 def _part_of_pi(value: float, text: str) -> bool:
-    """Return whether a decimal number is a usual part or multiple of PI (1.5708), as far as it is written."""
+    """Return whether a decimal number equals a common fraction or multiple of PI (such as 1.5708) to the decimals that
+    are written."""
     decimals = len(text.partition(".")[2])
     return decimals > 2 and any(abs(value - pi * part) < 10.0**-decimals for part in _PARTS)
 
 
 _COMPARE = {"==": eq, "<>": ne, "<": lt, ">": gt, "<=": le, ">=": ge}
 _PARTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 3 / 2, 2)
-_ANGLES = {**dict.fromkeys(("SIN", "COS", "TAN", "RX", "RY", "RZ", "#PPOINT"), 0), "TRANS": 3}  # first angle, by name
+_ANGLES = {
+    **dict.fromkeys(("SIN", "COS", "TAN", "RX", "RY", "RZ", "#PPOINT"), 0),
+    "TRANS": 3,
+}  # index of the first angle
 
 
 _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
@@ -435,9 +439,8 @@ SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
 
 
 def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
-    """Yield each part of an expression that VAL-II groups differently: our grouping and that of VAL-II, both with
-    parentheses, and the span.
-    """
+    """Yield each part of an expression that VAL-II groups differently: the text with parentheses as in V+, the text
+    with parentheses as in VAL-II, and the span."""
     flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
         texts = [item if isinstance(item, Token) else expression_text(item) for item in flat]
@@ -462,7 +465,7 @@ def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Express
     yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
 
 
-# Print a tree as text with parentheses around the whole and every part.
+# Print an expression as text with parentheses around it and around each of its parts.
 
 
 def _unary(sign: Token, operand: str) -> str:

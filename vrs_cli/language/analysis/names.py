@@ -1,9 +1,9 @@
-"""Find the kinds of a program's names: which are reals or transformations, which are read or set, and which are private
-to the program.
+"""Find the kinds of a program's names: which names are reals or transformations, which are read or set, and which are
+private to the program.
 
-AUTO makes a set of variables for each activation of a program, LOCAL one for the program, which keeps its values
-between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step (V+
-Language User's Guide p.36; val2 section 1).
+AUTO creates a set of variables for each activation of a program. LOCAL creates one set for the program, whose values
+are kept between calls. All other variables are global; GLOBAL declares this explicitly. Declarations must precede all
+other steps (V+ Language User's Guide p.36; val2 section 1).
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ class BlockKind(Enum):
 
 
 class Block(Struct, frozen=True):
-    """A control structure, as step indexes from 0. `middles`: ELSE, or VALUE and ANY; `closer`: END or UNTIL."""
+    """A control structure. Its fields are step indexes, counted from 0. `middles`: the steps ELSE, or VALUE and ANY;
+    `closer`: the step END or UNTIL."""
 
     kind: BlockKind
     opener: int
@@ -59,14 +60,16 @@ LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 
 
 def loops_of(statement: ast.Instruction) -> int:
-    """Return the number of loops after EXIT or NEXT: 1 if omitted, 0 if it is not a whole number above 0."""
+    """Return the number of loops that EXIT or NEXT leaves: 1 if no number is given, 0 if it is not a whole number above
+    0."""
     given = statement.arguments[0] if statement.arguments else None
     number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
     return int(number) if number >= 1 and number.is_integer() else 0
 
 
 def label_of(statement: ast.Statement) -> int | None:
-    """Return the label that a statement may go to: GOTO, IF ... GOTO, and instructions with a label (IFSIG, GRASP)."""
+    """Return the label to which a statement may jump: GOTO, IF ... GOTO, and instructions with a label (IFSIG,
+    GRASP)."""
     if isinstance(statement, ast.Goto | ast.IfGoto):
         return statement.label
     if not isinstance(statement, ast.Instruction) or statement.word not in LABELLED:
@@ -76,7 +79,8 @@ def label_of(statement: ast.Statement) -> int | None:
 
 
 class Own(Struct, frozen=True, dict=True):
-    """A variable of the program itself. `automatic`: declared by AUTO; `array`: declared or first used as an array."""
+    """A variable that belongs to the program itself. `automatic`: AUTO declares it; `array`: it is declared as an
+    array, or used as one first."""
 
     variable: ast.Variable
     automatic: bool
@@ -88,14 +92,13 @@ class Own(Struct, frozen=True, dict=True):
 
 
 class Analysis(Struct, frozen=True):
-    """A program with all facts that follow from its text.
+    """The facts about a program that its text alone determines, and its findings.
 
-    `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included. `labels`:
-    the step index of each label. `own`: the variables of AUTO and LOCAL.
-
-    The findings depend on other things in memory, given by keys. `needs`: names that other programs must give a value.
-    `calls`: programs that are called. `functions`: functions here that may be variables in other programs. `alone`:
-    variables that are reported unless they occur in other programs.
+    `kinds`: REAL or LOCATION for each bare name (`Variable.key`), parameters included, whose kind follows from its use.
+    `labels`: the step index of each label. `own`: the variables of AUTO and LOCAL. The findings also depend on other
+    names and programs in memory, which are given by their keys. `needs`: names to which other programs must assign a
+    value. `calls`: the programs that are called. `functions`: functions in this program that may be variables in other
+    programs. `alone`: variables that are reported unless other programs use them.
     """
 
     program: Program
@@ -128,7 +131,7 @@ PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
 PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
 BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # the kinds of a name without a sigil
 
-# Arguments that are variables to set.
+# The shapes of arguments that are variables to set, and the kinds that such a variable may have.
 VARIABLES: Mapping[Shape, Kinds] = {
     Shape.VARIABLE: PRINTED,
     Shape.REAL_VARIABLE: REAL,
@@ -138,7 +141,7 @@ CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.
 
 
 def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
-    """Return the kind of an expression, or None if `of_variable` does not know it."""
+    """Return the kind of an expression, or None if it depends on a variable whose kind `of_variable` does not know."""
     match expression:
         case ast.Variable():
             return of_variable(expression)
@@ -163,7 +166,7 @@ _ARTICLES = {
 
 _NAMED = (ast.Variable, ast.Number, ast.StringConstant)
 _SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
-_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # by a kind and the kinds that are wanted
+_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # by the kind of an expression and the kinds that are required
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
     (Kind.REAL, PLACE): "TRANS(x, y, z) is one",
     (Kind.REAL, LOCATION): "TRANS(x, y, z) is one",
@@ -177,7 +180,7 @@ _EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # by a kind and the kinds that 
 
 
 def with_article(kinds: Collection[Kind]) -> str:
-    """Return kinds in words: `a transformation or a precision point`."""
+    """Return kinds in words with their articles: `a transformation or a precision point`."""
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
 
 
@@ -219,20 +222,20 @@ MAX_SHOWN_CHARS = 40  # maximum number of characters of an expression in a messa
 
 
 class Decision(NamedTuple):
-    """The kind of a name, and the step that decides it (None: its sigil or its present value does)."""
+    """The kind of a name, and the step that decides it (None if the sigil or the present value decides it)."""
 
     kind: Kind
     step: int | None
 
 
 class NameFindings(DiagnosticCollector):
-    """Collects the names of a program. `step`: the present step.
+    """Collects the names of a program. `step`: the index of the present step.
 
-    `known`: the kinds of variables that have a value. At the prompt they decide. A program may run when they have other
-    values, so there they only give warnings. `kinds`: those of bare names whose use decides them. `given`: the keys
-    that get a value; `passed`: those that are passed to a program; `own`: those of AUTO or LOCAL; `first_read`: the
-    first reading of each name; `assigned`: the first assignment to each simple bare name; `functions`: the first call
-    of each function that could be a variable.
+    `known`: the kinds of variables that have a value. At the prompt these kinds are binding. A program may later run
+    with other values, so there they only cause warnings. `kinds`: the kinds of bare names that their use decides.
+    `given`: the keys of names that are assigned; `passed`: the keys of names that are passed to a program; `own`: the
+    keys of AUTO and LOCAL variables; `first_read`: the first use of each name as a value; `assigned`: the first
+    assignment to each simple bare name; `functions`: the first call of each function that could be a variable.
     """
 
     def __init__(self, known: Mapping[str, Kind], parameters: Iterable[ast.Variable], *, at_prompt: bool) -> None:
@@ -249,14 +252,14 @@ class NameFindings(DiagnosticCollector):
         self.typed: set[str] = set()  # keys of the variables that TYPE shows
         self.parameters = {parameter.key for parameter in parameters}
         self.declared: set[str] = set()
-        self._declared_by: dict[str, str] = {}  # the word of the first declaration of a name, right or wrong
+        self._declared_by: dict[str, str] = {}  # keyword of the first declaration of a name, right or wrong
         self._declarations_over = False
         self._known = known
         self._at_prompt = at_prompt
         self._spellings: dict[str, str] = {}
 
     def without_value(self) -> list[ast.Variable]:
-        """Return the first reading of each name that gets no value here."""
+        """Return the first reading of each name to which this program assigns no value."""
         return [
             variable
             for key, variable in self.first_read.items()
@@ -264,7 +267,8 @@ class NameFindings(DiagnosticCollector):
         ]
 
     def check(self, variable: ast.Variable) -> None:
-        """Report a name that is not allowed, and an own variable used both as an array and as a simple variable."""
+        """Report a name that is not allowed, and an AUTO or LOCAL variable that is used both as an array and as a
+        simple variable."""
         word, key, is_array = variable.name.upper(), variable.key, variable.indexes is not None
         if word in RESERVED and not variable.sigil:
             self.fault(InvalidName, variable.span, *why_reserved(word))
@@ -284,7 +288,7 @@ class NameFindings(DiagnosticCollector):
     # --- declarations ---
 
     def check_declaration(self, statement: ast.Instruction) -> None:
-        """Check AUTO, LOCAL or GLOBAL, and note what it declares."""
+        """Check AUTO, LOCAL or GLOBAL, and record the variables that it declares."""
         if self._declarations_over:
             self.fault(
                 MisplacedDeclaration,
@@ -314,7 +318,7 @@ class NameFindings(DiagnosticCollector):
                 f"{statement.word} {name}[]",
             )
         else:
-            if variable.sigil and kind not in (None, Kind.LOCATION):  # LOC is allowed with a sigil
+            if variable.sigil and kind not in (None, Kind.LOCATION):  # with LOC a sigil is allowed
                 self.fault(TypeMismatch, variable.span, f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}")
             self.check(variable)
             self.declared.add(key)
@@ -328,19 +332,18 @@ class NameFindings(DiagnosticCollector):
     # --- kinds of names ---
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """Note that a variable is read as one of these kinds. Return its kind if it is decided."""
+        """Record that a variable is read as one of these kinds. Return its kind if it is decided."""
         self.first_read.setdefault(variable.key, variable)
         return self._decide(variable, wanted)
 
     def define(self, variable: ast.Variable, wanted: Kinds) -> None:
-        """Note that a variable gets a value of one of these kinds."""
+        """Record that a variable is assigned a value of one of these kinds."""
         self.given.add(variable.key)
         self._decide(variable, wanted, is_read=False)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds, *, is_read: bool = True) -> Kind | None:
-        """Return the kind of a name. A use that allows only one kind decides an undecided name; warn if the present
-        value has the other kind.
-        """
+        """Return the kind of a name. A use that allows only one kind decides an undecided name. Warn if the present
+        value has the other kind."""
         key, name = variable.key, variable.name
         decided = self._decision(variable)
         if decided is None:
@@ -364,7 +367,8 @@ class NameFindings(DiagnosticCollector):
         return decided.kind
 
     def _decision(self, variable: ast.Variable) -> Decision | None:
-        """Return the kind that the sigil, the uses or (at the prompt) the present value of a name decide, or None."""
+        """Return the kind of a name that its sigil, its uses or (at the prompt) its present value decide; None if it is
+        undecided."""
         if variable.key in self.kinds:
             return self.kinds[variable.key]
         kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
@@ -373,7 +377,7 @@ class NameFindings(DiagnosticCollector):
     def mismatch(
         self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None, *, is_read: bool = True
     ) -> None:
-        """Report an expression of a wrong kind. `step`: the one that decided the kind."""
+        """Report an expression of a wrong kind. `step`: the step that decided the kind."""
         text = expression_text(expression)
         shown = text if len(text) <= MAX_SHOWN_CHARS else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""

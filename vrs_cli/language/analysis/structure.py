@@ -1,8 +1,8 @@
 """Pair the blocks and labels of a program, find steps that are never carried out, and refuse words that a dialect does
 not have.
 
-Every program of V+ is refused while the switch VPLUS is off. The column `where` of the tables says which dialect has a
-row; `IN_VAL2` and `IN_VAL` say what to write instead.
+While the switch VPLUS is off, every program that uses V+ is refused. The column `where` of the tables names the
+dialects of a row; `IN_VAL2` and `IN_VAL` give the replacement in the other dialects.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Dialect,
 
 
 def structure_of(program: Program) -> Structure:
-    """Pair the steps of the blocks, and find the labels."""
+    """Pair the opening and closing steps of all blocks, and find the labels."""
     structure = Structure()
     for index, step in enumerate(program.steps):
         if step.label is not None and (before := structure.labels.setdefault(step.label, index)) != index:
@@ -47,7 +47,7 @@ class _Open(Struct):
     span: Span
     middles: list[int] = field(default_factory=list)
     complete: bool = False  # ELSE or ANY was found: only END may follow
-    vague: bool = False  # an unreadable line may begin the block
+    vague: bool = False  # whether an unreadable line may have started the block
 
     @property
     def closing(self) -> str:
@@ -66,12 +66,12 @@ class Structure(DiagnosticCollector):
         self.blocks: list[Block] = []
         self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
-        self._vague_ends = 0  # number of ends that were counted for doubtful blocks
+        self._vague_ends = 0  # number of ends that were assigned to doubtful blocks
 
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leaves(statement)
-        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # ENDIF itself is refused elsewhere
+        if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # another check refuses ENDIF itself
             self._unread(index, ast.BadLine("END", span=statement.span))
             return
         action = _ACTIONS.get(type(statement))
@@ -87,9 +87,8 @@ class Structure(DiagnosticCollector):
             )
 
     def end(self, program: Program) -> None:
-        """Report blocks without an end, unless a doubtful block may have used their end, and jumps to labels that no
-        step has. The first word of an unreadable line may be a label.
-        """
+        """Report blocks without an end, unless a doubtful block may have taken their end, and jumps to labels that no
+        step has. The first word of an unreadable line is accepted as a label."""
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
             self._fault(block.span, f"{block.name} has no {block.closing}")
@@ -106,11 +105,11 @@ class Structure(DiagnosticCollector):
         self.fault(ControlStructure, span, detail, hint)
 
     def _leaves(self, statement: ast.Instruction) -> None:
-        """Check that EXIT or NEXT is inside at least as many loops as its number."""
+        """Check that EXIT or NEXT is inside at least as many loops as its number says."""
         wanted, around = loops_of(statement), sum(block.kind in LOOPS for block in self._open)
         if not wanted:
             if self._open and self._open[-1].kind is BlockKind.FOR:
-                self._open[-1].vague = True  # NEXT i is meant for its END
+                self._open[-1].vague = True  # NEXT i was probably written in place of END
             hint = (
                 f"{statement.word} alone is for the innermost, {statement.word} 2 for two; END ends the steps of a loop"
             )
@@ -126,10 +125,10 @@ class Structure(DiagnosticCollector):
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
     def _unread(self, index: int, line: ast.BadLine) -> None:
-        """Let an unreadable line start, divide or end a block, so that only the line itself is reported."""
+        """Let an unreadable line open, divide or close a block, so that only the line itself is reported."""
         words = _words(line.text)
         first, last = words[0], words[-1]
-        if own_word(first) == "END":  # ENDFOR
+        if own_word(first) == "END":  # such as ENDFOR
             first = "END"
         if first in _UNREAD_MIDDLES:
             kind = _UNREAD_MIDDLES[first]
@@ -139,14 +138,14 @@ class Structure(DiagnosticCollector):
         elif first in ("END", "UNTIL"):
             if any(one.closing == first for one in self._open):
                 self._close(index, line, first, "")
-        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # that jumps
+        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # such an IF jumps
             kind = _UNREAD_OPENERS.get(first) or _UNREAD_LAST.get(last)
             if kind is not None:
                 sure = kind is BlockKind.FOR or last in _UNREAD_LAST
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
 
     def _innermost(self, kind: BlockKind) -> _Open | None:
-        """Return the innermost block, after dropping doubtful ones of another kind."""
+        """Return the innermost open block, after removing doubtful blocks of another kind."""
         while self._open and self._open[-1].vague and self._open[-1].kind is not kind:
             self._open.pop()
         return self._open[-1] if self._open else None
@@ -164,7 +163,8 @@ class Structure(DiagnosticCollector):
             block.complete = completes
 
     def _close(self, index: int, statement: Statement, word: str, openers: str) -> None:
-        """End the innermost block of the kind of this end. Blocks inside that block have no end."""
+        """Close the innermost block of the kind that this step ends. Report the blocks inside it as blocks without an
+        end."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
             hint = ".END ends the program" if not inside else ""
@@ -189,7 +189,7 @@ _OPENERS: Mapping[type, BlockKind] = {
     ast.Case: BlockKind.CASE,
 }
 
-# the first or last words of unreadable lines, and the blocks that they open or divide
+# the first and last words of unreadable lines, and the kind of block that they open or divide
 _UNREAD_OPENERS: Mapping[str, BlockKind] = {kind.value: kind for kind in BlockKind}
 _UNREAD_LAST: Mapping[str, BlockKind] = {"THEN": BlockKind.IF, "DO": BlockKind.WHILE, "OF": BlockKind.CASE}
 _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
@@ -201,9 +201,8 @@ _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
 
 
 def _words(text: str) -> list[str]:
-    """Return a line in capitals, word by word, without its label, texts and comment. The first word is "" if it is a
-    variable.
-    """
+    """Return the words of a line in capitals, without its label, strings and comment. The first word is "" if the line
+    begins with a variable."""
     words = re.findall(r"[A-Z][\w.]*|\d+|\S", re.sub(r'"[^"]*"?|;.*', " ", text.upper()))
     if words and words[0].isdigit():
         words.pop(0)
@@ -220,12 +219,14 @@ _ACTIONS: Mapping[type, Callable[[Structure, int, Any], None]] = {
 }
 
 
-# --- canonical text, in which no block is unpaired -----------------------------------------------------------
+# --- canonical text of files without unpaired blocks ---------------------------------------------------------
 
 
 def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") -> str | tuple[Diagnostic, ...]:
-    """Return the canonical text of a file; or its errors if a line cannot be read or a block has no begin or end, whose
-    layout would mislead. `dialect`: used if the file names none. `name`: of the file, for steps without a heading.
+    """Return the canonical text of a file, or its errors if a line cannot be read or a block is not closed or not
+    opened: the indentation would then be misleading.
+
+    `dialect`: the dialect for a file that names none. `name`: the name of the file, for steps without a heading.
     """
     file, found = parse_file(text, dialect, name=name)
     unpaired = (
@@ -239,16 +240,18 @@ def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS, name: str = "") 
     return wrong or print_file(file)
 
 
-# --- what nothing leads to -----------------------------------------------------------------------------------
+# --- steps that are never carried out ------------------------------------------------------------------------
 
 
-LEAVING = frozenset({"RETURN", "STOP", "HALT", "RETURNE"})  # instructions that the next step never follows
+LEAVING = frozenset({"RETURN", "STOP", "HALT", "RETURNE"})  # instructions that never continue with the next step
 _CLOSERS = (ast.End, ast.Until, ast.Else, ast.Any, ast.Value)
 
 
 def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> Iterator[Diagnostic]:
-    """Warn of the first step of each sequence of steps that is never carried out, and name the step before it.
-    Conditions are not evaluated: WHILE TRUE can end. The blocks and labels must be correct.
+    """Warn of the first step of each sequence of steps that is never carried out, and name the step that jumps
+    away before it.
+
+    Conditions are not evaluated, so WHILE TRUE counts as a loop that can end. The blocks and labels must be correct.
     """
     reached = _reachable_steps(program, blocks, labels)
     leaving, before_reached = "", True
@@ -268,19 +271,19 @@ def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, 
 
 
 def _leaves(statement: Statement | None) -> bool:
-    """Return whether the next step is never carried out after a statement."""
+    """Return whether a statement never continues with the next step."""
     return isinstance(statement, ast.Goto) or (isinstance(statement, ast.Instruction) and statement.word in LEAVING)
 
 
 def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
     """Return the indexes of all steps that can be reached from the first one."""
-    jumps: dict[int, tuple[int, ...]] = {}  # steps that a step of a block may jump to
+    jumps: dict[int, tuple[int, ...]] = {}  # the steps to which a step of a block may jump
     for block in blocks:
         after, inside = block.closer + 1, tuple(middle + 1 for middle in block.middles)
         if block.kind in LOOPS:
             jumps[block.closer] = (block.opener, after)
             jumps |= {} if block.kind is BlockKind.DO else {block.opener: (block.opener + 1, after)}
-        else:  # CASE goes to any VALUE; a VALUE or an ELSE that is reached from above ends the steps of the one before
+        else:  # CASE jumps to any VALUE; from the step before a VALUE or ELSE, the program continues after the block
             way = (block.opener + 1, *(inside or (after,)))
             jumps[block.opener] = way if block.kind is BlockKind.IF else (*inside, after)
             jumps |= dict.fromkeys(block.middles, (after,))
@@ -296,7 +299,7 @@ def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[
         if label is not None:
             waiting.append(labels[label])
         waiting += jumps.get(index, () if _leaves(statement) else (index + 1,))
-        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # to the end of any loop around it
+        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # ends a loop around it
             waiting += (block.closer + 1 for block in blocks if block.opener < index < block.closer)
     return reached
 
@@ -360,7 +363,7 @@ IN_VAL2: Mapping[str, str] = {
 }
 
 
-# the way to write it in VAL
+# the replacement in VAL
 IN_VAL: Mapping[str, str] = {
     "CALL": "GOSUB carries out a program",
     "SET": "SHIFT, INVERSE and FRAME define locations, HERE teaches them",
@@ -382,18 +385,16 @@ _BLOCKS: Mapping[type, str] = {
 
 
 def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
-    """Yield an error for each word and form that the dialect of a program does not have; without `vplus`, for each that
-    only V+ has.
-    """
+    """Yield an error for each word and form that the program's dialect does not have. With `vplus` False, yield one for
+    each word and form that only V+ has."""
     check = _DialectCheck(program.dialect, "this program is in") if vplus else _DialectCheck(Dialect.VAL2)
     statements = () if check.dialect is Dialect.VPLUS else program.statements
     return (found for statement in statements for found in _beyond(statement, check))
 
 
 def waits_for_signals(program: Program) -> bool:
-    """Return whether WAIT 3 waits for the input 1003, as in VAL. In a program with words of V+ a number is a condition,
-    which is always true: published drivers for V+ have such lines (probable).
-    """
+    """Return whether WAIT 3 waits for input 1003, as in VAL. In a program with words of V+ a number is a condition
+    instead, which is always true: published drivers for V+ contain such lines (probable)."""
     remembered = vars(program)
     if "waits_for_signals" not in remembered:
         remembered["waits_for_signals"] = next(beyond(program, vplus=False), None) is None
@@ -402,7 +403,7 @@ def waits_for_signals(program: Program) -> bool:
 
 
 def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:
-    """Yield an error for each word and form in a line of the prompt that the dialect of the session does not have."""
+    """Yield an error for each word and form in a line of the prompt that the session's dialect does not have."""
     yield from _beyond(statement, _DialectCheck(dialect, "this session is in"), at_prompt=True)
     if not vplus:
         yield from _beyond(statement, _DialectCheck(Dialect.VAL2), at_prompt=True)
@@ -424,7 +425,7 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
                     yield check.refusal("the number of a task is", IN_VAL2["EXECUTE"], task.span)
             case ast.Call() if node.name in FUNCTIONS:
                 yield from check.check_row(node.name, FUNCTIONS[node.name].where, node.span)
-            # in VAL the relations after IF are EQ, NE and so on
+            # in VAL the relations after IF are the words EQ, NE and so on
             case ast.Binary() if node.operator not in RELATIONS or check.dialect is not Dialect.VAL:
                 yield from check.check_row(node.operator, OPERATORS[node.operator].where, node.span)
             case ast.Variable() if len(node.indexes or ()) > 1 or node.rest:
@@ -436,7 +437,8 @@ def _beyond(statement: Statement, check: _DialectCheck, at_prompt: bool = False)
 
 
 class _DialectCheck(Struct, frozen=True):
-    """The dialect to check against, and the reason in words: `why` is "" for the switch VPLUS."""
+    """The dialect to check against. `why`: the words that begin the reason in a message; "" if the switch VPLUS is the
+    reason."""
 
     dialect: Dialect
     why: str = ""
@@ -446,7 +448,7 @@ class _DialectCheck(Struct, frozen=True):
         return error(NotAvailable, span, f"{what} of {of.title}, and {why}", f"in {self.dialect.title}: {instead}")
 
     def check_row(self, name: str, where: str, span: Span) -> Iterator[Diagnostic]:
-        """Yield an error if the dialect does not have a row."""
+        """Yield an error if the row's word does not exist in the dialect."""
         if not self.dialect.knows(where):
             of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
             ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2

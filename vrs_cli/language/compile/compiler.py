@@ -1,11 +1,12 @@
 """Compile a checked program to a Python generator function, built as a tree of Python's own `ast`.
 
-The operations of `lowering` become basic blocks; the blocks are dispatched by a binary tree of `if pc < k` inside
-`while True`, so GOTO in and out of blocks is a number. Each request or effect is yielded; Python suspends the program
-there. Each counted operation takes 1 from `n`, the steps that are left of the turn; at 0 it yields its number before it
-is done. While the program is suspended the context's `turn` holds n and the present operation. `t` is another integer
-after each suspension: until then a variable that was found real stays real. The lines of an
-operation's code have its number, so that an error tells where it occurred.
+The operations of `lowering` are grouped into basic blocks. A binary tree of `if pc < k` inside `while True` selects the
+block, so GOTO into or out of a control structure only sets a number. The function yields each request or effect, and
+Python suspends the program there. `n` is the number of steps left in the turn: each counted operation subtracts 1; at
+0 the function yields the operation's number before it carries the operation out. While the program is suspended, the
+context's `turn` holds n and the present operation. `t` changes with each suspension; while `t` is the same, a variable
+that was found to be real stays real. The Python lines of an operation have its number, so that a traceback shows in
+which operation an error occurred.
 
     def program(X, R, L, S, P, KR, KL, C, F, pc, ...):   context; cells of reals, locations, strings, precision points;
         l0, s0 = F                                  C: bound calls; F: frame, limits of FOR and subjects of CASE;
@@ -18,12 +19,12 @@ operation's code have its number, so that an error tells where it occurred.
         finally:
             F[:] = (l0, s0)
 
-An IF whose parts nothing jumps into is an `if` of Python. A block that jumps to itself is a `while True` of its own, so
-a straight loop never meets the tree. With `everywhere` each operation begins a block: that variant, made on demand, can
-be entered at any step.
+An IF becomes an `if` of Python if nothing jumps into its parts. A block that jumps to itself becomes a `while True` of
+its own, so a simple loop never passes through the tree. With `everywhere` each operation begins a block: that variant
+is made on demand and can be entered at any step.
 
-A long program becomes several functions, so that its tree is never in memory as a whole: each takes the
-arguments above and returns the number of the block where another goes on, or None at the end.
+A long program becomes several functions, so that its whole tree is never in memory at once. Each function takes the
+arguments above and returns the number of the block where another function continues, or None at the end.
 """
 
 from __future__ import annotations
@@ -52,11 +53,12 @@ from vrs_cli.values.numbers import LIMIT
 
 Steps = Generator[Any, str | None, int | None]
 
-FIRST_LINE = 2  # the line number of operation 0; leaves that trees share have line 1
-OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, in which no other thread has a turn
+FIRST_LINE = 2  # the Python line number of operation 0; syntax tree leaves that several trees share have line 1
+# maximum number of operations in a Python function: while Python compiles a function, no other thread runs
+OPS_A_FUNCTION = 512
 
 
-# statements that all operations share: to count a step, and to load n, while other programs may have run
+# statements that all operations share: the first counts a step, the second loads n after a suspension
 _COUNT = tree.placed(tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1))))
 _LOAD_LEFT = tree.placed(
     py.Assign(
@@ -72,11 +74,11 @@ _LOAD_LEFT = tree.placed(
 class ProgramCompiler(ExpressionCompiler):
     """Makes the body of a program's Python function from the program's operations.
 
-    `_numbers`: the number of each block, by the operation that begins it; `_here`: the blocks of the present function;
-    `_inner`: the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted
-    operation; `_branches`: the operations that become an `if` of Python; `_place`: the present operation; `_counted`:
-    the last counted operation of the present block, if it is known; `_real`: by the key of a variable, the Python
-    variable that is `t` if the variable is known to be real in this turn.
+    `_numbers`: the number of each block, by its first operation; `_here`: the blocks of the present function; `_inner`:
+    the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted operation;
+    `_branches`: the operations that become an `if` of Python; `_place`: the present operation; `_counted`: the last
+    counted operation of the present block, if it is known; `_real`: for each variable (by key) that may be known to be
+    real, the Python variable that equals `t` if it is known in this turn.
     """
 
     def __init__(self, library: Library, analysis: Analysis, lowered: lowering.Lowered) -> None:
@@ -106,7 +108,8 @@ class ProgramCompiler(ExpressionCompiler):
         return Variant(parts[0] if len(parts) == 1 else _join(parts, firsts), tuple(self.arrays), numbers)
 
     def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
-        """Make the function of some of the blocks. The arrays of later functions are passed on."""
+        """Make the Python function for some of the blocks. It accepts, and ignores, the arrays that later functions
+        need."""
         self._here, self._real = here, {}
         blocks = [self._block(number, leaders) for number in here]
         loop: list[py.stmt] = [py.While(tree.constant(True), self._tree(blocks, here.start), [])]
@@ -115,8 +118,8 @@ class ProgramCompiler(ExpressionCompiler):
         body = [*flags, tree.assign("t", tree.constant(0)), turn, _LOAD_LEFT]
         body += self._with_frame(loop) if self._lowered.slots else loop
         names = ["X", *CELLS.values(), *KEYS.values(), "C", "F", "pc", *self.parameter_fields(), *self.arrays.values()]
-        body = [*body, tree.yield_(tree.constant(None))]  # never reached: makes every function a generator
-        rest = py.arg("_rest")  # the arrays of later parts
+        body = [*body, tree.yield_(tree.constant(None))]  # never reached, but it makes every function a generator
+        rest = py.arg("_rest")  # the arrays that later functions need
         return tree.make_function(
             py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace
         )
@@ -129,7 +132,7 @@ class ProgramCompiler(ExpressionCompiler):
         return [py.If(test, self._tree(blocks[:half], first), self._tree(blocks[half:], first + half))]
 
     def _with_frame(self, loop: list[py.stmt]) -> list[py.stmt]:
-        """Load the slots from the frame, and store them again when the program ends in any way."""
+        """Load the slots from the frame, and store them again however the program ends."""
         taken = tree.unpacked(self.slots)
         frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
         kept = py.Assign([frame], tree.tuple_of(map(tree.name, self.slots)))
@@ -148,7 +151,7 @@ class ProgramCompiler(ExpressionCompiler):
         return [py.While(tree.constant(True), statements, [])] if inner else statements
 
     def _operations(self, places: range) -> tuple[list[py.stmt], bool]:
-        """Make operations. Return also whether the program goes on after the last one."""
+        """Return the statements of some operations, and whether the program continues after the last one."""
         statements, place = list[py.stmt](), places.start
         while place < places.stop:
             op = self._lowered.ops[place]
@@ -162,7 +165,8 @@ class ProgramCompiler(ExpressionCompiler):
         return statements, True
 
     def _fill(self, statement: py.If, branch: lowering.Branch) -> None:
-        """Make both parts of a branch. If no counted operation follows them, they store the last one of their own."""
+        """Fill both parts of an `if`. If the program can end after it without another counted operation, each part
+        stores the number of its own last counted operation."""
         stores, counted = self._ends_silently(branch.otherwise.stop), self._counted
         parts = list[list[py.stmt]]()
         for places in (branch.then, branch.otherwise):
@@ -177,7 +181,7 @@ class ProgramCompiler(ExpressionCompiler):
         self._counted = None
 
     def _ends_silently(self, place: int) -> bool:
-        """Return whether the program may end, from an operation on, without a counted one."""
+        """Return whether the program can end after this operation without carrying out another counted operation."""
         while place not in self._numbers:
             op = self._lowered.ops[place]
             if not is_silent(op) or isinstance(op, lowering.Finish):
@@ -186,7 +190,8 @@ class ProgramCompiler(ExpressionCompiler):
         return self._numbers[place] in self._silent_blocks
 
     def _to(self, op: int) -> list[py.stmt]:
-        """Go to the block that begins with an operation. If it is in another function, return its number."""
+        """Return the statements that jump to the block that begins with an operation. If the block is in another
+        function, they return its number."""
         target = self._numbers[op]
         told = [] if target not in self._silent_blocks or self._counted is None else [_store(1, self._counted)]
         if target not in self._here:
@@ -274,9 +279,8 @@ class ProgramCompiler(ExpressionCompiler):
     # statements
 
     def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
-        """Make a statement, with a BREAK before it if the table says so; a statement with a time stamp does not wait
-        for the robot to stop.
-        """
+        """Return the code of a statement, with a BREAK before it if the table asks for one. A statement with a time
+        stamp does not wait until the robot has stopped."""
         if isinstance(statement, ast.Assignment):
             return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
@@ -298,7 +302,8 @@ class ProgramCompiler(ExpressionCompiler):
         return [tree.assign("v", self.value(value)), check, *self._store(target, tree.name("v"), is_real=is_real)]
 
     def _store(self, variable: ast.Variable, value: py.expr, *, is_real: bool = False) -> list[py.stmt]:
-        """Assign a value, unless the bare name exists as a location. `is_real`: it has just been read as a real."""
+        """Assign a value to a variable, unless the bare name exists as a location. `is_real`: the statement has just
+        read the variable as a real."""
         (cells, other, key), first = self.place(variable, Kind.REAL), list[py.stmt]()
         constants = [*map(constant_index, variable.indexes or ())]
         if constants and all(constants):
@@ -311,7 +316,7 @@ class ProgramCompiler(ExpressionCompiler):
         if other is not None and not is_real:
             denied = py.Expr(tree.method(tree.name(cells), "deny", key))
             check = py.If(tree.compare(key, py.In(), tree.name(KEYS.get(other, other))), [denied], [])
-            if self._real is not None and not variable.indexes and other in KEYS:  # checked once in a turn
+            if self._real is not None and not variable.indexes and other in KEYS:  # check only once in a turn
                 flag = self._real.setdefault(variable.key, f"r{len(self._real)}")
                 known = tree.compare(tree.name(flag), py.IsNot(), tree.name("t"))
                 check = py.If(known, [check, tree.assign(flag, tree.name("t"))], [])
@@ -361,10 +366,12 @@ class ProgramCompiler(ExpressionCompiler):
         asked = statement.arguments[0]
         of_val = ast.channel(asked) is not None and self.library.waits_for_signals(self._program)
         truth = self.truth(ast.signals_on((asked,), asked.span) if of_val else asked)
-        # the program's variables are defaults of the function: closure cells would slow down the whole program
+        # the condition gets the program's variables as default arguments, because closures would slow down the whole
+        # program
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
         condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)
-        # a true condition does not yield to the driver: a loop with such a WAIT must keep up with a wall clock
+        # if the condition is already true, the program does not yield: a loop with such a WAIT must keep up with a wall
+        # clock
         wait = tree.yield_(tree.call("Wait", tree.name("w")))
         return [
             tree.assign("w", tree.call("guard", condition)),
@@ -372,7 +379,8 @@ class ProgramCompiler(ExpressionCompiler):
         ]
 
     def _call_program(self, op: lowering.Invoke) -> list[py.stmt]:
-        """Call the function that is bound to the call. If it returns no number of steps left, let the task go on."""
+        """Call the function that is bound to the call. If it does not return a number of steps left, yield to the task,
+        which continues the call."""
         assert self._counted is not None
         by_task = tree.method(
             tree.name("X"),
@@ -387,13 +395,13 @@ class ProgramCompiler(ExpressionCompiler):
         return [*self.call_bound(op), py.If(done, [tree.assign("n", tree.name("m"))], away)]
 
     def call_bound(self, op: lowering.Invoke) -> list[py.stmt]:
-        """Call the function that is bound to the call, with the steps left of the turn."""
+        """Call the function that is bound to the call, and pass it the number of steps left in the turn."""
         given = map(self.given_to_call, op.called.arguments)
         call = tree.call("f", tree.name("X"), tree.name("n"), tree.name("e"), *given)
         return [py.Assign([tree.unpacked("fe")], tree.item("C", tree.constant(op.site))), tree.assign("m", call)]
 
     def _call_by_text(self, statement: ast.Instruction) -> list[py.stmt]:
-        """Call the program that a string names."""
+        """Call the program whose name is in a string."""
         called = statement.arguments[0]
         assert called is not None
         text, given = (called.text, called.arguments) if isinstance(called, ast.Applied) else (called, ())
@@ -408,7 +416,7 @@ def _store(place: int, op: int | None = None) -> py.stmt:
 
 
 def _constant_step(statement: ast.For) -> float | None:
-    """Return the STEP of a FOR if it is a known number other than 0; 1 if there is none."""
+    """Return the STEP of a FOR: 1 if it is omitted, its value if it is a constant other than 0, otherwise None."""
     return 1.0 if statement.step is None else ast.plain_number(statement.step) or None
 
 
@@ -429,14 +437,15 @@ _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
 }
 
 _SPECIAL: dict[str, Callable[[ProgramCompiler, ast.Instruction], list[py.stmt]]] = {
-    "BREAK": lambda _compiler, _statement: [],  # the instruction table adds its BREAK
+    "BREAK": lambda _compiler, _statement: [],  # the BREAK in its row of the instruction table is enough
     "WAIT": ProgramCompiler._wait,
     "CALLS": ProgramCompiler._call_by_text,
 }
 
 
 def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Callable[..., Steps]:
-    """Join functions; `firsts`: the first block of each. `at`: the index of `pc` among the arguments."""
+    """Join the functions of a long program into one. `firsts`: the first block of each function. `at`: the index of
+    `pc` among the arguments."""
     at = 3 + len(CELLS) + len(KEYS)
 
     def program(*arguments: object) -> Steps:
@@ -453,7 +462,8 @@ def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Calla
 
 
 class Variant(Struct, frozen=True):
-    """A Python function, the arrays that follow its fixed arguments, and the numbers of its blocks by operation."""
+    """A Python function, the arrays that follow its fixed arguments, and the number of each block by its first
+    operation."""
 
     function: Callable[..., Steps]
     arrays: tuple[Array, ...]
@@ -461,9 +471,8 @@ class Variant(Struct, frozen=True):
 
 
 class Compiled(Struct, frozen=True, dict=True, weakref=True):
-    """A compiled program. `spelling`: the first spelling of each name in it, by key. `array_parameters`: the keys of
-    parameters that stand for whole arrays.
-    """
+    """A compiled program. `spelling`: the first spelling of each name in the program, by key. `array_parameters`: the
+    keys of parameters that are whole arrays."""
 
     library: Library
     analysis: Analysis
@@ -479,13 +488,12 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
             return ProgramCompiler(self.library, self.analysis, self.lowered).variant(everywhere=True)
 
     def variant(self, op: int) -> Variant:
-        """Return a variant that can be entered at an operation."""
+        """Return a variant of the function that can be entered at an operation."""
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:
-        """Return the first step with an action from `step` on (counted from 0), so that the program can stop
-        before it.
-        """
+        """Return the first step from `step` on (counted from 0) that does something, so that the program can stop
+        before it; None if there is none."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not is_silent(op))
         return min(steps, default=None)
 
@@ -496,7 +504,7 @@ def is_silent(op: lowering.Op) -> bool:
 
 
 def compile_program(library: Library, analysis: Analysis) -> Compiled:
-    """Compile a program. Raises ProgramNotExecutable for one with errors."""
+    """Compile a program. Raises ProgramNotExecutable if the program has errors."""
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.program.name, "mend its errors first")
     try:
@@ -515,10 +523,11 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
 def compile_expression(
     library: Library, make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
 ) -> tuple[Callable[..., Any], tuple[Array, ...]]:
-    """Compile the expression that `make` returns at the prompt. `kinds`: of the bare names that have a value. `own`:
-    the keys of variables that are given as references.
+    """Compile an expression of the prompt; `make` returns its Python expression. `kinds`: the kinds of the bare names
+    that have a value. `own`: the keys of variables that are passed as references.
 
-    Return a function of the context, the cells of each kind, the fields of each reference, and these arrays.
+    Return a function of the context, the cells of each kind, the fields of each reference and the cells of each array;
+    and these arrays.
     """
     compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
     value = make(compiler)

@@ -1,5 +1,6 @@
-"""Compile a subroutine that cannot wait to a Python function, which programs call directly: without their task, an
-activation and a generator.
+"""Compile a subroutine that never waits to a Python function, which programs call directly.
+
+Such a call needs no task, no activation and no generator.
 
 Such a subroutine has only assignments, blocks, jumps, RETURN and calls, and no function that depends on the task.
 
@@ -9,9 +10,10 @@ Such a subroutine has only assignments, blocks, jumps, RETURN and calls, and no 
         while True:
             ...
 
-The function counts the steps of a straight run at its beginning, and returns the steps that are left. If the turn may
-end in a run, it records in the context where the program stands, and returns minus the steps left: the task then
-continues with an activation. It returns 0, and records its arguments, if the task must make the whole call.
+The function counts the steps of a straight run at its start, and returns the number of steps left in the turn. If the
+turn may end within a run, the function records its present operation in the context, and returns minus the number of
+steps left; the task then continues with an activation. It returns 0, and records its arguments, if the task must make
+the whole call.
 """
 
 from __future__ import annotations
@@ -32,17 +34,16 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.words.values import Kind
 
 DIRECT = "direct"  # the name of the Python functions
-MAX_OPERATIONS = 64  # in a subroutine: it is compiled in one step of the robot
-# functions that ask which program or operation runs, or may wait
+MAX_OPERATIONS = 64  # maximum number in a subroutine, because the robot waits for its compilation within one step
+# functions that ask for the present program or operation, or that may wait
 _TASK_FUNCTIONS = frozenset(
     ("BITS", "GETC", "GET.EVENT", "ID", "IOSTAT", "LATCH", "#PLATCH", "LATCHED", "PRIORITY", "SIG", "STATUS", "TASK")
 )
 
 
 class Direct(Struct, frozen=True):
-    """A direct function, the arrays that are its last defaults, and for each operation the number of steps of its run
-    that follow it.
-    """
+    """A direct function; the arrays that are its last default arguments; and, for each operation, the number of later
+    steps in its run."""
 
     function: Callable[..., int]
     arrays: tuple[Array, ...]
@@ -50,7 +51,7 @@ class Direct(Struct, frozen=True):
 
 
 def compile_direct(library: Library, analysis: Analysis, lowered: lowering.Lowered) -> Direct | None:
-    """Compile a program to a direct function; return None if it must be run by a task."""
+    """Compile a program to a direct function. Return None if only a task can run the program."""
     nodes = (node for statement in analysis.program.statements for node in ast.nodes(statement))
     task_functions = (isinstance(node, ast.Call) and node.name in _TASK_FUNCTIONS for node in nodes)
     if len(lowered.ops) > MAX_OPERATIONS or not all(map(_never_waits, lowered.ops)) or any(task_functions):
@@ -71,14 +72,13 @@ def _returns(op: lowering.Op) -> bool:
 
 
 def _fields(number: int) -> py.Tuple:
-    """Make the variables for the fields of a reference, as a target."""
+    """Make the target of an assignment that unpacks the fields of a reference."""
     return tree.unpacked(f"{letter}{number}" for letter in "pqk")
 
 
 class _DirectCompiler(ProgramCompiler):
     """Makes the direct function. `_runs`: the number of steps in each straight run, by its first operation; `_needed`:
-    the number of steps up to the next test of `n`, by the operation before which the test stands.
-    """
+    the number of steps until the next test of `n`, by the operation that this test precedes."""
 
     def direct(self) -> Direct:
         leaders, self._branches = lowering.leaders_of(self._lowered.ops, ())
@@ -94,7 +94,8 @@ class _DirectCompiler(ProgramCompiler):
         return Direct(tree.make_function(definition, self.namespace), tuple(self.arrays), following)
 
     def _count(self, leaders: list[int]) -> tuple[int, ...]:
-        """Count the steps of straight runs. Return, for each operation, the number of steps of its run after it."""
+        """Count the steps of straight runs. Return, for each operation, the number of steps that follow it in its
+        run."""
         ops = self._lowered.ops
         self._runs, self._needed = Counter[int](), Counter[int]()
         following = [0] * len(ops)
@@ -119,10 +120,11 @@ class _DirectCompiler(ProgramCompiler):
         return tuple(following)
 
     def _prologue(self, count: int) -> list[py.stmt]:
-        """Unpack the arguments, and let the task make the call if they do not fit, or if VPLUS is off."""
+        """Unpack the arguments. Let the task make the call if the arguments do not fit, or if the program needs V+ and
+        VPLUS is off."""
         by_task = py.Return(tree.call("by_task", *map(tree.name, ("X", "n", "E", *self._given))))
         body: list[py.stmt] = []
-        if not self.library.waits_for_signals(self._program):  # it has parts that only V+ has
+        if not self.library.waits_for_signals(self._program):  # the program has parts that only V+ has
             settings = py.Attribute(py.Attribute(tree.name("X"), "engine", py.Load()), "settings", py.Load())
             body.append(py.If(tree.not_(tree.method(settings, "switch", tree.constant("VPLUS"))), [by_task], []))
         for number, parameter in enumerate(self._program.parameters):
@@ -142,7 +144,7 @@ class _DirectCompiler(ProgramCompiler):
         ]
 
     def _ends_silently(self, _place: int) -> bool:
-        return False  # there is nothing to store
+        return False  # a direct function stores no operation number
 
     def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
         self._place = place
@@ -158,7 +160,8 @@ class _DirectCompiler(ProgramCompiler):
         return statements
 
     def _break_off(self, result: py.expr, left: py.expr) -> py.stmt:
-        """Return to the task, which goes on before the present operation, or after it if `result` is below 0."""
+        """Return to the task, which continues before the present operation; or after it, if the `result` of the call
+        that it made is negative."""
         arguments: list[py.expr] = [*map(tree.name, self._given)]
         if len(self.parameters) > len(arguments):
             arguments.append(py.Starred(tree.name("o"), py.Load()))

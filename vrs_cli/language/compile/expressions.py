@@ -1,7 +1,7 @@
-"""Compile expressions to Python expressions (`compiler` compiles statements and flow).
+"""Compile expressions to Python expressions (`compiler` compiles statements and jumps).
 
-A variable is a subscript of its cells, with a constant key if it is a simple variable. A truth value stays a Python
-truth value while it is only tested; it becomes -1 or 0 where it is used as a number.
+A variable becomes a subscript of its cells, with a constant key if it is a simple variable. A truth value stays a
+Python truth value while it is only tested; where it is used as a number it becomes -1 or 0.
 """
 
 from __future__ import annotations
@@ -39,21 +39,24 @@ _RELATIONS: dict[str, type[py.cmpop]] = {
     "<=": py.LtE,
     ">=": py.GtE,
 }
-_LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}  # both sides, always
-ARGUMENT = "the argument"  # the key of a value that a CALL passes
+# operators that always evaluate both operands
+_LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}
+ARGUMENT = "the argument"  # the key of a value that a CALL passes as an argument
 NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
 KEYS = {
     "R": "KR",
     "L": "KL",
-}  # views of the keys of these cells, for faster look-ups
+}  # Python variables with a view of the keys of these cells, for faster look-ups
 CELLS = {Kind.REAL: "R", Kind.LOCATION: "L", Kind.STRING: "S", Kind.PRECISION: "P"}
 
 
 class Library(Struct, frozen=True):
-    """The names that compiled programs use; `language.run` supplies them. `names`: the globals of every program.
-    Functions of the language by name: `of_values` take values, `in_context` take the context of the program first.
-    `handlers`: functions that carry out instructions, by word. `waits_for_signals`: whether WAIT 3 of a program waits
-    for a signal, as in a program without parts of V+.
+    """The names that compiled programs use; `language.run` supplies them.
+
+    `names`: the globals of every program. Functions of the language by name: those in `of_values` take values, those in
+    `in_context` take the program's context first. `handlers`: functions that carry out instructions, by the
+    instruction's word. `waits_for_signals`: returns whether WAIT 3 of a program waits for a signal, as it does in
+    programs without parts of V+.
     """
 
     names: Mapping[str, object]
@@ -67,9 +70,10 @@ Array = tuple[Kind, str]  # an array of the environment: its kind and its key
 
 
 class ExpressionCompiler:
-    """Compiles VAL-II expressions to Python expressions. `parameters`: the number of each parameter, by key. The
-    compiler collects the names that the Python function needs: `arrays` of the environment with the names of their
-    Python variables, and the `namespace` of globals; `reads` is set by GETC, `observes` by functions that read signals.
+    """Compiles VAL-II expressions to Python expressions. `parameters`: the number of each parameter, by key.
+
+    The compiler collects the names that the Python function needs: `arrays`: the Python variable for each array of the
+    environment; `namespace`: the globals. GETC sets `reads`; functions that read signals set `observes`.
     """
 
     def __init__(
@@ -83,7 +87,7 @@ class ExpressionCompiler:
         self.reads = self.observes = False
 
     def global_of(self, prefix: str, value: object) -> py.expr:
-        """Add a value to the globals of the program, and return its name."""
+        """Add a value to the globals of the program, and return an expression with its name."""
         name = f"{prefix}_{len(self.namespace)}"
         self.namespace[name] = value
         return tree.name(name)
@@ -95,16 +99,16 @@ class ExpressionCompiler:
     # kinds
 
     def kind_of(self, expression: ast.Expression) -> Kind | None:
-        """Return the kind of an expression, or None for an untyped bare name."""
+        """Return the kind of an expression, or None for a bare name whose kind is not decided."""
         return kind_of(expression, lambda it: SIGIL_KINDS.get(it.sigil) or self.kinds.get(it.key))
 
     # variables
 
     def place(self, variable: ast.Variable, kind: Kind | None = None) -> tuple[str, str | None, py.expr | None]:
-        """Return where a variable is stored: the Python variables with its cells, and with the cells of the other kind
-        that a bare name can have; and its key in both, None for a whole array.
+        """Return where a variable is stored: the Python variable with its cells, the Python variable with the cells of
+        the other kind that a bare name can have, and its key in both (None for a whole array).
 
-        The program decides its kind, otherwise `kind`; the default is a real.
+        The kind is the one that the program decides; if the program does not decide it, `kind`; by default a real.
         """
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL
@@ -138,10 +142,11 @@ class ExpressionCompiler:
         return indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
 
     def read(self, variable: ast.Variable, kind: Kind | None = None) -> py.expr:
-        """Read a variable. An untyped bare name is looked up at run time."""
+        """Return the code that reads a variable. A bare name of undecided kind is looked up at run time."""
         if kind is not None or self.kind_of(variable) is not None:
             cells, _, key = self.place(variable, kind)
-            if variable.indexes and not variable.many:  # not rounded: 3.0 is the key 3, and the cells round the others
+            # the indexes are not rounded here: 3.0 and 3 are the same key, and the cells round other indexes
+            if variable.indexes and not variable.many:
                 indexes = [constant_index(index) or self.value(index) for index in variable.indexes]
                 key = indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
             if key is not None:
@@ -149,7 +154,7 @@ class ExpressionCompiler:
         return tree.method(self.reference(variable), "value")
 
     def reference(self, variable: ast.Variable) -> py.expr:
-        """Refer to a variable, so that it can be passed on or assigned."""
+        """Return the code that makes a reference to a variable, so that it can be passed on or assigned."""
         reference = tree.call("Reference", *self._fields(variable))
         if variable.many and variable.indexes:
             return tree.method(reference, "row", *map(self.value, variable.indexes))
@@ -166,7 +171,7 @@ class ExpressionCompiler:
     # values
 
     def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """Make an expression for the value: a float, a str, a Transform or a tuple of joints."""
+        """Return the code for a value: a float, a str, a Transform or a tuple of joints."""
         match expression:
             case ast.Number() | ast.StringConstant():
                 return tree.constant(expression.value)
@@ -181,7 +186,7 @@ class ExpressionCompiler:
         raise ProgramNotExecutable(f"{expression} has no value")
 
     def truth(self, expression: ast.Expression) -> py.expr:
-        """Make an expression that is true in Python if the value is not 0."""
+        """Return the code for a condition, which Python takes as true if the value is not 0."""
         match expression:
             case ast.Unary(operator="NOT"):
                 return tree.not_(self.truth(expression.operand))
@@ -215,7 +220,7 @@ class ExpressionCompiler:
         return py.IfExp(self.truth(expression), tree.constant(-1.0), tree.constant(0.0))
 
     def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
-        """Compare two values. The switch UPPER decides how strings are compared."""
+        """Return the code that compares two values. The switch UPPER decides how strings are compared."""
         if kind is Kind.STRING:
             left, right = (tree.method(tree.name("X"), "fold_case", side) for side in (left, right))
         return tree.compare(left, _RELATIONS[operator](), right)
@@ -241,16 +246,15 @@ class ExpressionCompiler:
         return tree.call(name, *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
-        """Make an expression for each argument in the table: None for an omitted one, more if the last argument
-        repeats.
-        """
+        """Return the code for each argument in the table: None for an omitted one, several for the last argument if it
+        repeats."""
         rows = function.arguments if not function.repeats else [argument_at(function, at) for at in range(len(given))]
         return [self.operand(item, row) for item, row in zip_longest(given, rows) if row is not None]
 
     # operands
 
     def operand(self, expression: ast.Expression | None, argument: Argument) -> py.expr:
-        """Make the expression that is passed for an argument: a value, a reference to a variable, or a word."""
+        """Return the code for what is passed as an argument: a value, a reference to a variable, or a keyword."""
         if expression is None:
             return tree.constant(None)
         if argument.shape in WORDS:
@@ -268,7 +272,7 @@ class ExpressionCompiler:
         return self.in_range(expression, _WANTED.get(argument.shape, Kind.REAL))
 
     def in_range(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
-        """Make the value, checked against the range of reals if it can exceed it."""
+        """Return the code for a value. If the value can exceed the range of reals, the code checks it."""
         value = self.value(expression, wanted)
         return tree.call("within_range", value) if self.may_overflow(expression) else value
 
@@ -283,7 +287,7 @@ class ExpressionCompiler:
         return False
 
     def item(self, expression: ast.Expression) -> py.expr:
-        """Make an item of TYPE: a value of any kind, or a format."""
+        """Return the code for an item of TYPE: a value of any kind, or a format."""
         if isinstance(expression, ast.Format):
             return self.global_of("k", expression)
         if isinstance(expression, ast.Variable):
@@ -291,7 +295,7 @@ class ExpressionCompiler:
         return self.in_range(expression)
 
     def definable(self, expression: ast.Expression) -> py.expr:
-        """Make the variable c and the product a:b of a target `a:b:c`."""
+        """Return the code that makes a Definable: for the target `a:b:c` the variable c and the product a:b."""
         if isinstance(expression, ast.Binary):
             variable, before = expression.right, self.value(expression.left, Kind.LOCATION)
         else:
@@ -301,9 +305,8 @@ class ExpressionCompiler:
         return tree.call("Definable", self.reference(variable), before)
 
     def given_to_call(self, expression: ast.Expression | None) -> py.expr:
-        """Pass a variable by reference, as a tuple, which needs no call; pass another expression, or a variable in
-        parentheses, by value.
-        """
+        """Return the code for an argument of CALL: a variable is passed by reference, as a tuple because a tuple is
+        made without a call; any other expression, and a variable in parentheses, is passed by value."""
         if expression is None:
             return tree.constant(None)
         if isinstance(expression, ast.Variable) and not expression.grouped:
@@ -327,13 +330,13 @@ _WANTED = {
 
 
 def constant_index(index: ast.Expression | None) -> py.Constant | None:
-    """Make a constant of an index that is a number from 0 on, rounded; None for any other."""
+    """Return a constant for an index that is a number not below 0, rounded; None for any other index."""
     number = whole(index.value) if isinstance(index, ast.Number) else -1
     return py.Constant(number) if number >= 0 else None
 
 
 def reads(expression: ast.Expression, variable: ast.Variable) -> bool:
-    """Return whether the value of an expression always reads a variable, or the element with its constant index."""
+    """Return whether an expression always reads a variable, or an array element with the same constant index."""
     match expression:
         case ast.Variable():
             if expression.key != variable.key or expression.many or variable.many:
@@ -349,6 +352,6 @@ def reads(expression: ast.Expression, variable: ast.Variable) -> bool:
 
 
 def word_of(expression: ast.Expression) -> str:
-    """Return a bare word in upper case, where the table wants one: a switch, a parameter."""
+    """Return the keyword in an expression, such as a switch or a parameter, in upper case."""
     text = expression.text if isinstance(expression, ast.BareWord) else getattr(expression, "name", "")
     return str(text).upper()

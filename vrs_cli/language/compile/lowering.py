@@ -1,8 +1,8 @@
-"""Lower a program's steps to a flat list of operations with jumps to numbers, without blocks.
+"""Convert a program's steps to a flat list of operations without blocks, whose jumps go to operation numbers.
 
-Each step has one operation at which it is entered (by GOTO, by EXECUTE p,,step, from the step before). A VALUE, ANY or
-ELSE that is reached from above ends its block. So the tests of a CASE are separate operations, entered only from the
-CASE.
+The program enters each step at one operation, whether by GOTO, by EXECUTE p,,step, or from the step before. A VALUE,
+ANY or ELSE that is reached from the step before ends the branch above it. The tests of a CASE are therefore separate
+operations, which only the CASE and earlier tests enter.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
 
 
 class Op(Struct, frozen=True):
-    """An operation of a step (from 0)."""
+    """An operation. `step`: the index of its step, from 0."""
 
     step: int
 
@@ -31,7 +31,7 @@ class Perform(Op, frozen=True):
 
 
 class Invoke(Op, frozen=True):
-    """CALL or GOSUB of a named program: the call number `site` of this program."""
+    """CALL or GOSUB of a named program. `site`: the number of this call in the calling program."""
 
     called: ast.ProgramCall
     site: int
@@ -46,19 +46,21 @@ class Finish(Op, frozen=True):
 
 
 class Jumping(Op, frozen=True):
-    """An operation that may jump to another one, the `target`."""
+    """An operation that may jump to the operation `target`."""
 
     target: int
 
 
 class Jump(Jumping, frozen=True):
-    """A jump. `counted`: it counts as an executed step (GOTO); False for a mark of a block (ELSE, the END of WHILE)."""
+    """A jump. `counted`: True if it counts as an executed step (GOTO), False if it only marks a block (ELSE, the END of
+    WHILE)."""
 
     counted: bool
 
 
 class JumpIf(Jumping, frozen=True):
-    """Jump to the target if the condition is `when`. `first`: an instruction that is carried out before."""
+    """A jump to the target if the truth of the condition equals `when`. `first`: an instruction that is carried out
+    before the test."""
 
     condition: ast.Expression
     when: bool
@@ -66,37 +68,40 @@ class JumpIf(Jumping, frozen=True):
 
 
 class ForLoop(Jumping, frozen=True):
-    """The FOR or the END of a loop, which stores limit and step in `slot`."""
+    """The FOR or the END of a loop, which keeps the loop's limit and step in `slot`."""
 
     statement: ast.For
     slot: int
 
 
 class ForBegin(ForLoop, frozen=True):
-    """Set the variable. Jump to the target if the loop has no pass."""
+    """The start of a FOR loop: set the variable, and jump to the target if the loop is not carried out at all."""
 
 
 class ForNext(ForLoop, frozen=True):
-    """The END of a FOR: add the step. Jump to the target (the first step of the loop's body) for another pass."""
+    """The END of a FOR loop: add the step, and jump to the target (the first step of the loop's body) for another
+    pass."""
 
 
 class CaseBegin(Jumping, frozen=True):
-    """Store the subject in `slot` and go to the first test."""
+    """The start of a CASE: store the subject in `slot`, and go to the first test."""
 
     subject: ast.Expression
     slot: int
 
 
 class CaseTest(CaseBegin, frozen=True):
-    """Jump to the target if the subject equals none of the values."""
+    """A test of a CASE: jump to the target if the subject equals none of the values."""
 
     values: tuple[ast.Expression, ...]
 
 
 class Lowered(Struct, frozen=True):
-    """A lowered program. `entries[step]` is the operation at which a step is entered, with one more for the end.
-    `slots`: the number of value pairs that are kept while the program is active (limits and steps of FOR, subjects of
-    CASE). `calls`: the calls of named programs, by their numbers.
+    """A lowered program.
+
+    `entries[step]`: the operation at which a step is entered; one more entry is for the end. `slots`: the number of
+    value pairs that are kept while the program is active (limits and steps of FOR, subjects of CASE). `calls`: the
+    calls of named programs, by their numbers.
     """
 
     ops: tuple[Op, ...]
@@ -106,7 +111,8 @@ class Lowered(Struct, frozen=True):
 
 
 class Branch(Struct, frozen=True):
-    """The operations of an IF: those carried out if its jump is not taken, and those carried out if it is."""
+    """The two ranges of operations after an IF: `then` is carried out if its jump is not taken, `otherwise` if it
+    is."""
 
     then: range
     otherwise: range
@@ -116,9 +122,8 @@ MAX_BRANCH_DEPTH = 20  # maximum number of nested branches
 
 
 def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dict[int, Branch]]:
-    """Return the operations that begin a block, with the `cuts`, and the branches by their JumpIfs. No block begins
-    within a branch.
-    """
+    """Return the operations that begin a block, including the `cuts`, and the branches by the index of their JumpIf. No
+    block begins inside a branch."""
     jumps = [(place, op.target) for place, op in enumerate(ops) if isinstance(op, JumpIf) and op.target > place]
     branches = {place: _branch(ops, place, target) for place, target in jumps}
     stops: list[int] = []
@@ -143,7 +148,8 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
 
 
 def _branch(ops: Sequence[Op], place: int, target: int) -> Branch:
-    """Return the parts of a jump forward. There is an ELSE if the first part ends with a jump behind the second."""
+    """Return the two parts of a forward jump. There is an ELSE part if the first part ends with a jump past the
+    second."""
     last = ops[target - 1]
     if target - 1 > place and isinstance(last, Jump) and not last.counted and last.target >= target:
         return Branch(range(place + 1, target - 1), range(target, last.target))
@@ -154,13 +160,12 @@ def lower(analysis: Analysis) -> Lowered:
     return _Lowering(analysis).result()
 
 
-_TESTS = 1_000_000_000  # added to the step number of a VALUE to denote its test instead of the step
+_TESTS = 1_000_000_000  # added to the step number of a VALUE, it denotes the test of the VALUE instead of the step
 
 
 class _Lowering:
-    """Lowers one program. Meanwhile targets are step numbers, or `_TESTS` plus a step number; `result` replaces them by
-    operations.
-    """
+    """Lowers one program. Until `result` replaces them by operations, targets are step numbers, or `_TESTS` plus a step
+    number."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._steps = analysis.program.steps
@@ -215,7 +220,8 @@ class _Lowering:
         return Mark(number)
 
     def _first_middle(self, opener: int, more: int) -> int:
-        """Return `more` plus the first ELSE, VALUE or ANY of a block; its end if there is none."""
+        """Return the step of the first ELSE, VALUE or ANY of a block, plus `more`; the end of the block if it has
+        none."""
         block = self._openers[opener]
         return block.middles[0] + more if block.middles else block.closer
 
@@ -233,9 +239,8 @@ class _Lowering:
         return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
 
     def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
-        """Lower EXIT, which jumps to the step after the end of the loop, and NEXT, which jumps to that end and its
-        test.
-        """
+        """Lower EXIT, which jumps to the step after the end of the loop, or NEXT, which jumps to the end of the loop
+        and its test."""
         around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
         around.sort(key=lambda block: block.opener, reverse=True)
         closer = around[loops_of(statement) - 1].closer
@@ -251,7 +256,7 @@ class _Lowering:
         return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 
     def _leave_case(self, number: int, block: Block) -> None:
-        """Let the steps before VALUE or ANY jump to the end of the CASE."""
+        """Make the steps before a VALUE or ANY jump to the end of the CASE."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
 
@@ -267,7 +272,8 @@ class _Lowering:
 
 
 def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
-    """Lower GRASP: the hand closes; then test whether its fingers are nearer than the width."""
+    """Lower GRASP: the hand closes, then a test follows whether the fingers are closer together than the given
+    width."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
     gap = ast.Call("PARAMETER", (ast.BareWord("GRASP.WIDTH", span=span),), True, span=span)

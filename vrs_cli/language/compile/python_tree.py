@@ -1,4 +1,4 @@
-"""Make Python syntax trees by small functions, so that the compiler reads like the code that it makes."""
+"""Make Python syntax trees with small functions, so that the compiler looks like the code that it generates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LOAD = py.Load()
 _BRANCHES = (py.expr, py.stmt, py.arguments, py.arg, py.excepthandler)
 
 
-@lru_cache(maxsize=1024)  # trees share leaves, which never change
+@lru_cache(maxsize=1024)  # leaves never change, so that several trees share them
 def name(identifier: str) -> py.Name:
     return _leaf(py.Name(identifier, _LOAD))
 
@@ -69,17 +69,15 @@ def unpacked(identifiers: Iterable[str]) -> py.Tuple:
 
 
 def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None = None) -> py.arguments:
-    """Make parameters. `defaults`: the default of each is the variable of the same name. `rest` takes all further
-    arguments.
-    """
+    """Make the parameters of a function. `defaults`: each parameter has the variable of the same name as its default.
+    `rest`: the parameter that takes all further arguments."""
     values: list[py.expr] = [name(identifier) for identifier in names] if defaults else []
     return py.arguments([], [py.arg(identifier) for identifier in names], rest, [], [], None, values)
 
 
 def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
-    """Compile a syntax tree to a Python function. The function keeps its namespace, but not the reverse: a server never
-    frees old cycles.
-    """
+    """Compile a syntax tree to a Python function. The namespace does not keep the function: such a cycle would never be
+    freed on a server."""
     place(function)
     module = py.Module([function], [])
     exec(compile(module, FILE, "exec"), namespace)
@@ -87,7 +85,7 @@ def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Cal
 
 
 def place(root: py.AST, line: int = _LINE) -> None:
-    """Give every node a line and column, unless it has them; leaves have them from the beginning."""
+    """Give a line and a column to every node that has none. Leaves have them from the start."""
     waiting: list[Any] = [root]
     while waiting:
         node = waiting.pop()
@@ -103,7 +101,7 @@ def place(root: py.AST, line: int = _LINE) -> None:
 
 
 def placed(statement: py.stmt) -> py.stmt:
-    """Return a statement that trees can share, because it has its line already."""
+    """Return a statement with its line numbers set, so that several trees can share it."""
     place(statement)
     return statement
 

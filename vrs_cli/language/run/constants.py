@@ -1,7 +1,7 @@
-"""Find steps that cannot succeed, or do less than their constants request, without running the program.
+"""Find steps that cannot succeed, or that do less than their constants request, without running the program.
 
-Operands are evaluated and instructions carried out as in a running program, in an environment of their own. So all
-messages are those of the runtime, and every rule is written once.
+Operands are evaluated and instructions are carried out as in a running program, but in a separate environment. So all
+messages are those of the runtime, and every rule is written only once.
 """
 
 from __future__ import annotations
@@ -47,15 +47,16 @@ CHECKED_BY_THE_ROBOT = (
     commands.SetParameter,
     commands.SetConfiguration,
 )
-LIMITED = frozenset({"SPEED", "ACCEL"})  # instructions that treat a percentage above full speed as full speed
-STAND_INS = (1.0, 8.0, 32.0)  # values tried for an unknown real: an error for all three is an error for every number
-TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions for which a plain number is a signal
+LIMITED = frozenset({"SPEED", "ACCEL"})  # instructions that limit a percentage to full speed without an error
+# values tried for an unknown real: if all three cause an error, every number is assumed to cause it
+STAND_INS = (1.0, 8.0, 32.0)
+TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions that take a plain number as a signal number
 NAMED = frozenset({Shape.UNIT, Shape.SETTING})  # operands for which the name of a variable matters, not only its value
 REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
 
 
 class Gap(Enum):
-    """A placeholder for an operand that only a run can evaluate."""
+    """A placeholder for an operand whose value only a run can determine."""
 
     REAL = "any real"
     OTHER = "anything else"
@@ -65,24 +66,22 @@ Given = Value | CallProgram | Gap | None
 
 
 class Constants(Struct, frozen=True):
-    """Tries constants in an environment of their own. Nothing else uses `context` or the robot of `perform`, which
-    raises VrsError.
-    """
+    """Tries constants in a separate environment. `context` and the robot of `perform` must not be used elsewhere.
+    `perform` raises VrsError."""
 
     context: Context
     perform: Callable[[commands.Request], None]
 
     def findings(self, program: Program) -> Iterator[Diagnostic]:
-        """Yield a warning for each constant that no run could take. It is no error, because a run may never reach the
-        step.
-        """
+        """Yield a warning for each constant that would fail in every run. It is not an error, because a run may never
+        reach the step."""
         channelled = TAKE_CHANNELS if waits_for_signals(program) else TAKE_CHANNELS - {"WAIT"}
         for statement in program.statements:
-            with suppress(RecursionError):  # the compiler refuses so deep an expression
+            with suppress(RecursionError):  # the compiler refuses an expression that is nested so deeply
                 yield from self._in_expressions(_expressions(statement, channelled)) or self._whole(statement)
 
     def above_full_speed(self, program: Program) -> Iterator[Diagnostic]:
-        """Yield a warning for each constant speed above full speed; a run silently takes full speed."""
+        """Yield a warning for each constant speed above full speed; a run limits it to full speed without a message."""
         limited = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word in LIMITED)
         found = (one for statement in limited for one in self._instruction(statement))
         yield from (one for one in found if one.code == errors.AboveFullSpeed.code)
@@ -90,7 +89,8 @@ class Constants(Struct, frozen=True):
     # --- expressions ---
 
     def _in_expressions(self, expressions: Iterable[Expression]) -> list[Diagnostic]:
-        """Return the mistakes in expressions without a value; each marks the smallest part that has no value."""
+        """Return the mistakes in expressions that cannot be evaluated; each mistake marks the smallest part that
+        fails."""
         return [found for expression in expressions for found in self._expression(expression)]
 
     def _expression(self, expression: Expression) -> list[Diagnostic]:
@@ -103,7 +103,7 @@ class Constants(Struct, frozen=True):
         return self._in_expressions(ast.children(expression)) or [_wrong(named.span, error)]
 
     def _value(self, expression: Expression) -> Value | Gap:
-        """Return the value of a constant expression; otherwise a gap."""
+        """Return the value of an expression if it is constant, otherwise a gap."""
         if isinstance(expression, ast.StringConstant):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
@@ -117,7 +117,7 @@ class Constants(Struct, frozen=True):
     # --- statements ---
 
     def _whole(self, statement: Statement) -> Iterator[Diagnostic]:
-        """Yield the mistakes in a statement whose expressions all have values."""
+        """Yield the mistakes in a statement whose expressions can all be evaluated."""
         if isinstance(statement, ast.For):
             yield from self._check(statement.step, for_step)
         elif isinstance(statement, ast.Instruction):
@@ -140,7 +140,8 @@ class Constants(Struct, frozen=True):
         rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
         given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
         error, *others = [None] if Gap.OTHER in given else self._outcomes(statement, given)
-        if error is not None and all(str(other) == str(error) for other in others):  # for all numbers in the gaps
+        # the same error for all numbers in the gaps
+        if error is not None and all(str(other) == str(error) for other in others):
             yield _wrong(self._culprit(statement, given, error), error)
 
     def _operand(self, expression: Expression | None, argument: Argument | None) -> Given:
@@ -157,7 +158,7 @@ class Constants(Struct, frozen=True):
         return expression.value if isinstance(expression, ast.StringConstant) else Gap.OTHER
 
     def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[errors.VrsError | None]:
-        """Return the error, or None, for each number that is tried in the gaps."""
+        """Return, for each number that is tried in the gaps, the error that it causes, or None."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
         carry_out = partial(self._carry_out, statement)
@@ -176,7 +177,8 @@ class Constants(Struct, frozen=True):
                 _check_limited(request)
 
     def _culprit(self, statement: ast.Instruction, given: Sequence[Given], error: errors.VrsError) -> Span:
-        """Return the span of the operand that causes the error: another number there changes the outcome."""
+        """Return the span of the operand that causes the error: with another number there, the error would be
+        different."""
         places = list(enumerate((*statement.arguments, statement.value)))
         for place, expression in reversed(places):
             if expression is not None and isinstance(given[place], float):
@@ -199,9 +201,8 @@ def _check_limited(request: commands.Request) -> None:
 
 
 def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] = NEVER_RIGHT) -> errors.VrsError | None:
-    """Return the error that an act raises in every run, or None; errors that depend on the run (a unit, a program) are
-    ignored.
-    """
+    """Call `act` and return the error that it raises, or None. Errors that depend on the run (a unit, a program) are
+    ignored."""
     try:
         act()
     except wrong as error:
@@ -232,9 +233,8 @@ def _constant(expression: Expression) -> bool:
 
 
 def _evaluable(expression: Expression) -> bool:
-    """Return whether an expression can be evaluated without a run, and may be refused. Any numbers make a
-    transformation.
-    """
+    """Return whether an expression can be evaluated without a run, and may be refused if that fails. A function that
+    returns a transformation accepts any numbers, so it is not evaluated."""
     if isinstance(expression, ast.Unary | ast.Binary):
         return ast.plain_number(expression) is None and _constant(expression)
     function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
@@ -250,5 +250,5 @@ def _wrong(place: Span, error: errors.VrsError) -> Diagnostic:
 
 
 def _by_value(function: Function) -> bool:
-    """Return whether a function can be evaluated without a variable that it changes."""
+    """Return whether a function can be evaluated from values alone, without a variable that it changes."""
     return function.state is State.SUPPORTED and not any(row.shape in VARIABLES for row in function.arguments)

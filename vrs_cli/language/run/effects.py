@@ -1,16 +1,16 @@
 """Define the effects that a running program requests from its driver, the events that end it, and the reactions of its
 task.
 
-A request of `values.commands` goes to the robot; the effects below are for everything else. A task carries out the
-effects whose docstring says so.
+A request of `values.commands` goes to the robot; the effects below are for everything else. The docstring of an effect
+says so if the task itself carries the effect out.
 
-A reaction (REACT, REACTI, REACTE; val2 9.12-13) is called when its signal changes to the wanted state, between two
-steps, if its priority is above that of the program. Until then it waits. Meanwhile the program has the priority of the
-reaction; RETURN restores it.
+A reaction (REACT, REACTI, REACTE; val2 9.12-13) waits after its signal has changed to the given state. The task calls
+it between two steps, as soon as its priority is above that of the program. During the reaction the program has the
+reaction's priority; RETURN restores the old one.
 
-Logical units are the numbers by which programs name devices. Failures outside a program (a missing file, its end, a
-full disk) do not stop it: the error code becomes the status of the unit, which IOSTAT returns (V+ Language User's
-Guide, Error Status). Mistakes of the program, such as a unit that is not attached, stop it.
+Logical units are the numbers by which programs refer to devices. A failure outside the program (a missing file, the end
+of a file, a full disk) does not stop it: the error code becomes the status of the unit, which IOSTAT returns (V+
+Language User's Guide, Error Status). A mistake of the program, such as using a unit that is not attached, stops it.
 """
 
 from __future__ import annotations
@@ -33,22 +33,21 @@ class Effect(Struct, frozen=True):
 
 
 Event = Request | Effect
-LAST_TASK = 27  # V+ Language User's Guide: tasks 0 to 27
-PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II mean
-Answers = Generator[Event, str | None, None]  # a driver sends the answer to an effect that asks
+LAST_TASK = 27  # tasks have the numbers 0 to 27 (V+ Language User's Guide)
+PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II control
+Answers = Generator[Event, str | None, None]  # a generator that receives the driver's answer to an effect
 
 
 class Type(Effect, frozen=True):
-    """Show a text at the terminal; `newline`: the line ends after it."""
+    """Show a text at the terminal. `newline`: end the line after it."""
 
     text: str
     newline: bool = True
 
 
 class Prompt(Effect, frozen=True):
-    """Show the text and read one line, the answer to `resume`. `count`: the number of wanted values; `wrong`: why the
-    previous line could not be read.
-    """
+    """Show the text and read one line, which `resume` passes as the answer. `count`: the number of required values;
+    `wrong`: why the previous line could not be read."""
 
     text: str
     count: int
@@ -56,9 +55,10 @@ class Prompt(Effect, frozen=True):
 
 
 class Wait(Effect, frozen=True):
-    """Hold the program until `condition()` is true. It is tested at once, or after `ticks`, then every tick.
+    """Hold the program until `condition()` is true.
 
-    If the condition cannot be evaluated it raises VrsError; the driver passes that to `Task.throw`.
+    The condition is tested at once, or after `ticks`, then every tick. If it cannot be evaluated it raises VrsError;
+    the driver passes the error to `Task.throw`.
     """
 
     condition: Callable[[], bool]
@@ -66,37 +66,38 @@ class Wait(Effect, frozen=True):
 
 
 class WaitEvent(Effect, frozen=True):
-    """WAIT.EVENT: hold the program until another task sets its event, or for `seconds` if not None.
-
-    `event`: whether an event ends the wait.
-    """
+    """WAIT.EVENT: hold the program until another task sets the event of this task, or for `seconds` if not None.
+    `event`: whether the event ends the wait."""
 
     event: bool
     seconds: float | None = None
 
 
 class SetEvent(Effect, frozen=True):
-    """SET.EVENT, or CLEAR.EVENT if not `on`. `task`: None for the task itself."""
+    """SET.EVENT, or CLEAR.EVENT if not `on`: change the event of a task. `task`: the task's number, None for the task
+    itself."""
 
     task: int | None
     on: bool = True
 
 
 class EventSignal(Effect, frozen=True):
-    """INT.EVENT: the input signal that sets the task's event when it goes on; None: no signal."""
+    """INT.EVENT: choose the input signal that sets the task's event when it goes on. `signal`: its number, None for no
+    signal."""
 
     signal: int | None
 
 
 class CycleBegins(Effect, frozen=True):
-    """A cycle of the main program begins; the driver performs `settings` (val2 section 9.1). Cycles count from 1."""
+    """A cycle of the main program begins, and the driver carries out `settings` (val2 section 9.1). Cycles count from
+    1."""
 
     cycle: int
     settings: tuple[Request, ...]
 
 
 class CallProgram(Effect, frozen=True):
-    """CALL; the task carries it out. `site`: the number of the call in its program."""
+    """CALL, which the task carries out. `site`: the number of this call in the calling program."""
 
     name: str
     arguments: tuple[Given | None, ...]
@@ -104,29 +105,27 @@ class CallProgram(Effect, frozen=True):
 
 
 class BrokenOff(Effect, frozen=True):
-    """A direct call has come to the end of the turn; the task continues it. `frames`: of the called programs, the
-    innermost first: executable, arguments and own variables, operation, limits of FOR and subjects of CASE, and
-    whether the operation has made a call.
-    """
+    """A direct call was interrupted because the turn ended, and the task continues it. `frames`: one for each called
+    program, the innermost first, with the executable, the arguments and own variables, the operation, the limits of FOR
+    and subjects of CASE, and whether the operation has made a call."""
 
     frames: tuple[Any, ...]
 
 
 class Return(Effect, frozen=True):
-    """RETURN, or the end of a program; the task carries it out. `steps`: the number of steps to skip after the call;
-    `mended` (RETURNE): also skip the step that failed before a REACTE routine.
-    """
+    """RETURN, or the end of a program; the task carries it out. `steps`: the number of steps to skip after the call.
+    `mended` (RETURNE): also skip the step that failed before the REACTE routine."""
 
     steps: int = 0
     mended: bool = False
 
 
 class Stop(Effect, frozen=True):
-    """STOP: end this cycle; the task carries it out."""
+    """STOP: end the present cycle; the task carries it out."""
 
 
 class Pause(Effect, frozen=True):
-    """PAUSE: stop; `resume` continues with the next step."""
+    """PAUSE: stop the program; `resume` continues with the next step."""
 
 
 class Halt(Effect, frozen=True):
@@ -134,17 +133,18 @@ class Halt(Effect, frozen=True):
 
 
 class LookAround(Effect, frozen=True):
-    """Tells the task to check whether a reaction is due, for instance after a SIGNAL of the program."""
+    """Makes the task check whether a reaction is due, for instance after a SIGNAL of the program."""
 
 
 class RunSignal(Effect, frozen=True):
-    """RUNSIG: keep the signal in this state while the program runs, and in the opposite state otherwise."""
+    """RUNSIG: keep the signal in the given state while the program runs, and in the opposite state at other times."""
 
     signal: int
 
 
 class StartTask(Effect, frozen=True):
-    """EXECUTE in a program, PCEXECUTE: start a task; `number` is None for the first free task."""
+    """EXECUTE in a program, or PCEXECUTE: start a task. `number`: the number of the task, None for the first free
+    one."""
 
     number: int | None
     call: CallProgram
@@ -153,7 +153,7 @@ class StartTask(Effect, frozen=True):
 
 
 class TaskControl(Enum):
-    """An action of a program on a task."""
+    """An action of a program on a task, such as ABORT."""
 
     ABORT = "ABORT"
     KILL = "KILL"
@@ -168,7 +168,7 @@ class ControlTask(Effect, frozen=True):
 
 
 class AttachRobot(Effect, frozen=True):
-    """ATTACH: take the robot as soon as no other task has it."""
+    """ATTACH: reserve the robot for this task as soon as no other task has it."""
 
 
 class DetachRobot(Effect, frozen=True):
@@ -198,14 +198,14 @@ class ProgramCompleted(Effect, frozen=True):
 
 
 class Failed(Effect, frozen=True):
-    """A step has failed. `resume` continues with the next step, after `retry` with the same step."""
+    """A step has failed. `resume` continues with the next step; after `retry` it repeats the failed step."""
 
     fault: ProgramFault
     error: VrsError
 
 
 class Budget(Effect, frozen=True):
-    """The given number of steps has been carried out; nothing is requested."""
+    """The given number of steps has been carried out. The event requests nothing."""
 
 
 class TaskState(Enum):
@@ -223,7 +223,8 @@ DEFAULT_PRIORITY = 1
 
 
 class Reaction(Struct, frozen=True):
-    """REACT, or REACTI (`immediate`): call `program` when `signal` goes on, or off where it is negative."""
+    """A reaction of REACT or, if `immediate`, of REACTI: call `program` when `signal` goes on; if `signal` is negative,
+    when it goes off."""
 
     signal: int
     program: str
@@ -238,14 +239,14 @@ class Reactions:
         self.clear()
 
     def clear(self) -> None:
-        """Remove all reactions, as at the begin of a cycle."""
+        """Remove all reactions, as at the start of a cycle."""
         self.priority = 0
         self.on_error: str | None = None
         self._set: dict[int, Reaction] = {}
         self.waiting: list[Reaction] = []
 
     def set(self, reaction: Reaction) -> None:
-        """Set a reaction; it replaces another one to the same signal."""
+        """Set a reaction. It replaces any earlier reaction to the same signal."""
         self.ignore(reaction.signal)
         self._set[abs(reaction.signal)] = reaction
 
@@ -256,9 +257,8 @@ class Reactions:
             self.waiting.remove(gone)
 
     def note_change(self, signal: int, on: bool) -> bool:
-        """Note that a signal has changed. Return whether this makes a reaction wait; a reaction that waits already is
-        not called twice.
-        """
+        """Record that a signal has changed. Return whether this makes a reaction wait; a reaction that is already
+        waiting is not called twice."""
         reaction = self._set.get(signal)
         if reaction is None or (reaction.signal > 0) is not on or reaction in self.waiting:
             return False
@@ -267,7 +267,8 @@ class Reactions:
 
     @property
     def due(self) -> Reaction | None:
-        """Return the next reaction: of the highest priority, and among equals the first whose signal changed."""
+        """Return the waiting reaction that the task must call next, or None: the one with the highest priority; of
+        several, the one whose signal changed first."""
         if not self.waiting:
             return None
         first = max(self.waiting, key=lambda reaction: reaction.priority)
@@ -275,12 +276,13 @@ class Reactions:
 
 
 def checked_priority(priority: float, lowest: int) -> int:
-    """Return a priority of REACT (from 1) or LOCK (from 0). Raises IllegalValue."""
+    """Return a priority for REACT (at least 1) or LOCK (at least 0). Raises IllegalValue."""
     return integer_between(priority, lowest, HIGHEST, "a priority of")
 
 
 def checked_signal(number: float) -> int:
-    """Return the signal of a reaction. Raises IllegalValue for 0."""
+    """Return the signal number of a reaction, negative if it waits for the signal to go off. Raises IllegalValue
+    for 0."""
     if not round(number):
         raise IllegalValue("signal 0", "a signal number; negative: when it goes off")
     return round(number)
@@ -289,16 +291,18 @@ def checked_signal(number: float) -> int:
 ROBOT = 0
 TERMINAL = 4
 DISKS = (5, 6, 7, 8, 17, 18, 19)
-OTHERS = tuple(range(9, 17))  # units for devices named in ATTACH (TCP, SERIAL:1); disk units can have them too
+# units for devices that ATTACH names (TCP, SERIAL:1); disk units can have such devices too
+OTHERS = tuple(range(9, 17))
 USUAL_DEVICES = {"DISK": DISKS, "SYSTEM": DISKS, "TERMINAL": (TERMINAL,), "MONITOR": (TERMINAL,)}
 UNITS = "0 is the robot, 4 the terminal, 5 to 8 and 17 to 19 are the disk, 9 to 16 other devices"
 
-SUCCESS = 1  # the status of a unit after success
-OPENED, CLOSED = 100, 101  # status after READ: a connection was opened, closed (public V+ programs test these)
-MODE_BITS = 7  # bits of the mode of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
+SUCCESS = 1  # the status of a unit after an operation without an error
+# status after READ: a connection was opened or closed (public V+ programs test for these numbers)
+OPENED, CLOSED = 100, 101
+MODE_BITS = 7  # mask of all mode bits of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
 CHOOSE = 4
-ANY = -1  # unit number: the system chooses the unit
-NO_WAIT = 1  # mode of READ and GETC: do not wait
+ANY = -1  # this unit number lets the system choose the unit
+NO_WAIT = 1  # bit in the mode of READ and GETC: do not wait
 
 
 class Access(Enum):
@@ -316,15 +320,14 @@ class UnitEffect(Effect, frozen=True):
 
 
 class AttachUnit(UnitEffect, frozen=True):
-    """ATTACH; the answer is the number of the unit, with ANY that of a free one. `device`: its name, None for the
-    devices that unit numbers stand for.
-    """
+    """ATTACH: attach a logical unit. The answer is the number of the unit; for ANY, that of a free unit. `device`: the
+    name of the device, None for the device that the unit number implies."""
 
     device: str | None = None
 
 
 class DetachUnit(UnitEffect, frozen=True):
-    """DETACH: give a unit back."""
+    """DETACH: release a unit."""
 
 
 class OpenFile(UnitEffect, frozen=True):
@@ -335,13 +338,13 @@ class OpenFile(UnitEffect, frozen=True):
 
 
 class OpenDevice(UnitEffect, frozen=True):
-    """FOPEN; `how`: the text of the instruction, such as "/LOCAL_PORT 11000 /CLIENTS 1"."""
+    """FOPEN: open a device. `how`: the text of the instruction, such as "/LOCAL_PORT 11000 /CLIENTS 1"."""
 
     how: str
 
 
 class CommandDevice(UnitEffect, frozen=True):
-    """FCMND: a command number and its data."""
+    """FCMND: send a command number and its data to a device."""
 
     command: int
     data: str
@@ -358,22 +361,21 @@ class DeleteFile(UnitEffect, frozen=True):
 
 
 class ReadRecord(UnitEffect, frozen=True):
-    """READ: the answer is the next line, or None if there is none. `notices`: report opened and closed connections in
-    the status; `wait`: wait for a line that has not come yet.
-    """
+    """READ: read a line. The answer is the next line, or None if there is none. `notices`: report opened and closed
+    connections in the status; `wait`: wait for a line that has not arrived yet."""
 
     notices: bool = False
     wait: bool = True
 
 
 class AwaitLine(UnitEffect, frozen=True):
-    """GETC found nothing on a unit: repeat the step when a character has arrived, or a line from the terminal."""
+    """Wait, because GETC found no character on a unit. The step is repeated when a character, or at the terminal a
+    line, has arrived."""
 
 
 class WriteRecord(UnitEffect, frozen=True):
-    """WRITE; `newline`: the record ends after the text. `handle`: the handle of the connection, None: the connection of
-    the last READ; `wait`: wait for a connection.
-    """
+    """WRITE: write a text. `newline`: the record ends after the text. `handle`: the handle of the connection, None for
+    the connection of the last READ; `wait`: wait for a connection."""
 
     text: str
     newline: bool
@@ -382,13 +384,14 @@ class WriteRecord(UnitEffect, frozen=True):
 
 
 class RecordRefused(UnitEffect, frozen=True):
-    """The record that was read does not fit the variables of READ; `code` becomes the status of the unit."""
+    """The record that was read does not fit the variables of READ. `code`: the error code, which becomes the status of
+    the unit."""
 
     code: int
 
 
 def checked_unit(number: float) -> int:
-    """Return a unit that can be read and written. Raises IllegalValue."""
+    """Return the number of a unit that can be read and written. Raises IllegalValue for other units."""
     unit = whole(number)
     if unit != TERMINAL and unit not in DISKS and unit not in OTHERS:
         raise IllegalValue(f"logical unit {plain(number)}", UNITS)
@@ -396,7 +399,7 @@ def checked_unit(number: float) -> int:
 
 
 def checked_disk(number: float, word: str) -> int:
-    """Return a unit of the disk. Raises IllegalValue."""
+    """Return the number of a disk unit. Raises IllegalValue for other units."""
     unit = checked_unit(number)
     if unit not in DISKS:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk: 5 to 8, 17 to 19")
@@ -404,7 +407,7 @@ def checked_disk(number: float, word: str) -> int:
 
 
 def checked_open(number: float, word: str) -> int:
-    """Return a unit that can be opened and closed. Raises IllegalValue."""
+    """Return the number of a unit that can be opened and closed. Raises IllegalValue for other units."""
     unit = checked_unit(number)
     if unit == TERMINAL:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk or another device: 5 to 19")
@@ -412,7 +415,8 @@ def checked_open(number: float, word: str) -> int:
 
 
 def checked_device(device: str | None, unit: int | None) -> str | None:
-    """Return the name of a unit's device; None for devices that unit numbers stand for. Raises IllegalValue."""
+    """Return the name of the device for a unit, or None for the device that the unit number implies. Raises
+    IllegalValue."""
     name = "" if device is None else device.strip().upper()
     usual = USUAL_DEVICES.get(name)
     if not name and unit in OTHERS:

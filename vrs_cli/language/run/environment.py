@@ -1,6 +1,5 @@
 """Prepare programs to run: the names that compiled programs use, programs with their LOCAL variables, and activations
-with their state.
-"""
+with their state."""
 
 from __future__ import annotations
 
@@ -54,12 +53,14 @@ def for_step(step: float) -> float:
 
 
 def setting(name: str, variable: Reference) -> Value:
-    """Return the value of `PARAMETER p = word`: of the variable of that name if it has one, otherwise the word."""
+    """Return the value of `PARAMETER p = word`: the value of the variable with that name if it has one, otherwise the
+    word itself."""
     return variable.value() if variable.has_value() else name.upper()
 
 
 def by_value(context: Context, value: Value) -> Reference:
-    """Pass the value of an expression to a CALL, in a variable that is visible nowhere else."""
+    """Store the value of an expression in a variable without a visible name, and return a reference to it for a
+    CALL."""
     kind, key = values.kind_of_value(value), ARGUMENT
     reference = new_variable(
         context.environment.spelling, key, values.Kind.REAL if kind is values.Kind.LOCATION else kind
@@ -68,7 +69,7 @@ def by_value(context: Context, value: Value) -> Reference:
     return reference
 
 
-_ANY_REAL = RealArgument({ARGUMENT: 0.0})  # so that a real used as a transformation raises TypeMismatch
+_ANY_REAL = RealArgument({ARGUMENT: 0.0})  # with these cells, using a real as a transformation raises TypeMismatch
 NO_LOCATION = Cells({}, values.Kind.LOCATION)
 NO_LOCATION.others = ref(_ANY_REAL)
 
@@ -97,7 +98,8 @@ def at_once() -> bool:
 
 
 class Unset:
-    """The limit of a loop that was entered by a jump past its FOR. Comparing or adding it raises the error."""
+    """The limit of a FOR loop that was entered by a jump past its FOR. Comparing it or adding to it raises
+    UndefinedValue."""
 
     def _say(self, _other: object) -> NoReturn:
         raise UndefinedValue("the limit of FOR", "the loop was entered by a jump past its FOR")
@@ -106,10 +108,10 @@ class Unset:
 
 
 UNSET = Unset()
-MAX_BOUND = 200  # maximum number of programs with bound calls, and so of direct calls within one another
+MAX_BOUND = 200  # maximum number of programs with bound calls; it also limits the depth of nested direct calls
 
-# Functions that carry out instructions: from evaluated operands to the requests and effects that the program yields.
-# Variables, signals and timers are changed by the functions themselves, without the driver.
+# Functions that carry out instructions: they take evaluated operands and return the requests and effects that the
+# program yields. They change variables, signals and timers themselves, without the driver.
 HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
 _CALLED: tuple[Callable[..., Any], ...] = (
@@ -136,7 +138,7 @@ LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS, waits_for_signals)
 def evaluator(
     make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, values.Kind], own: Sequence[str] = ()
 ) -> Callable[..., Any]:
-    """Compile an expression to a function of the context, and a reference for each of `own`."""
+    """Compile an expression to a function that takes the context, and a reference for each variable of `own`."""
     function, arrays = compile_expression(LIBRARY, make, kinds, own)
 
     def evaluate(context: Context, *references: Reference) -> Any:
@@ -155,8 +157,7 @@ Steps = Generator[int | Event, str | None, int | None]
 
 class Executable:
     """A stored program in its memory, with its LOCAL variables, which keep their values between calls. It is compiled
-    when it first runs.
-    """
+    when it first runs."""
 
     def __init__(self, memory: Environment, stored: StoredProgram) -> None:
         self._memory = memory
@@ -164,7 +165,7 @@ class Executable:
         self.analysis = stored.analysis
         self._lines = stored.lines
         self._ahead: Compiled | None = None
-        # by operation: the function, the cells of simple variables, the block number, and the cells of arrays
+        # for each operation: the function, the cells of simple variables, the block number, and the cells of arrays
         self._starts: dict[int, tuple[Callable[..., Steps], list[object], int, list[Cells]]] = {}
 
     @property
@@ -184,19 +185,21 @@ class Executable:
         return compiled
 
     def compile_ahead(self, *, everywhere: bool) -> None:
-        """Compile the program in any thread, so that a later `compilation` takes no time. `everywhere`: also prepare to
-        enter it at any step. A program with errors is not compiled."""
+        """Compile the program in advance, in any thread, so that `compilation` takes no time later. `everywhere`: also
+        compile the variant that can be entered at any step. A program with errors is not compiled."""
         known: Compiled | None = self.__dict__.get("compilation") or self._ahead
         with suppress(ProgramNotExecutable):
             known = self._ahead = known or compile_program(LIBRARY, self.analysis)
             if everywhere:
-                known.variant(op=-1)  # -1 is no operation: returns the variant with every entry
+                # -1 is the index of no operation, so this compiles the variant that can be entered anywhere
+                known.variant(op=-1)
 
     def start(self, context: Context, arguments: Sequence[Given], slots: list[object], op: int) -> Steps:
-        """Start an activation at an operation. `arguments`: one for each parameter, and the program's own variables.
+        """Start an activation at an operation. `arguments`: a value for each parameter, then the program's own
+        variables.
 
-        `slots`: the limits of FOR loops and the subjects of CASEs, all UNSET at first; when the activation ends, they
-        hold its values.
+        `slots`: the limits of FOR loops and the subjects of CASEs, all UNSET at first; they are stored here when the
+        activation ends.
         """
         known = self._starts.get(op)
         if known is None:
@@ -208,19 +211,18 @@ class Executable:
 
     @cached_property
     def _cells(self) -> list[object]:
-        """Return the cells of simple variables with their keys, and the bound calls."""
+        """Return the cells of simple variables, views of their keys, and the bound calls."""
         simple = {name: self._memory.cells(kind) for kind, name in CELLS.items()}
         return [*simple.values(), *(simple[name].keys() for name in KEYS), self.calls]
 
     @cached_property
     def calls(self) -> list[Bound]:
-        """Return the functions and programs that are bound to the calls of the program."""
+        """Return the function and the program that are bound to each call of this program."""
         return [NOT_BOUND] * len(self.compilation.lowered.calls)
 
     def called(self, site: int, name: str) -> Executable:
-        """Return the program of a call, and bind it to the call: at the second time with a direct function if possible.
-        Raises UndefinedName.
-        """
+        """Return the called program, and bind it to the call. At the second call the program is bound with a direct
+        function, if it can have one. Raises UndefinedName."""
         callee: Executable | None
         function, callee = self.calls[site]
         if callee is None:
@@ -230,16 +232,15 @@ class Executable:
         elif function is not_bound:
             direct = callee.direct if self._direct_calls(site, callee) else None
             if direct is None and self.__dict__.get("direct") is not None:
-                self._memory.programs.unbind()  # for a direct function must not call one that waits
+                self._memory.programs.unbind()  # because a direct function must not call a program that waits
             if direct is None:
                 self.direct = None
             self.calls[site] = by_task if direct is None else direct.function, callee
         return callee
 
     def _direct_calls(self, site: int, callee: Executable) -> bool:
-        """Return whether a call can be made directly: the arguments have the right kinds, and no program can call
-        itself.
-        """
+        """Return whether a call can be made directly: the arguments must have the right kinds, and the called program
+        must not lead to a call of this one."""
         given, rows = self.compilation.lowered.calls[site].called.arguments, callee._parameters
         if callee.direct is None or len(given) != len(rows) or len(self._memory.programs.bound) > MAX_BOUND:
             return False
@@ -259,7 +260,8 @@ class Executable:
 
     @cached_property
     def direct(self) -> Direct | None:
-        """Compile the program to a function that others call directly; return None if it must be run by a task."""
+        """Compile the program to a direct function, which other programs call. Return None if only a task can run the
+        program."""
         made = compile_direct(LIBRARY, self.analysis, self.compilation.lowered)
         if made is not None:
             arrays = (self._memory.cells(*array) for array in made.arrays)
@@ -267,7 +269,8 @@ class Executable:
         return made
 
     def own(self) -> tuple[Reference, ...]:
-        """Return the variables of an activation besides its arguments: new ones for AUTO, the kept ones for LOCAL."""
+        """Return the variables of an activation besides its arguments: new variables for AUTO, the kept ones for
+        LOCAL."""
         kept = iter(self._local)
         spelling = self._memory.spelling
         return tuple(
@@ -277,7 +280,8 @@ class Executable:
 
     @cached_property
     def _automatic(self) -> tuple[tuple[str, values.Kind, bool] | None, ...]:
-        """Return, for each own variable, its key, kind, and whether it is an array; None for LOCAL."""
+        """Return, for each AUTO variable, its key, its kind, and whether it is an array; None in place of each LOCAL
+        variable."""
         for own in self.analysis.own:
             self._memory.spelling.setdefault(own.key, self.compilation.spelling.get(own.key, own.key))
         return tuple(
@@ -298,9 +302,8 @@ class Executable:
 
     @cached_property
     def _parameters(self) -> tuple[tuple[values.Kind, bool, int | None], ...]:
-        """Return, for each parameter: its kind; whether it is an array; and, if the program decides between a real and
-        a transformation, the index of the other kind's cells in a reference.
-        """
+        """Return, for each parameter: its kind; whether it is an array; and the index of the other kind's cells in a
+        reference, if the program decides whether a bare name is a real or a transformation."""
         other = {values.Kind.REAL: 1, values.Kind.LOCATION: 0, None: None}
         return tuple(
             (
@@ -312,7 +315,7 @@ class Executable:
         )
 
     def bind(self, arguments: Sequence[Given | None]) -> Sequence[Given]:
-        """Return one reference for each parameter. Raises ArgumentMismatch."""
+        """Return a reference for each parameter. Raises ArgumentMismatch."""
         rows = self._parameters
         if len(arguments) == len(rows):
             for given, (kind, is_array, other) in zip(arguments, rows, strict=True):
@@ -332,7 +335,8 @@ class Executable:
         return tuple(map(self._bind_one, parameters, padded))
 
     def _bind_one(self, parameter: Variable, argument: Given | None) -> Reference:
-        """Return the reference for a parameter; without an argument it is undefined until the program assigns it."""
+        """Return the reference for a parameter. If the argument was omitted, the parameter has no value until the
+        program assigns one."""
         given = None if argument is None else Reference(*argument)
         typed = parameter.sigil + parameter.name
         name, kind = f"{typed} of {self.name}", values.kind_of_name(parameter.sigil)
@@ -354,7 +358,7 @@ class Executable:
 
     @cached_property
     def beyond_val2(self) -> tuple[Diagnostic, ...]:
-        """Find the parts of the program that only V+ has."""
+        """Return an error for each part of the program that only V+ has."""
         return tuple(beyond(self.program, vplus=False))
 
     def refuse_beyond_val2(self) -> None:
@@ -368,9 +372,8 @@ class Executable:
 
 
 class Interruption(Struct, frozen=True):
-    """A program that a reaction interrupts: its `priority`, and the event that it was `waiting` for; `failed`: its step
-    failed.
-    """
+    """The state of a program that a reaction interrupts: its `priority`, and the event that it was `waiting` for.
+    `failed`: whether its step failed."""
 
     priority: int
     waiting: Event | None = None
@@ -380,15 +383,18 @@ class Interruption(Struct, frozen=True):
 def _started_later(
     program: Executable, context: Context, arguments: Sequence[Given], slots: list[object], op: int
 ) -> Steps:
-    """Start an activation when it is resumed: perhaps the program must be compiled first, to be entered there."""
+    """Start an activation when the task resumes it, because the program may have to be compiled first, to be entered
+    there."""
     return (yield from program.start(context, arguments, slots, op))
 
 
 class Activation:
-    """An activation of a program: its operation (`op`), and the values that are kept while its generator is replaced.
+    """An activation of a program: its present operation `op`, and the values that are kept when its generator is
+    replaced.
 
-    `between`: the step `op` has not begun; `reached`: the step is next. `interruption`: set if the program was called
-    as a reaction. A direct call that the task continues has `slots`; `called`: its operation has made a call.
+    `between`: the operation `op` has not begun; `reached`: its step is the next one. `interruption`: the interrupted
+    program's state, if a reaction made this call. `slots` are given for a direct call that the task continues;
+    `called`: its operation has already made a call.
     """
 
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
@@ -415,12 +421,12 @@ class Activation:
             self.continue_later(op + called)
 
     def continue_later(self, op: int) -> None:
-        """Continue at an operation when the activation is resumed."""
+        """Continue at an operation when the task resumes the activation."""
         self.steps = _started_later(self.program, self._context, self._arguments, self._slots, op)
 
     @property
     def step(self) -> int:
-        """Return the present step, from 0."""
+        """Return the index of the present step, from 0."""
         return self.program.compilation.lowered.ops[self.op].step
 
     @property
@@ -441,15 +447,14 @@ class Activation:
         self.steps = self.program.start(self._context, self._arguments, self._slots, op)
 
     def skip(self, more: int = 0) -> None:
-        """Continue with the next step, or `more` steps after it."""
+        """Continue with the next step, or with the step that is `more` steps after it."""
         end = len(self.program.program.steps)
         self.enter(self.program.compilation.lowered.entries[min(self.step + 1 + more, end)])
 
 
 class Environment(Memory):
     """The memory of programs, which compiles each program once, when it first runs. The compiled form is freed when the
-    program is deleted or replaced, and no task uses it.
-    """
+    program is deleted or replaced and no task uses it."""
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
         super().__init__(seed, units)
@@ -462,7 +467,7 @@ class Environment(Memory):
         return known
 
     def size_of_all(self) -> int:
-        """Return the number of elements of all arrays and characters of all strings, including LOCAL variables."""
+        """Return the total number of array elements and string characters, including LOCAL variables."""
         known = self._executables.items()
         return self.size() + sum(
             one.local_size() for stored, one in known if self.programs.get(one.program.key) is stored

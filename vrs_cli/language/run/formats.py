@@ -12,7 +12,8 @@ from vrs_cli.values.numbers import Value
 
 
 def _fit(text: str, width: int) -> str:
-    """Right-justify a text; return asterisks if it does not fit. A width of 0 means as wide as needed."""
+    """Right-justify a text in a field; return asterisks if it does not fit. A width of 0 means that the field is as
+    wide as the text."""
     if not width:
         return text
     return text.rjust(width) if len(text) <= width else "*" * width
@@ -20,13 +21,12 @@ def _fit(text: str, width: int) -> str:
 
 def _fixed_point(value: float, width: int, decimals: int) -> str:
     text = f"{value:.{decimals}f}"
-    return _fit(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # -0.00 is written as 0.00
+    return _fit(text[1:] if text[0] == "-" and not text.strip("-0.") else text, width)  # write -0.00 as 0.00
 
 
 def _general(value: float, width: int, decimals: int) -> str:
-    """Return format F if the number fits the width and is large enough to show a digit; otherwise E with as many digits
-    as fit, or asterisks.
-    """
+    """Return a number in format F if it fits the width and is large enough to show a digit, otherwise in format E with
+    as many digits as fit; asterisks if that does not fit either."""
     text = _fixed_point(value, 0, decimals)
     small = value != 0.0 and log10(abs(value)) < -decimals
     if not small and abs(value) < EXACT and (not width or len(text) <= width):
@@ -36,11 +36,12 @@ def _general(value: float, width: int, decimals: int) -> str:
 
 
 def _in_base(letter: str) -> Callable[[float, int, int], str]:
-    """Return a format of integers; negative ones are shown as their 24 bits."""
+    """Return a function that formats integers in a number base; negative numbers are shown as their 24 bits."""
     return lambda value, width, _: _fit(format(integer(value) % (1 << INTEGER_BITS), letter), width)
 
 
-NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {  # of a value, with a width and decimals
+# a function of the value, the width and the number of decimals
+NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {
     "D": lambda value, _width, _decimals: default_form(value),
     "F": _fixed_point,
     "E": lambda value, width, decimals: _fit(f"{value:.{decimals}E}", width),
@@ -49,7 +50,7 @@ NUMBER_FORMS: dict[str, Callable[[float, int, int], str]] = {  # of a value, wit
     "H": _in_base("X"),
     "O": _in_base("o"),
 }
-DECIMALS = 3  # number of decimals of a format that names none
+DECIMALS = 3  # number of decimals if a format gives none
 
 CONTROLS: dict[str, Callable[[int], str]] = {
     "B": lambda _: "\a",
@@ -62,9 +63,10 @@ TypeItem = Value | Format
 
 
 def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tuple[str, bool]:
-    """Return the text of a TYPE list, and whether a newline ends it (`/S` suppresses it).
+    """Return the text of a TYPE list, and whether a newline ends it (`/S` suppresses the newline).
 
-    A location is shown by its six numbers, a precision point by its joints, each in the present format after a blank.
+    A location is shown as its six numbers, a precision point as its joints, each number in the present format after a
+    blank.
     """
     parts, newline = list[str](), True
     form, width, decimals = NUMBER_FORMS["D"], 0, DECIMALS
@@ -79,7 +81,7 @@ def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tup
                 decimals = DECIMALS if item.decimals is None else item.decimals
             elif item.code in CONTROLS:
                 parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
-            elif item.code == "S":  # N changes how WRITE waits, not the text
+            elif item.code == "S":  # N only changes how WRITE waits, not the text
                 newline = False
         elif item is not None:
             shown = (form(number, width, decimals) for number in numbers_of(item, units))

@@ -1,6 +1,5 @@
-"""Define the context of functions and instructions (the robot, the system, variables, signals, timers, programs), and
-check their operands.
-"""
+"""Define the context in which functions and instructions run (the robot, the system, variables, signals, timers,
+programs), and check their operands."""
 
 from __future__ import annotations
 
@@ -31,18 +30,19 @@ if TYPE_CHECKING:
 
     from vrs_cli.engine.engine import Engine
 
-ROBOT_NUMBER = 1  # the number of the only robot in SELECT ROBOT
-TICK = on_grid(0.028)  # [s] the trajectory tick of VAL-II: the interval of tests of WAIT and of busy loops
+ROBOT_NUMBER = 1  # SELECT ROBOT: the number of the only robot
+TICK = on_grid(0.028)  # [s] trajectory tick of VAL-II: the interval between tests of a WAIT or passes of a busy loop
 
-# INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
-# (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours)
+# INRANGE returns as bits why a location cannot be reached: joints 1 to 6, then too close, too far, then joints 7 and
+# up. (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours.)
 TOO_CLOSE_BIT, TOO_FAR_BIT = 1 << 6, 1 << 7
 JOINTS_BELOW, BITS_BETWEEN = 6, 2
 
-NO_POWER, PROGRAM_CONTROL = 2, 7  # STATE(1)
-NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # STATE(2)
-COMPUTER_CONTROL = 5  # STATE(3): the last of the modes that the V+ 12.4 release notes list
-NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and STATE(5), as drivers for ROS read them
+NO_POWER, PROGRAM_CONTROL = 2, 7  # values of STATE(1)
+NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # values of STATE(2)
+COMPUTER_CONTROL = 5  # value of STATE(3): the last of the modes that the V+ 12.4 release notes list
+# values of STATE(4), whose bit 3 is the emergency stop, and of STATE(5), as drivers for ROS read them
+NO_FLAGS, AUTOMATIC = 0, 1
 
 
 def speed(engine: Engine, number: int) -> float:
@@ -63,7 +63,7 @@ def state(engine: Engine, number: int) -> float:
 
 
 def in_range(engine: Engine, place: Transform | Joints) -> int:
-    """Return 0 if the place can be reached; otherwise the reasons as bits."""
+    """Return 0 if a location or a joint position can be reached, otherwise the reason as a bit."""
     try:
         if isinstance(place, Transform):
             engine.joints_for(place)
@@ -75,9 +75,8 @@ def in_range(engine: Engine, place: Transform | Joints) -> int:
 
 
 def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
-    """Return the joints of a pose in a configuration (None: that of `near`), each within its range, and 0 or the
-    reasons why the pose cannot be reached, as bits.
-    """
+    """Return the joints of a pose, put inside their ranges, and 0 or a bit with the reason why the pose cannot be
+    reached. `asked`: the configuration, None for that of `near`."""
     way = engine.arm.configuration(near) if asked is None else asked
     try:
         return engine.joints_for(T_world_tool, near, way), 0
@@ -90,7 +89,7 @@ def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configur
 
 
 def _reason(error: errors.MotionError) -> int:
-    """Return the reason why a place cannot be reached, as a bit."""
+    """Return the reason why a location cannot be reached, as a bit."""
     if isinstance(error, errors.JointOutOfRange):
         return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
     return TOO_CLOSE_BIT if isinstance(error, errors.LocationTooClose) else TOO_FAR_BIT
@@ -103,7 +102,7 @@ def _motion_state(engine: Engine) -> int:
 
 
 def _present_motion(engine: Engine) -> tuple[float, float] | None:
-    """Return begin and end of the present motion [s]; None if the robot stands still."""
+    """Return the start and end of the present motion [s], or None if the robot is at rest."""
     if not engine.position().moving:
         return None
     timeline = engine.timeline
@@ -117,19 +116,19 @@ def _present_motion(engine: Engine) -> tuple[float, float] | None:
 
 
 def _time_left(engine: Engine) -> float:
-    """Return the time until the present motion ends [s]."""
+    """Return the time until the present motion ends [s]; 0 if the robot is at rest."""
     span = _present_motion(engine)
     return 0.0 if span is None else span[1] - engine.now
 
 
 def _percent_done(engine: Engine) -> float:
-    """Return the completed fraction of the present motion [%]; 100 if the robot is at rest."""
+    """Return the completed part of the present motion [%]; 100 if the robot is at rest."""
     span = _present_motion(engine)
     return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
 
 
-# What STATE tells, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 in motion, as drivers for ROS expect;
-# that it counts seconds, and what 10 is, is from memory of the eV+ reference.
+# The functions of STATE, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 during motion, as drivers for ROS
+# expect. That 9 counts seconds, and the meaning of 10, are from memory of the eV+ reference.
 STATES: Mapping[int, Callable[[Engine], float]] = {
     1: lambda engine: PROGRAM_CONTROL if engine.settings.switch("POWER") else NO_POWER,
     2: _motion_state,
@@ -145,10 +144,8 @@ STATES: Mapping[int, Callable[[Engine], float]] = {
 
 
 class System:
-    """The system that runs programs, as the asking task sees it.
-
-    This class is for a program that runs alone: one task, and no devices.
-    """
+    """The system that runs programs, as the task that asks sees it. This base class is for a program that runs alone:
+    one task and no devices."""
 
     def task(self) -> int:
         """Return the number of the task; -1 for a line of the prompt."""
@@ -174,22 +171,22 @@ class System:
         return False
 
     def latch(self) -> tuple[Transform, Joints] | None:
-        """Return T_world_tool and the joints at the last latch signal; None before the first."""
+        """Return T_world_tool and the joints at the last latch signal; None before the first one."""
         return None
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
         return 0
 
     def identity(self, component: int) -> float:  # noqa: ARG002
-        """Return a number of ID. Raises IllegalValue for an unknown component."""
+        """Return a number of the function ID. Raises IllegalValue for an unknown component."""
         return 0.0
 
     def unit_status(self, unit: int) -> int:  # noqa: ARG002
-        """Return the status of the last operation on a logical unit: 1, or a code."""
+        """Return the status of the last operation on a logical unit: 1 for success, or an error code."""
         return errors.UnitNotAttached.code
 
     def record_length(self, unit: int) -> int:  # noqa: ARG002
-        """Return the number of characters of the last record of a logical unit."""
+        """Return the number of characters in the last record of a logical unit."""
         return 0
 
     def connection(self, unit: int) -> int | None:  # noqa: ARG002
@@ -197,24 +194,25 @@ class System:
         return None
 
     def begin_reading(self) -> None:
-        """Note that a step with GETC begins."""
+        """Record that a step with GETC begins."""
 
     def put_back(self) -> None:
-        """Put back the characters that a step has read: the step will be repeated."""
+        """Put back the characters that the present step has read, because the step will be repeated."""
 
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
-        """Return the code of the next character of a logical unit, or an error code. Raises LineMissing."""
+        """Return the code of the next character of a logical unit, or an error code. Raises LineMissing if no line has
+        arrived."""
         return errors.UnitNotAttached.code
 
 
 # --- timers and programs ---------------------------------------------------------------------------------------------
 
 
-LAST_TIMER = 15  # highest timer number; V+ also has negative numbers
+LAST_TIMER = 15  # highest timer number; V+ also has timers with negative numbers
 
 
 class Timers:
-    """Timers -15 to 15, in seconds of the robot clock; an unset timer counts from the start of the clock."""
+    """Timers -15 to 15, in seconds of the robot clock. A timer that is not set counts from the start of the clock."""
 
     def __init__(self) -> None:
         self._zero: dict[int, float] = {}
@@ -234,7 +232,7 @@ class Timers:
 
 
 class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
-    """A program in memory. `lines`: of its file, shared by all programs of the file."""
+    """A program in memory. `lines`: the lines of its file, which all programs of the file share."""
 
     analysis: Analysis
     lines: tuple[str, ...] = ()
@@ -248,7 +246,7 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
         return self.program.name
 
     def source(self, step: int) -> str:
-        """Return the text of a step (counted from 0) as it was read, otherwise in canonical form."""
+        """Return the text of a step (counted from 0) as it was read; without the file's lines, in canonical form."""
         if not self.program.steps:
             return ""
         it = self.program.steps[step]
@@ -257,7 +255,8 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
         return "" if it.statement is None else statement_text(it.statement)
 
 
-Bound = tuple[Callable[..., int], Any]  # a function that makes a call, and the executable; None if it is not known yet
+# a function that makes a call, and the called executable (None while it is unknown)
+Bound = tuple[Callable[..., int], Any]
 
 
 def by_task(context: Context, _left: int, _executable: Any, *given: Any) -> int:
@@ -266,14 +265,13 @@ def by_task(context: Context, _left: int, _executable: Any, *given: Any) -> int:
     return 0
 
 
-not_bound = partial(by_task)  # a function of its own: the call is not bound yet
+not_bound = partial(by_task)  # a separate function, because it shows that the call is not bound yet
 NOT_BOUND: Bound = (not_bound, None)
 
 
 class Programs(UserDict[str, StoredProgram]):
-    """The programs of a memory by key. `bound`: lists of calls that are bound to programs; every change of the programs
-    unbinds all of them.
-    """
+    """The programs of a memory, by key. `bound`: lists of calls that are bound to programs. Every change to the
+    programs unbinds all calls."""
 
     def __init__(self, *programs: Mapping[str, StoredProgram]) -> None:
         self.bound: list[list[Bound]] = []
@@ -299,10 +297,8 @@ class Programs(UserDict[str, StoredProgram]):
 
 
 class Memory(Variables):
-    """The memory that programs share and keep between runs. The same `seed` gives the same random numbers.
-
-    `system`: runs the programs.
-    """
+    """The memory that programs share and keep between runs. Equal values of `seed` give equal random numbers. `system`:
+    the system that runs the programs."""
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
         super().__init__(units)
@@ -315,7 +311,7 @@ class Memory(Variables):
 
     @cached_property
     def random(self) -> Random:
-        from random import Random  # here because few programs use it
+        from random import Random  # imported here, because few programs use it
 
         return Random(self._seed)
 
@@ -327,14 +323,14 @@ class Memory(Variables):
         return copied
 
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
-        """Store a program; it replaces one of the same name. `lines`: of its whole file."""
+        """Store a program; it replaces one of the same name. `lines`: the lines of its whole file."""
         stored = StoredProgram(analysis, lines)
         free_in_parts(stored.program, stored.program.steps, lines)
         self.programs[analysis.program.key] = stored
         return stored
 
     def meant(self, typed: str) -> StoredProgram:
-        """Return the program with a name, or the program that the name abbreviates. Raises UndefinedName."""
+        """Return the program with a name, or the program whose name it abbreviates. Raises UndefinedName."""
         key = key_of(typed)
         begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
         if not begun:
@@ -350,7 +346,7 @@ class Memory(Variables):
         return begun[0]
 
     def program(self, name: str) -> StoredProgram:
-        """Return a program. Raises UndefinedName, with a similar name as a hint."""
+        """Return the program with a name. Raises UndefinedName, with a similar name as a hint."""
         key = name if name in self.programs else key_of(name)
         if key not in self.programs:
             names = {other: stored.name for other, stored in self.programs.items()}
@@ -361,10 +357,9 @@ class Memory(Variables):
 
 
 class Context(Struct, frozen=True):
-    """The context of functions and instructions. `reactions`: of the task. `turn`: the steps left of the task's
-    turn, and the present operation, while its programs are suspended. `kept`: the arguments of a call that the task
-    must make, or the frames of a call that it must continue.
-    """
+    """The context of functions and instructions. `reactions`: the reactions of the task. `turn`: the steps left in the
+    task's turn, and the present operation, while its programs are suspended. `kept`: the arguments of a call that the
+    task must make, or the frames of a call that it must continue."""
 
     environment: Memory
     engine: Engine
@@ -373,10 +368,10 @@ class Context(Struct, frozen=True):
     kept: list[Any] = field(default_factory=list)
 
     def break_off(self, result: int, left: int, frame: tuple[Any, ...]) -> int:
-        """Record the frame of a direct call that the task must continue. Return minus the steps left of the turn.
+        """Record the frame of a direct call that the task must continue. Return minus the steps left in the turn.
 
-        `result`: of a call that the program has made, below 0 if that has recorded its frame; otherwise there are
-        `left` steps left.
+        `result`: the result of a call that the program has made; it is negative if that call has recorded a frame.
+        `left`: the steps left in the turn if `result` is 0.
         """
         if not result:
             self.kept.clear()
@@ -384,13 +379,15 @@ class Context(Struct, frozen=True):
         return result or -left
 
     def task_call(self, name: str, site: int, left: int, result: int) -> CallProgram | BrokenOff:
-        """Return what the task must do about a call that has returned `result`, below 1."""
+        """Return the event that makes the task carry out, or continue, a call. `result`: what the call returned, 0 or
+        negative."""
         kept, self.turn[0] = tuple(self.kept), -result or left
         self.kept.clear()
         return BrokenOff(kept) if result else CallProgram(name, kept, site)
 
     def reading_begins(self) -> None:
-        """Note that a step with GETC begins: if it has to wait, it is repeated and reads the same characters."""
+        """Record that a step with GETC begins. If the step has to wait, it is repeated and reads the same characters
+        again."""
         self.environment.system.begin_reading()
 
     def observes_at(self, op: int) -> None:
@@ -398,18 +395,19 @@ class Context(Struct, frozen=True):
         self.environment.signals.place = op
 
     def fold_case(self, text: str) -> str:
-        """Return a string as comparisons see it: in upper case while the switch UPPER is on."""
+        """Return a string as comparisons use it: in upper case while the switch UPPER is on."""
         return text.upper() if self.engine.settings.switch("UPPER") else text
 
 
 class Definable(Struct, frozen=True):
-    """A location that an instruction defines: a variable, seen from the product of the names before it in `a:b:c`."""
+    """A location that an instruction defines: a variable, relative to the product of the names before it in `a:b:c`."""
 
     reference: Reference
     T_world_before: Transform | None = None
 
     def define(self, value: Transform | Joints) -> None:
-        """Assign the location. Raises TypeMismatch for a precision point in a compound, or a name of another kind."""
+        """Assign the location. Raises TypeMismatch for a precision point in a compound, and for a name of another
+        kind."""
         if self.T_world_before is None:
             self.reference.assign(value)
         elif isinstance(value, Transform):
@@ -419,22 +417,23 @@ class Definable(Struct, frozen=True):
 
 
 class Wording(Struct, frozen=True):
-    """The parts of an instruction besides its operands. `text`: its canonical form; `value`: the value after `=`."""
+    """The parts of an instruction besides its operands. `text`: the instruction in canonical form; `value`: the value
+    after `=`."""
 
     text: str
-    value: Any = None  # of the kind that the table of instructions asks for
+    value: Any = None  # its kind is the one that the table of instructions requires
     stamp: Stamp | None = None
     always: bool = False
     unit: str | None = None
 
 
-# Carries out an instruction with these operands (None for an omitted one, the last ones may be missing) and returns the
-# requests and effects for the driver, or None.
+# A function that carries out an instruction. It takes these operands (None for an omitted one; the last ones may be
+# missing) and returns the requests and effects for the driver, or None.
 Handler = Callable[..., Iterable[Event] | None]
 
 
 def transform(place: Transform | Joints) -> Transform:
-    """Return a transformation. Raises TypeMismatch for a precision point."""
+    """Return a value that is a transformation. Raises TypeMismatch for a precision point."""
     if not isinstance(place, Transform):
         raise errors.TypeMismatch("a precision point", "a transformation is wanted here")
     return place
@@ -448,7 +447,7 @@ def checked_seconds(what: str, seconds: float) -> float:
 
 
 def stamp_of(at: float | None, within: float | None) -> Stamp | None:
-    """Return the time stamp `AT t` or `IN dt` of a motion. Raises IllegalValue for a negative time."""
+    """Return the time stamp of a motion from `AT t` or `IN dt`. Raises IllegalValue for a negative time."""
     seconds = within if at is None else at
     if seconds is None:
         return None

@@ -1,7 +1,7 @@
-"""Define the functions of the language, and the tables by which programs find them.
+"""Define the functions of the language, and the tables in which programs find them.
 
-Arguments and results are in millimetres and degrees, inner values in metres and radians. An omitted argument is None.
-Sources: V+ Language Reference; val2 section 5.
+Arguments and results are in millimetres and degrees; internal values are in metres and radians. An omitted argument is
+None. Sources: V+ Language Reference; val2 section 5.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vrs_cli.version import __version__
 
 
 def truth(condition: bool) -> float:
-    """Return -1 or 0."""
+    """Return a truth value as a number: -1 for TRUE, 0 for FALSE."""
     return values.TRUE if condition else values.FALSE
 
 
@@ -42,12 +42,13 @@ def square_root(x: float) -> float:
 _SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lambda x: -cos(x))
 
 
-HALF_RIGHT_ANGLE = math.nextafter(45.0, 0.0)  # from here on `quadrant` rounds up
+HALF_RIGHT_ANGLE = math.nextafter(45.0, 0.0)  # from this angle on `quadrant` rounds up
 DEGREE = math.pi / 180.0
 
 
 def sine(angle: float) -> float:
-    """Return the sine of an angle [degrees], exact at multiples of a right angle, like `values.quadrant` but faster."""
+    """Return the sine of an angle [degrees], exact at multiples of a right angle. It equals the result of
+    `values.quadrant`, but is faster."""
     turned = fmod(angle, 360.0)
     positive = turned if turned >= 0.0 else -turned
     if positive < HALF_RIGHT_ANGLE:
@@ -76,7 +77,8 @@ def tangent(angle: float) -> float:
 
 
 def modulo(a: float, b: float) -> float:
-    """Return `a MOD b`: both rounded to integers; the sign is that of a. Raises ArithmeticOverflow for b = 0."""
+    """Return `a MOD b`, with both operands rounded to integers; the result has the sign of a. Raises ArithmeticOverflow
+    for b = 0."""
     dividend, divisor = values.integer(a), values.integer(b)
     if divisor == 0:
         raise ArithmeticOverflow(f"{values.plain(a)} MOD {values.plain(b)}", "the divisor is 0")
@@ -84,7 +86,8 @@ def modulo(a: float, b: float) -> float:
 
 
 def power(a: float, b: float) -> float:
-    """Return `a ** b`. Raises ArithmeticOverflow, and IllegalValue for the root of a negative number."""
+    """Return `a ** b`. Raises ArithmeticOverflow if the result is too large, IllegalValue for the root of a negative
+    number."""
     if a < 0.0 and b != math.trunc(b):
         raise IllegalValue(f"{values.plain(a)} ** {values.plain(b)}", "a negative number has whole powers only")
     try:
@@ -95,7 +98,7 @@ def power(a: float, b: float) -> float:
 
 # --- bits --------------------------------------------------------------------------------------------------------
 
-_BCD_DIGITS = 6  # four bits each fill 24
+_BCD_DIGITS = 6  # a digit has four bits, and a number 24
 
 
 def from_bcd(x: float) -> float:
@@ -118,7 +121,7 @@ def signals_on(context: Context, *numbers: float) -> float:
 # --- locations ---------------------------------------------------------------------------------------------------
 
 
-NULL_ANGLES = (90.0, -90.0, 0.0)  # O, A, T of the identity (val2 section 6.2)
+NULL_ANGLES = (90.0, -90.0, 0.0)  # the angles O, A, T of the identity (val2 section 6.2)
 
 
 def _or(number: float | None, default: float) -> float:
@@ -129,7 +132,7 @@ def trans(*numbers: float | None) -> transform.Transform:
     x, y, z = (_or(number, 0.0) / 1000.0 for number in numbers[:3])
     angles = numbers[3:]
     if all(angle is None for angle in angles):
-        return transform.translation(x, y, z)  # exactly, without the rounding of two right angles
+        return transform.translation(x, y, z)  # exact, without the rounding errors of two right angles
     o, a, t = map(_or, angles, NULL_ANGLES)
     return transform.from_oat(x, y, z, radians(o), radians(a), radians(t))
 
@@ -193,7 +196,7 @@ def middle(text: str, first: float, count: float | None) -> str:
 
 
 def decode(source: Reference, separators: str, mode: float | None) -> str:
-    """Take the part of a string before a separator (or the leading separators) out of the string."""
+    """Remove from a string the part before a separator (or the leading separators), and return that part."""
     text = source.value()
     assert isinstance(text, str)
     wanted = values.whole(_or(mode, 0.0)) > 0
@@ -203,7 +206,7 @@ def decode(source: Reference, separators: str, mode: float | None) -> str:
 
 
 def packer(code: str, low: float, high: float) -> Callable[[float], str]:
-    """Return a function that packs a number in a big-endian binary form, one character for each byte."""
+    """Return a function that packs a number in a big-endian binary form, with one character for each byte."""
 
     def pack(x: float) -> str:
         if not low <= x <= high:
@@ -214,35 +217,38 @@ def packer(code: str, low: float, high: float) -> Callable[[float], str]:
 
 
 def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
-    """Return the numbers of a big-endian binary form from a character on. Raises IllegalValue for invalid bytes."""
+    """Unpack the numbers of a big-endian binary form from the character `first` on. Raises IllegalValue for invalid
+    bytes."""
     start, size = values.whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
     piece = text[start : start + size] if start >= 0 else ""
     if len(piece) < size:
         raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
     numbers = struct.unpack(f">{code}", piece.encode("latin-1", "replace"))
-    if not all(abs(number) <= LIMIT for number in numbers):  # NaN fails too
+    if not all(abs(number) <= LIMIT for number in numbers):  # fails for NaN too
         raise IllegalValue("bytes of no real", f"a real is at most {values.plain(LIMIT)}")
     return tuple(map(float, numbers))
 
 
 def location_bytes(T: transform.Transform) -> str:
-    """Pack the axes and the position [mm] as numbers of single precision (V+ Language Reference)."""
+    """Pack the axes and the position [mm] of a transformation as single-precision numbers (V+ Language Reference)."""
     axes = (number for column in range(3) for number in T[column::4])
     return struct.pack(">12f", *axes, *map(values.millimetres, transform.position(T))).decode("latin-1")
 
 
-PIECE = 128  # characters of an array element for PACK and $UNPACK, which treat the array as one long string
+PIECE = 128  # number of characters in an array element for PACK and $UNPACK, which treat the array as one long string
 
 
 def unpack(array: Reference, first: float, count: float) -> str:
-    """Return `count` characters from `first` on (counted from 1 in the given element), across elements of 128 each."""
+    """Return `count` characters of a string array from the character `first` on (counted from 1 in the given element).
+    The text may continue in the next element; each element has 128 characters."""
     pieces, at, size = _stretch(array, first, count)
     text = "".join(str(piece.value()).ljust(PIECE, "\0") if piece.has_value() else "" for piece in pieces)
     return text[at : at + size].rstrip("\0")
 
 
 def pack(array: Reference, first: float, count: float, text: str) -> None:
-    """Write `count` characters of a text where `unpack` finds them; a shorter text is filled with zero characters."""
+    """Write a text to the `count` characters that `unpack` would read. If the text is shorter, zero characters fill the
+    rest."""
     pieces, at, size = _stretch(array, first, count)
     old = "".join((str(piece.value()) if piece.has_value() else "").ljust(PIECE, "\0") for piece in pieces)
     new = old[:at] + text[:size].ljust(size, "\0") + old[at + size :]
@@ -252,14 +258,15 @@ def pack(array: Reference, first: float, count: float, text: str) -> None:
 
 
 def _stretch(array: Reference, first: float, count: float) -> tuple[list[Reference], int, int]:
-    """Return the two elements that hold the characters, the index of the first character, and their number."""
+    """Return the two array elements that hold the characters, the index of the first character, and the number of
+    characters."""
     size = values.integer_between(count, 0, PIECE, "a number of characters of")
     start = _from_one(first, "an array") - 1
     return [element(array, start // PIECE + k) for k in (0, 1)], start % PIECE, size
 
 
 def _from_one(number: float, what: str) -> int:
-    """Return the number of a character, counted from 1. Raises IllegalValue."""
+    """Return a character's number in a text, counted from 1. Raises IllegalValue below 1."""
     place = values.whole(number)
     if place < 1:
         raise IllegalValue(f"character {place} of {what}", "characters count from 1")
@@ -267,7 +274,7 @@ def _from_one(number: float, what: str) -> int:
 
 
 def element(first: Reference, offset: int) -> Reference:
-    """Return the array element `offset` indexes after `first`. Raises TypeMismatch for a simple variable."""
+    """Return the array element that is `offset` indexes after `first`. Raises TypeMismatch for a simple variable."""
     if not isinstance(first.key, int):
         raise TypeMismatch(first.name, "an element of an array with one index is wanted: $a[1]")
     return first._replace(key=first.key + offset)
@@ -275,12 +282,12 @@ def element(first: Reference, offset: int) -> Reference:
 
 # --- the system --------------------------------------------------------------------------------------------------
 
-# The states of TASK(1, n). V+ Language Reference names them; the numbers above 1 are ours.
+# The values of TASK(1, n), the state of a task. V+ Language Reference names the states; the numbers above 1 are ours.
 IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 
 
 def about_task(context: Context, select: float | None, task: float | None) -> float:
-    """TASK: return a number about a task."""
+    """Return what the function TASK says about a task, as a number."""
     which, system = values.whole(_or(select, 0.0)), context.environment.system
     asked = {0: lambda _: system.task(), 1: system.run_state, 2: system.robot_of}
     if which not in asked:
@@ -289,19 +296,19 @@ def about_task(context: Context, select: float | None, task: float | None) -> fl
 
 
 def _task(context: Context, number: float | None) -> int:
-    """Return the number of a task; without a number, of the present one."""
+    """Return the number of a task; if the argument is omitted, that of the present task."""
     return context.environment.system.task() if number is None else values.whole(number)
 
 
 def select_robot(device: str, mode: float | None) -> float:
-    """SELECT: return the robot's number. Raises IllegalValue for another device."""
+    """Return the value of the function SELECT: the number of the robot. Raises IllegalValue for another device."""
     if device != "ROBOT":
         raise IllegalValue(f"SELECT({device})", "there is one robot: SELECT(ROBOT)")
     values.integer_between(_or(mode, 0.0), -1, 0, "SELECT mode")
     return float(ROBOT_NUMBER)
 
 
-# The bits of CONFIG. V+ has such bits; their meanings are ours.
+# The bits of the function CONFIG. V+ has such bits; their meanings are ours.
 _CONFIGURATION_BITS: Mapping[Flag, int] = {Arm.RIGHTY: 1, Elbow.BELOW: 2, Wrist.FLIP: 4}
 
 
@@ -310,7 +317,7 @@ def configuration_bits(configuration: Configuration) -> int:
 
 
 def configuration_of(bits: float) -> Configuration:
-    """Return the configuration of these bits. Raises IllegalValue."""
+    """Return the configuration that these bits denote. Raises IllegalValue."""
     number = values.integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
     return Configuration(
         Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
@@ -320,7 +327,8 @@ def configuration_of(bits: float) -> Configuration:
 
 
 def latched_place(context: Context, select: float | None) -> tuple[transform.Transform, Joints]:
-    """LATCH, #PLATCH: return the place at the latch signal. Raises UndefinedValue before the signal."""
+    """Return the value of LATCH or #PLATCH: the location or the joints at the latch signal. Raises UndefinedValue
+    before the signal."""
     values.integer_between(_or(select, 0.0), 0, 0, "LATCH")
     found = context.environment.system.latch()
     if found is None:
@@ -329,27 +337,28 @@ def latched_place(context: Context, select: float | None) -> tuple[transform.Tra
 
 
 def present_configuration(context: Context, select: float | None) -> float:
-    """CONFIG: return the bits of the configuration, now or at the end of all motions."""
+    """Return the value of CONFIG: the bits of the configuration, either now or at the end of all motions."""
     engine, at_end = context.engine, values.integer_between(_or(select, 0.0), 0, 1, "CONFIG")
     place = engine.destination(engine.end) if at_end else engine.position()
     return float(configuration_bits(engine.arm.configuration(place.joints)))
 
 
 def free(which: float) -> float:
-    """FREE(0): return 100, because the memory of a virtual controller does not run out."""
+    """Return the value of FREE(0): always 100, because the memory of a virtual controller does not run out."""
     if values.whole(which) == 0:
         return 100.0
     raise IllegalValue(f"FREE({values.plain(which)})", "0 the percentage of memory that is free")
 
 
 def io_status(context: Context, unit: float, mode: float | None) -> float:
-    """IOSTAT: return the status of the last operation (modes 0, 1, 3), or the length of the last record (mode 2)."""
+    """Return the value of IOSTAT: the status of the last operation (modes 0, 1, 3), or the length of the last record
+    (mode 2)."""
     system, which = context.environment.system, values.integer_between(_or(mode, 0.0), 0, 3, "IOSTAT mode")
     number = checked_unit(unit)
     return float(system.record_length(number) if which == RECORD_LENGTH else system.unit_status(number))
 
 
-RECORD_LENGTH = 2  # mode of IOSTAT
+RECORD_LENGTH = 2  # the mode of IOSTAT that returns a length
 
 
 # Messages that are not errors (V+ Language Reference, system messages).
@@ -364,16 +373,17 @@ MESSAGES = {
 
 
 def message(code: int) -> str:
-    """Return the text of a message code; `Unknown error code n` for an unused one."""
+    """Return the text of a message code; `Unknown error code n` for an unused code."""
     classes: list[type[VrsError]] = [VrsError]
-    for cls in classes:  # the list grows; the first class of a code is the base of the others
+    # looked up here, because the list grows; of the classes with one code, the first is the base of the others
+    for cls in classes:
         classes += cls.__subclasses__()
     texts = {cls.code: cls.text for cls in reversed(classes)}
     return MESSAGES.get(code) or texts.get(code, f"Unknown error code {code}")
 
 
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-_FIRST_DAY = 1984  # the robot clock counts from this day, so that each run gives the same text
+_FIRST_DAY = 1984  # the robot clock counts from this day, so that every run shows the same dates
 
 
 def clock_text(context: Context) -> str:
@@ -389,7 +399,7 @@ def parameter(context: Context, name: str = "HAND.TIME") -> float:
 
 
 def last_index(array: Reference) -> float:
-    """Return the highest index of an array; of one with several dimensions the highest first index."""
+    """Return the highest index of an array; for several dimensions, the highest first index."""
     indexes = [i for cells in (array.cells, array.locations) for i in cells if not isinstance(i, str)]
     return float(max((i[0] if isinstance(i, tuple) else i for i in indexes), default=-1))
 
@@ -405,7 +415,7 @@ def test_and_set(variable: Reference, new: float) -> float:
 
 Evaluator = Callable[..., Value]
 
-# Functions by name. Arguments are values, None for an omitted one, and a Reference for a variable.
+# Functions by name. They take values, None for an omitted argument, and a Reference for a variable.
 OF_VALUES: Mapping[str, Evaluator] = {
     "ABS": abs,
     "SIGN": lambda x: -1.0 if x < 0.0 else 1.0,
@@ -475,7 +485,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "$UNPACK": unpack,
 }
 
-# Functions that take the Context of the program before the arguments.
+# Functions that take the program's Context as their first argument.
 IN_CONTEXT: Mapping[str, Evaluator] = {
     "RANDOM": lambda it: it.environment.random.random(),
     "INRANGE": lambda it, place: float(in_range(it.engine, place)),
@@ -502,7 +512,7 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
-    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # a task has one event
+    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # a task has only one event
     "CONFIG": present_configuration,
     "LATCH": lambda it, select: latched_place(it, select)[0],
     "#PLATCH": lambda it, select: latched_place(it, select)[1],

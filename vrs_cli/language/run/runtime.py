@@ -1,19 +1,20 @@
-"""Tasks: running programs with their stack of calls, their cycles, and the events for their driver. Also lines of the
-prompt: instructions as tasks of one step, and the values of expressions.
+"""Run programs as tasks, each with a stack of calls, cycles, and events for its driver.
+
+The module also runs lines of the prompt: instructions as tasks of one step, and the values of expressions.
 
 A driver calls `resume` until an event says that the program has ended, and does what each event asks for:
 
     a request of engine.commands   give it to the robot            Wait      resume when its condition is true
-    Type, Prompt                   the terminal                    Budget    nothing: look up, then resume
-    CycleBegins                    perform its settings            Pause, Failed, Halt, Completed: it has stopped
-    StartTask and the like         other tasks, and the robot
+    Type, Prompt                   use the terminal                Budget    nothing: do other work, then resume
+    CycleBegins                    carry out its settings          Pause, Failed, Halt, Completed: the task has stopped
+    StartTask and the like         control other tasks, the robot
 
 A task reads no clock and moves nothing, so the same program gives the same events at any speed. After `Pause` and after
 `Failed`, `resume` continues with the next step (PROCEED); after `retry` it repeats the step (RETRY).
 
 A task calls its reactions by itself: a driver reports changes of signals to `reactions.note_change`, and the task calls
-what is due between two steps. A driver that sees one `due` while the task waits may call `react`: the task asks for the
-same wait again after the reaction.
+the reaction that is due between two steps. If a reaction becomes due while the task waits, the driver may call `react`:
+the task then asks for the same wait again after the reaction.
 """
 
 from __future__ import annotations
@@ -80,16 +81,17 @@ from vrs_cli.values.results import ProgramFault
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-MAX_CALL_DEPTH = 10_000  # maximum number of programs that have called one another
+MAX_CALL_DEPTH = 10_000  # maximum depth of nested calls
 MAX_CYCLES = 32767
-BUDGET = 10_000  # number of steps between two turns of other work
+BUDGET = 10_000  # maximum number of steps before other work has a turn
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
-Arguments = Sequence[Reference | Value | None]  # arguments of a program; None for an omitted one
+Arguments = Sequence[Reference | Value | None]  # arguments of a program; None for an omitted argument
 
 
 class Task:
-    """A running program: `cycles` times from the top (for ever if negative), the first time from `step` (from 1).
+    """A running program. It runs `cycles` times from the first step (for ever if negative); the first cycle starts at
+    `step` (from 1).
 
     Arguments are values, or references to variables. Raises UndefinedName for an unknown program, ProgramNotExecutable,
     ArgumentMismatch, IllegalValue.
@@ -109,7 +111,8 @@ class Task:
         self._context = Context(environment, engine, self.reactions)
         stored = environment.program(program) if isinstance(program, str) else program
         main = self._check_allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
-        self._main: Executable | None = main  # None when all cycles are done: the program may be deleted then
+        # None when all cycles are completed, because the program may be deleted then
+        self._main: Executable | None = main
         self._name = main.name
         self._arguments = tuple(
             one if one is None or isinstance(one, Reference) else by_value(self._context, one) for one in arguments
@@ -137,11 +140,11 @@ class Task:
     # for the driver
 
     def resume(self, answer: str | None = None, budget: int = BUDGET) -> Event:
-        """Run until the program requests something, or `budget` steps have begun. `answer`: the line that Prompt asked
-        for.
+        """Run until the program requests something, or until `budget` steps have begun. `answer`: the line that Prompt
+        asked for.
 
-        With a budget of 1 the program runs by single steps: each `Budget` stands before the step `step`. After the end
-        the last event is returned again.
+        With a budget of 1 the program runs in single steps: at each `Budget` event the step `step` has not begun. After
+        the end of the program, the last event is returned again.
         """
         self._answer, self._budget = answer, budget
         if not self.is_over:
@@ -149,45 +152,45 @@ class Task:
         return next(self._life)
 
     def throw(self, error: VrsError) -> Event:
-        """Let the present step fail with an error: the driver could not do what the last event requested."""
+        """Make the present step fail with an error, because the driver could not carry out the last event."""
         self._thrown, self._budget = error, BUDGET
         return next(self._life)
 
     def react(self, waiting: Event, budget: int = BUDGET) -> Event:
-        """Call the reaction that is `due`, although the driver has not done yet what the last event, `waiting`, asks
-        for. The task asks for it again after the reaction.
-        """
+        """Call the reaction that is `due` before the driver has carried out the last event, `waiting`. The task yields
+        that event again after the reaction."""
         self._held = waiting
         return self.resume(budget=budget)
 
     def end_cycles(self) -> None:
-        """CYCLE.END: let the present cycle be the last."""
+        """Make the present cycle the last one (CYCLE.END)."""
         self.cycles = self.cycles_done + 1
 
     def retry(self) -> None:
-        """Let `resume` repeat the step that failed or was interrupted."""
+        """Make `resume` repeat the step that failed or was interrupted."""
         self._again = True
 
     def abort(self) -> None:
-        """Mark the task as aborted. `resume` continues where it was."""
+        """Mark the task as aborted. `resume` continues at the same step."""
         if self.state is TaskState.RUNNING:
             self.state = TaskState.ABORTED
 
     def close(self) -> None:
-        """End the task for good: it and its generator refer to each other, and a server never frees old cycles."""
+        """End the task for good. The task and its generator refer to each other, and a server never frees such old
+        cycles."""
         self._life.close()
 
     # for STATUS and messages
 
     @property
     def is_over(self) -> bool:
-        """Return whether the task cannot continue."""
+        """Return whether the task has ended, so that it cannot continue."""
         return self.was_broken_off or self.state in (TaskState.COMPLETED, TaskState.HALTED)
 
     @property
     def was_broken_off(self) -> bool:
         """Return whether an exception from outside (Ctrl-C) ended the task in the middle of a step."""
-        return cast(Any, self._life).gi_frame is None  # as of a generator that has ended
+        return cast(Any, self._life).gi_frame is None  # a generator that has ended has no frame
 
     @property
     def between(self) -> bool:
@@ -201,25 +204,26 @@ class Task:
 
     @property
     def step(self) -> int:
-        """Return the present step of that program, from 1."""
+        """Return the number of the running program's present step, from 1."""
         return (self._activations[-1].step if self._activations else self._first_step) + 1
 
     @property
     def stack(self) -> tuple[tuple[str, int], ...]:
-        """Return the programs on the stack and their steps (from 1), the main program first."""
+        """Return the programs on the stack and their present steps (from 1), the main program first."""
         return tuple((activation.program.name, activation.step + 1) for activation in self._activations)
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """Return the own variables of the program on top, by key: its arguments, AUTO and LOCAL variables."""
+        """Return the own variables of the running program, by key: its arguments, AUTO and LOCAL variables."""
         return self._activations[-1].own if self._activations else {}
 
     def own_size(self) -> int:
-        """Return the number of array elements and string characters in AUTO variables of its programs."""
+        """Return the number of array elements and string characters in the AUTO variables of all programs on the
+        stack."""
         return sum(one.size() for activation in self._activations for one in activation.automatic)
 
     def uses(self, program: str) -> bool:
-        """Return whether a program is on the stack, so that it cannot be changed."""
+        """Return whether a program is on the stack and so cannot be changed."""
         return any(activation.program.program.key == key_of(program) for activation in self._activations)
 
     @property
@@ -228,7 +232,7 @@ class Task:
         return activation.program.name, activation.op
 
     def place_of(self, op: int) -> str:
-        """Return the running program, the step (from 1) of an operation, and its text."""
+        """Return the running program, and the step (from 1) and the text of one of its operations."""
         program = self._activations[-1].program
         step = program.compilation.lowered.ops[op].step
         return f"{program.name} step {step + 1}: {program.source(step)}"
@@ -245,7 +249,7 @@ class Task:
     # cycles
 
     def _cycles(self) -> Generator[Event, None, None]:
-        """Yield the events of all cycles; at the end the last event for ever."""
+        """Yield the events of all cycles, then the last event for ever."""
         while self.cycles < 0 or self.cycles_done < self.cycles:
             if not self._activations:
                 self._begin()
@@ -253,16 +257,17 @@ class Task:
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
             yield from self._whole_cycle()
             self.cycles_done += 1
-            self.steps_done += self.steps_done == begun  # an empty program takes turns with other tasks too
+            self.steps_done += self.steps_done == begun  # so that an empty program lets other tasks have turns too
             self._activations.clear()
         self.state, self._main = TaskState.COMPLETED, None
         yield from repeat(ProgramCompleted(self.cycles_done))
 
     def _whole_cycle(self) -> Generator[Event, None, None]:
-        """Run to the end of the main program, where the robot comes to rest, and call the reactions due by then."""
+        """Run to the end of the main program, where the robot comes to rest, and call the reactions that are due by
+        then."""
         while True:
             yield from self._cycle()
-            # calls and reactions that a STOP has left on the stack
+            # remove the calls and reactions that a STOP has left on the stack
             interruptions = (activation.interruption for activation in self._activations[1:])
             outermost = next((one for one in interruptions if one is not None), None)
             if outermost is not None:
@@ -290,7 +295,7 @@ class Task:
         return program
 
     def _say(self, event: Event) -> Generator[Event, None, None]:
-        """Yield an event; if the driver could not do it, yield that the step has failed."""
+        """Yield an event. If the driver could not carry it out, yield that the step has failed."""
         yield event
         failed = isinstance(event, Failed)
         if self._thrown is not None:
@@ -310,7 +315,7 @@ class Task:
     # steps
 
     def _cycle(self) -> Generator[Event, None, None]:
-        """Run until the main program returns, or a STOP; never past a HALT."""
+        """Run until the main program returns or a STOP ends the cycle. After a HALT, yield that event for ever."""
         while True:
             try:
                 event = self._advance()
@@ -349,7 +354,7 @@ class Task:
                 yield from self._say(event)
 
     def _end_reaction(self, interruption: Interruption, mended: bool) -> Generator[Event, None, None]:
-        """Continue the program that a returned reaction had interrupted."""
+        """Continue the program that a reaction had interrupted, after the reaction has returned."""
         below = self._activations[-1]
         self.reactions.priority = interruption.priority
         if interruption.failed:
@@ -357,7 +362,8 @@ class Task:
             if mended:
                 below.skip()
                 return
-            # a step that is repeated at the same instant waits a tick, so that a REACTE without effect cannot loop
+            # a step that is repeated at the same instant first waits one tick, so that a REACTE without effect cannot
+            # loop for ever
             if self._tried == (below, below.op, self._context.engine.now):
                 yield from self._say(Wait(at_once, 1))
             self._tried = (below, below.op, self._context.engine.now)
@@ -365,7 +371,8 @@ class Task:
             yield from self._say(interruption.waiting)
 
     def _reacts_to(self, error: VrsError) -> bool:
-        """Call the REACTE routine, if there is one, its priority allows it, and the error is not a limit of the run."""
+        """Call the REACTE routine if there is one, its priority allows it, and the error is not a limit of the run.
+        Return whether it was called."""
         program = self.reactions.on_error
         if program is None or self.reactions.priority >= OF_ERRORS or isinstance(error, LimitReached):
             return False
@@ -382,16 +389,16 @@ class Task:
         self.reactions.priority = priority
 
     def _advance(self) -> Event:
-        """Run the program on top, and the programs that it calls, until one yields anything but the number of its next
-        operation.
+        """Run the innermost program, and the programs that it calls, until one yields an event instead of an
+        operation's number.
 
-        If a reaction is due, run to the next step only, and call the reaction. Raises UndefinedName if its program is
-        unknown.
+        If a reaction is due, run only to the next step, and call the reaction. Raises UndefinedName if the reaction's
+        program is unknown.
         """
         activation = self._activations[-1]
         due = self.reactions.due if self.reactions.waiting else None
         if due is not None and (activation.between or self._held is not None):
-            # a reaction is called once, and REACT in its program sets it again, as in the example of the V+ Language
+            # a reaction is called only once; its program sets it again by REACT, as in the example of the V+ Language
             # User's Guide, pp. 125-126 (certain for V+, likely for VAL-II)
             self.reactions.ignore(due.signal)
             waiting, self._held = self._held, None
@@ -435,7 +442,8 @@ class Task:
             self._budget -= budget - left
 
     def _locate(self, error: BaseException) -> int:
-        """Set the operation in which an error occurred. Return the number of steps left in the turn."""
+        """Find the operation in which an error occurred, and make it the present one. Return the number of steps left
+        in the turn."""
         (activation, left), trace, located = (self._activations[-1], self._context.turn[0]), error.__traceback__, False
         while trace is not None:
             code, op = trace.tb_frame.f_code, trace.tb_lineno - FIRST_LINE
@@ -453,12 +461,12 @@ class Task:
                 located, activation.op = True, op
                 performed = activation.program.compilation.lowered.ops[op]
                 if not (isinstance(performed, Perform) and isinstance(performed.statement, ast.Instruction)):
-                    left = trace.tb_frame.f_locals.get("n", left)  # instructions store it
+                    left = trace.tb_frame.f_locals.get("n", left)  # for an instruction the context has the number
             trace = trace.tb_next
         return left
 
     def _activation_of(self, known: Mapping[str, Any], op: int) -> Activation:
-        """Make the activation of a direct call from the variables of its Python function."""
+        """Make an activation for a direct call from the variables of its Python function."""
         program = known["E"]
         arguments = [known[f"a{number}"] for number in range(len(program.program.parameters))]
         slots = [known[f"{letter}{number}"] for number in range(program.compilation.lowered.slots) for letter in "ls"]
@@ -471,7 +479,7 @@ class Task:
             program = self._environment.executable(self._environment.program(call.name))
         else:
             program = self._activations[-1].program.called(call.site, call.name)
-        if program.beyond_val2:  # computed once; asking for the switch at each call costs more
+        if program.beyond_val2:  # `beyond_val2` is computed once; reading the switch at every call would cost more
             self._check_allowed(program)
         entry = program.compilation.lowered.entries[0]
         self._activations.append(Activation(self._context, program, program.bind(call.arguments), entry))
@@ -499,7 +507,7 @@ class Task:
 
 
 def _with_text_meant(error: VrsError, statement: Statement | None) -> VrsError:
-    """Return the error of a step; for TYPE Hello with the hint that "Hello" may have been meant."""
+    """Return the error of a step. For TYPE Hello, add the hint that "Hello" may have been meant."""
     types = isinstance(statement, ast.Instruction) and statement.word == "TYPE"
     if types and isinstance(error, UndefinedValue) and error.hint == value_given(error.detail):
         return error.reworded(hint=text_meant(error.detail))
@@ -510,7 +518,7 @@ def _with_text_meant(error: VrsError, statement: Statement | None) -> VrsError:
 
 
 class _StepTask(Task):
-    """One instruction of the prompt: a program of one step, with no cycle around it."""
+    """An instruction of the prompt: a program of one step that runs without a cycle."""
 
     def _cycles(self) -> Generator[Event, None, None]:
         yield from self._cycle()
@@ -519,10 +527,8 @@ class _StepTask(Task):
 
 
 def statement_task(environment: Environment, engine: Engine, statement: ast.Statement) -> Task:
-    """Return an instruction of the prompt as a task of one step; its program has no name.
-
-    Raises ProgramNotExecutable with the first mistake that the analyzer finds.
-    """
+    """Return an instruction of the prompt as a task with one step; its program has no name. Raises ProgramNotExecutable
+    with the first mistake that the analyzer finds."""
     program = Program("", (), (Step(None, statement, None, span=statement.span),), None, span=statement.span)
     programs = {key: stored.program for key, stored in environment.programs.items()}
     analysis = analyze(program, environment.kinds, programs)
@@ -532,7 +538,8 @@ def statement_task(environment: Environment, engine: Engine, statement: ast.Stat
 
 
 class WatchedExpression:
-    """An expression at the prompt that is evaluated again and again, compiled once for each combination of kinds."""
+    """An expression of the prompt that is evaluated repeatedly. It is compiled once for each combination of kinds of
+    its variables."""
 
     def __init__(self, environment: Environment, engine: Engine, expression: ast.Expression) -> None:
         self._context = Context(environment, engine)
@@ -543,8 +550,7 @@ class WatchedExpression:
 
     def value(self, own: Mapping[str, Reference]) -> Value:
         """Return the present value, of any kind. `own`: a program's own variables, which hide global ones. Raises
-        VrsError.
-        """
+        VrsError."""
         used = {key: own[key] for key in self._keys if key in own}
         kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
         sorts = (*used, None, *kinds.items())
@@ -559,14 +565,14 @@ class WatchedExpression:
 
 
 def evaluate(environment: Environment, engine: Engine, expression: ast.Expression) -> Value:
-    """Return the value of an expression at the prompt, of any kind. Raises VrsError."""
+    """Return the value of an expression of the prompt, of any kind. Raises VrsError."""
     return WatchedExpression(environment, engine, expression).value({})
 
 
 def arguments_of(
     environment: Environment, engine: Engine, arguments: Iterable[ast.Expression | None]
 ) -> tuple[Reference | None, ...]:
-    """Return the arguments of EXECUTE at the prompt, variables by reference as in CALL. Raises VrsError."""
+    """Return the arguments of EXECUTE at the prompt; variables are passed by reference, as in CALL. Raises VrsError."""
     context, kinds = Context(environment, engine), environment.kinds
     given = (evaluator(methodcaller("given_to_call", argument), kinds)(context) for argument in arguments)
     return tuple(one if one is None else Reference(*one) for one in given)
@@ -574,8 +580,7 @@ def arguments_of(
 
 def definable(environment: Environment, engine: Engine, expression: ast.Expression) -> Definable:
     """Return the location that HERE or POINT at the prompt defines: `a`, `#p`, `row[3]`, or the last name of `a:b`.
-    Raises VrsError.
-    """
+    Raises VrsError."""
     evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds)
     made: Definable = evaluate(Context(environment, engine))
     return made

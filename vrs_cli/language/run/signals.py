@@ -1,7 +1,8 @@
-"""Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number is the inverse.
+"""Read and set digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number means
+the inverse.
 
-Also the data that drives input signals: changes at known times, and the rules of a cell, by which inputs follow outputs
-after a delay (sensors, feeders, a camera with results in a table).
+This module also defines the data that drives input signals: changes at known times, and the rules of a cell, by which
+inputs change some time after outputs (sensors, feeders, a camera with results in a table).
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
 MAX_BITS = 32
-HALF_TICK = 0.5 * TICK  # [s] the greatest distance of the clock from the time grid of events
+HALF_TICK = 0.5 * TICK  # [s] tolerance between the clock and the time grid of events
 
 
 class ComputedSignals(Struct, frozen=True):
     """Input signals that follow from a timeline by the cell's sensors and rules.
 
-    `numbers`: of all of them; `sensed`: of those that only sensors set. `state` returns whether one is on at a time
-    [s]; `next_change` the first change after one time and up to another; `changes` the changes at a time, with the new
-    states.
+    `numbers`: the numbers of all these signals; `sensed`: the numbers of those that only sensors set. `state` returns
+    whether a signal is on at a time [s]. `next_change` returns the time of the first change after one time, up to
+    another. `changes` returns the signals that change at a time, with their new states.
     """
 
     numbers: frozenset[int]
@@ -45,15 +46,15 @@ class ComputedSignals(Struct, frozen=True):
 
 
 class Signals:
-    """Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number is the
+    """Digital signals: outputs 1.., inputs 1001.., internal (software) signals 2001... A negative number means the
     inverse.
 
-    Outputs and inputs of a robot are on the timeline of its `engine`: reading gives the state at the clock, and setting
-    adds an event. Internal signals are variables, and so are all signals without a robot.
+    Outputs and inputs of a robot are on the timeline of its `engine`: reading returns the state at the present time of
+    the clock, and setting adds an event. Internal signals are variables, and so are all signals without a robot.
 
-    `listeners` get the number and the new state of each signal that changes as time passes, but not of changes by UNDO
-    or another timeline. `names`: of signals, by number. `observer` gets each state that `observe` reads. `place`: the
-    operation of the running program that reads signals now, if known.
+    `listeners` are called with the number and the new state of each signal that changes as time passes, but not for
+    changes by UNDO or by another timeline. `names`: the names of signals, by number. `observer` is called with each
+    state that `observe` reads. `place`: the operation of the running program that is reading signals, if known.
     """
 
     def __init__(self) -> None:
@@ -65,7 +66,7 @@ class Signals:
         self.place: int | None = None
         self._on: set[int] = set()
         self._changed: dict[int, float] = {}
-        # `_on` holds on this timeline, from `_since` until before `_until` [s]
+        # `_on` is valid on this timeline, from `_since` until just before `_until` [s]
         self._timeline: Timeline | None = None
         self._book: object = None
         self._since, self._until = 0.0, -inf
@@ -77,7 +78,7 @@ class Signals:
 
     @cell_inputs.setter
     def cell_inputs(self, computed: ComputedSignals | None) -> None:
-        self._computed, self._timeline = computed, None  # None: read the states again
+        self._computed, self._timeline = computed, None  # None makes `follow_clock` read the states again
 
     # --- reading ---
 
@@ -96,7 +97,7 @@ class Signals:
         return state
 
     def changes_now(self, signal: int) -> bool:
-        """Return whether a signal of the robot changed at this very instant."""
+        """Return whether a signal of the robot changed exactly at the present time."""
         return self.engine is not None and self._changed.get(signal) == self.engine.now
 
     def exists(self, number: float) -> bool:
@@ -104,31 +105,28 @@ class Signals:
         return signal in OUTPUTS or signal in INPUTS or signal in INTERNAL
 
     def read_bits(self, first: float, count: float = 1.0) -> int:
-        """Read `count` signals for a program as a binary number, `first` the lowest bit. Raises IllegalSignal,
-        IllegalValue.
-        """
+        """Read `count` signals for a program as a binary number; `first` is the lowest bit. Raises IllegalSignal,
+        IllegalValue."""
         return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
     def with_names(self, text: str) -> str:
-        """Return a text with the names of the signals whose numbers are in it: `SIG(1003) (1003 is part.there)`."""
+        """Return a text with the names of the signals whose numbers it contains: `SIG(1003) (1003 is part.there)`."""
         numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
         named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)
         return f"{text} ({named})" if named else text
 
     @property
     def on(self) -> tuple[int, ...]:
-        """Return the numbers of the signals that are on, sorted."""
+        """Return the numbers of all signals that are on, sorted."""
         self.follow_clock()
         return tuple(sorted(self._on))
 
     # --- setting ---
 
     def write(self, *numbers: float, text: str = "", inputs: bool = False, stamp: Stamp | None = None) -> None:
-        """Switch signals on, or off for negative numbers. `inputs`: also allow inputs. `text`: the instruction;
-        `stamp`: the present time, for changes from outside, which belong to no command.
-
-        Raises IllegalSignal, FileError.
-        """
+        """Switch signals on, or off for negative numbers. `inputs`: also allow input signals. `text`: the instruction.
+        `stamp`: the present time, for a change from outside that belongs to no command. Raises IllegalSignal,
+        FileError."""
         signals = [self._check_number(number) if inputs else self.writable(number) for number in numbers]
         self.follow_clock()
         after, changes = set(self._on), list[int]()
@@ -149,7 +147,7 @@ class Signals:
             self._until = self._next_after(self._timeline, self._since, inf)
 
     def request(self, numbers: Iterable[float], stamp: Stamp, text: str, *, inputs: bool = False) -> SetChannels:
-        """Return the request to the robot that sets signals at a time. Raises IllegalSignal."""
+        """Return the request that makes the robot set signals at a time. Raises IllegalSignal."""
         signals = [self._check_number(number) if inputs else self.writable(number) for number in numbers]
         for signal in signals:
             if abs(signal) in INTERNAL:
@@ -158,7 +156,7 @@ class Signals:
         return SetChannels(_values(signals), stamp, text)
 
     def writable(self, number: float) -> int:
-        """Return the number of a signal that a program may set. Raises IllegalSignal."""
+        """Return the number of a signal that a program may set. Raises IllegalSignal for other signals."""
         signal = self._check_number(number)
         if abs(signal) in INPUTS:
             raise IllegalSignal(str(signal), "an input cannot be set by a program")
@@ -168,12 +166,12 @@ class Signals:
         self.write(*(-number for number in self.on if number in OUTPUTS), text=text)
 
     def reset_request(self, stamp: Stamp, text: str) -> SetChannels:
-        """Return the request to the robot that switches off, at a time, all outputs that are ever on."""
+        """Return the request that makes the robot switch off, at a time, all outputs that are ever on."""
         numbers = self._on if self.engine is None else self.engine.timeline.channels
         return self.request([-number for number in sorted(numbers) if number in OUTPUTS], stamp, text)
 
     def write_bits(self, first: float, count: float, value: int, text: str = "") -> None:
-        """Set the lowest `count` bits of `value`. Raises IllegalSignal, IllegalValue."""
+        """Set `count` signals to the lowest bits of `value`. Raises IllegalSignal, IllegalValue."""
         group = enumerate(self._group(first, count))
         self.write(*(number if value >> bit & 1 else -number for bit, number in group), text=text)
 
@@ -181,8 +179,7 @@ class Signals:
 
     def follow_clock(self) -> float:
         """Read the states at the present time from the timeline. Return the time of the next event or computed change
-        [s]; infinity if there is none.
-        """
+        [s], infinity if there is none."""
         engine = self.engine
         if engine is None:
             return inf
@@ -203,7 +200,7 @@ class Signals:
         return self._until
 
     def _next_after(self, timeline: Timeline, t: float, until: float) -> float:
-        """Return the time of the next event or computed change [s]; infinity if there is none."""
+        """Return the time of the next event or computed change after `t` [s], infinity if there is none."""
         event = timeline.event_after(t)
         first = inf if event is None else event.time
         return (
@@ -213,7 +210,8 @@ class Signals:
         )
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
-        """Change the signals to their states on the timeline at a time: first by events, then by computed changes."""
+        """Change the signals to their states on the timeline at a time: first those with events, then those that are
+        computed."""
         computed = self.cell_inputs
         for event in timeline.events_between(t, t):
             follows = computed is not None and event.channel in computed.numbers
@@ -223,7 +221,8 @@ class Signals:
             self._put(number, on)
 
     def keep_states(self) -> None:
-        """Keep the present states for the present timeline, which differs only by an observation."""
+        """Keep the present states although the timeline is new, because it differs from the old one only by an
+        observation."""
         if self.engine is not None:
             self._timeline = self.engine.timeline
 
@@ -236,7 +235,7 @@ class Signals:
         return tuple(one for one in sorted(numbers) if self.on_at(one, t))
 
     def computed_states(self) -> tuple[int, ...]:
-        """Return the inputs that the cell sets, negative if they are off."""
+        """Return the numbers of the inputs that the cell sets; a number is negative if the input is off."""
         self.follow_clock()
         numbers = () if self.cell_inputs is None else sorted(self.cell_inputs.numbers)
         return tuple(number if number in self._on else -number for number in numbers)
@@ -256,7 +255,7 @@ class Signals:
                 raise IllegalSignal(plain(number), "a sensor of the cell sets it")
 
     def _put(self, signal: int, on: bool) -> None:
-        """Set the state of a signal; tell the listeners if it changes."""
+        """Set the state of a signal, and call the listeners if the state changes."""
         if (signal in self._on) is on:
             return
         self._on ^= {signal}
@@ -285,15 +284,16 @@ class Signals:
 
 
 def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
-    """Return channels with the values that signals give them."""
+    """Return the channel number and the value for each signal, which is negative to switch it off."""
     return tuple((abs(signal), float(signal > 0)) for signal in signals)
 
 
-# --- input signals that change at times that are known before ------------------------------------------------
+# --- input signals that change at known times ----------------------------------------------------------------
 
 
 class InputChange(Struct, frozen=True):
-    """A change at `time` [s] of the robot's clock: a signal goes on or off (0: none), and variables get `values`."""
+    """A change at `time` [s] of the robot's clock: a signal goes on or off (0 for no signal), and variables get
+    `values`."""
 
     time: float
     signal: int
@@ -302,19 +302,19 @@ class InputChange(Struct, frozen=True):
 
 
 class Inputs(Struct, frozen=True):
-    """Future changes, sorted by time."""
+    """Future changes of input signals, sorted by time."""
 
     changes: tuple[InputChange, ...] = ()
     done: int = 0
 
     @classmethod
     def of(cls, changes: Iterable[InputChange]) -> Inputs:
-        """Sort changes by time; of equal times in the given order."""
+        """Sort changes by time; changes at the same time keep their order."""
         return cls(tuple(sorted(changes, key=lambda change: change.time)))
 
     @property
     def next_time(self) -> float:
-        """Return the time of the next change [s]; infinity if there is none."""
+        """Return the time of the next change [s], infinity if there is none."""
         return self.changes[self.done].time if self.done < len(self.changes) else inf
 
     @property
@@ -332,7 +332,7 @@ class Inputs(Struct, frozen=True):
         return self.changes[self.done : done], Inputs(self.changes, done)
 
     def with_more(self, changes: Iterable[InputChange]) -> Inputs:
-        """Add changes; among equal times the changes already known come first."""
+        """Add changes. Changes at the same time as known ones come after them."""
         return Inputs.of((*self.left, *changes))
 
 
@@ -340,9 +340,11 @@ NO_INPUTS = Inputs()
 
 
 class Follow(Struct, frozen=True):
-    """A rule: when one signal gets a state, another signal gets a state `after` seconds later, and the opposite state
-    `lasting` seconds after that. Negative numbers mean off. `rows`: each time the `variables` get the values of the
-    next row; after the last row nothing happens, or (`again`) the first comes again.
+    """A rule of a cell: when one signal gets a state, another signal gets a state `after` seconds later, and the
+    opposite state `lasting` seconds after that.
+
+    Negative signal numbers mean off. `rows`: each time, the `variables` get the values of the next row. After the last
+    row the rule does nothing more, or (with `again`) starts again with the first row.
     """
 
     when: int
@@ -355,14 +357,14 @@ class Follow(Struct, frozen=True):
 
 
 class Cell(Struct, frozen=True):
-    """The surroundings of a robot. `names`: of signals, by number. `scene`: bodies and sensors."""
+    """The environment of a robot. `names`: the names of signals, by number. `scene`: the bodies and sensors."""
 
     names: Mapping[int, str] = {}
     follows: tuple[Follow, ...] = ()
     scene: CellScene = NO_SCENE
 
     def fill(self, variables: Variables) -> None:
-        """Give variables of the cell's tables that have no value the values of the first rows."""
+        """Assign the first row of each of the cell's tables to those of its variables that have no value."""
         for follow in self.follows:
             for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
                 one = variables.reference(name)
@@ -374,14 +376,14 @@ NO_CELL = Cell()
 
 
 class LivingCell:
-    """A cell while programs run, with the number of rows used in each table."""
+    """A cell while programs run, with the number of rows used so far in each table."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self._used = [0] * len(cell.follows)
 
     def answers(self, signal: int, on: bool, now: float) -> Iterator[InputChange]:
-        """Yield the changes that follow from a signal that has changed."""
+        """Yield the changes that the rules of the cell cause after a change of a signal."""
         number = signal if on else -signal
         for place, follow in enumerate(self.cell.follows):
             if follow.when == number:

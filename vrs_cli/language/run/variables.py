@@ -1,8 +1,8 @@
-"""Store the variables of a robot by name; all are global, unless a program declares its own.
+"""Store the variables of a robot by name. All variables are global unless a program declares its own.
 
 Variables are stored in cells of one kind: dictionaries that compiled programs read and write directly. Two rules always
-hold: a bare name is a real or a transformation, never both; and a missing cell means an undefined variable, so that
-reading it raises the error.
+hold: a bare name is either a real or a transformation, never both; and a missing cell means an undefined variable, so
+that reading it raises the error.
 """
 
 from __future__ import annotations
@@ -30,13 +30,14 @@ from vrs_cli.language.words.values import (
 from vrs_cli.values.numbers import Value
 
 Index = int | tuple[int, ...]
-Item = tuple[str, Index | None]  # the key of a variable, and the index if it is an element of an array
+Item = tuple[str, Index | None]  # the key of a variable, and the index if the item is an array element
 
 OTHER_KIND = {Kind.REAL: Kind.LOCATION, Kind.LOCATION: Kind.REAL}
 
 
 def closest(key: str, names: Mapping[str, str]) -> str:
-    """Return `did you mean X?` for an unknown key, or nothing. `names`: key to spelling."""
+    """Return `did you mean X?` for an unknown key, or "" if no key is similar. `names`: the spelling of each known
+    key."""
     near = nearest(key, names, 0.7)
     return f"did you mean {names[near]}?" if near else ""
 
@@ -49,9 +50,9 @@ class Cells(dict[str | Index, Value]):
     """Values of one kind: all simple variables of the kind by key, or the elements of one `array` by index.
 
     Reading a missing value raises UndefinedValue, TypeMismatch or IllegalArrayIndex. `spelling`: the first spelling of
-    names, by key. `others`: the cells of the other kind that a bare name can have. `omitted`: the form of the call, in
-    the cells of a parameter whose argument a CALL left out. `changed`: the set of changed variables, if changes are
-    recorded.
+    each name, by key. `others`: the cells of the other kind that a bare name can have. `omitted`: the form of the call,
+    if these are the cells of a parameter whose argument a CALL left out. `changed`: the set of changed variables, while
+    changes are recorded.
     """
 
     __slots__ = ("__weakref__", "array", "changed", "kind", "omitted", "others", "spelling")
@@ -63,11 +64,11 @@ class Cells(dict[str | Index, Value]):
         self.kind = kind
         self.array = array
         self.omitted = omitted
-        self.others: ref[Cells] | None = None  # a weak reference, because a server never frees cycles
+        self.others: ref[Cells] | None = None  # a weak reference, because cycles would never be freed on a server
         self.changed: set[Item] | None = None
 
     def note_changes(self, changed: set[Item] | None) -> None:
-        """Record every variable that changes from now on in a set; with None, record nothing."""
+        """Record every later change of a variable in the set `changed`; with None, stop recording."""
         self.changed = changed
         self.__class__ = Cells if changed is None else NotedCells
 
@@ -79,7 +80,7 @@ class Cells(dict[str | Index, Value]):
             rounded = self.round_indexes(key if isinstance(key, tuple) else (key,))
             exact: Index = rounded if len(rounded) > 1 else rounded[0]
             if key != exact:
-                return self[exact]  # compiled programs read elements without rounding indexes
+                return self[exact]  # compiled programs do not round the index of an element that they read
             key = exact
         others = None if self.others is None else self.others()
         if others is not None and key in others:
@@ -104,39 +105,42 @@ class Cells(dict[str | Index, Value]):
         return elements + sum(len(value) for value in self.values() if isinstance(value, str))
 
     def name(self, key: str | Index) -> str:
-        """Return a variable as a listing shows it: `part`, `#safe`, `row[3]`."""
+        """Return the name of a variable as listings show it: `part`, `#safe`, `row[3]`."""
         if self.array is None:
             return self.spelling.get(str(key), str(key))
         spelling = self.spelling.get(self.array, self.array)
         return f"{spelling}[{'' if isinstance(key, str) else subscript(key)}]"
 
     def deny(self, key: str | Index) -> NoReturn:
-        """Raise TypeMismatch for a bare name that exists as the other kind. Compiled programs call it too."""
+        """Raise TypeMismatch for a bare name that exists as the other kind. Compiled programs also call this method."""
         other = OTHER_KIND[self.kind]
         raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 
     def index(self, index: float) -> int:
-        """Return the rounded index of an element to assign. Raises IllegalArrayIndex below 0."""
+        """Return the rounded index of an element that will be assigned. Raises IllegalArrayIndex for a negative
+        index."""
         return int(index + 0.5) if index >= 0.0 else self.round_indexes((index,))[0]
 
     def indexes(self, *indexes: float) -> tuple[int, ...]:
-        """Return the rounded indexes of an element to assign. Raises IllegalArrayIndex below 0."""
+        """Return the rounded indexes of an element that will be assigned. Raises IllegalArrayIndex for a negative
+        index."""
         return self.round_indexes(indexes)
 
     def round_indexes(self, indexes: Iterable[float]) -> tuple[int, ...]:
-        """Round indexes. Raises IllegalArrayIndex below 0."""
+        """Return indexes rounded to integers. Raises IllegalArrayIndex for a negative index."""
         rounded = tuple(map(whole, indexes))
         if min(rounded) < 0:
             raise IllegalArrayIndex(self.name(rounded), "indexes begin at 0")
         return rounded
 
     def item(self, key: str | Index) -> Item:
-        """Return the variable whose value is under a key."""
+        """Return the variable or array element that belongs to a key of these cells."""
         return (str(key), None) if self.array is None else (self.array, cast(Index, key))
 
 
 class RealArgument(Cells):
-    """The cells of one real that a CALL passes by value. Python makes them without calling a function of ours."""
+    """The cells of one real that a CALL passes by value. Creating them calls no Python code of ours, which is
+    faster."""
 
     __slots__ = ()
     spelling: Mapping[str, str] = {}
@@ -146,7 +150,7 @@ class RealArgument(Cells):
 
 
 class NotedCells(Cells):
-    """Cells that record which variables change. Writing to them is slower, so programs run on plain ones."""
+    """Cells that record which variables change. Writing to them is slower, so programs usually run on plain cells."""
 
     __slots__ = ()
 
@@ -181,7 +185,7 @@ class NotedCells(Cells):
 def bare_cells(
     spelling: Mapping[str, str], array: str | None = None, omitted: str | None = None
 ) -> tuple[Cells, Cells]:
-    """Make the cells of the reals and the transformations that bare names can be."""
+    """Make the cells of the two kinds that a bare name can have: reals and transformations."""
     reals = Cells(spelling, Kind.REAL, array, omitted)
     locations = Cells(spelling, Kind.LOCATION, array, omitted)
     reals.others, locations.others = ref(locations), ref(reals)
@@ -189,11 +193,11 @@ def bare_cells(
 
 
 class EmptyStrings(Cells):
-    """A string, or an array of strings, of AUTO: empty until it is assigned.
+    """The value of an AUTO string or of an AUTO array of strings: empty until it is assigned.
 
-    The V+ Language User's Guide (p. 110) gives no value without an assignment. But the driver for ROS that Adept
-    published in 2012 appends elements of an AUTO array that it never assigns to its first answer, and works on
-    controllers. We follow the program, for AUTO strings only; probable.
+    According to the V+ Language User's Guide (p. 110) such a variable has no value before an assignment. But the driver
+    for ROS that Adept published in 2012 works on controllers, although it uses elements of an AUTO array that it never
+    assigns. We follow that program, for AUTO strings only; probable.
     """
 
     __slots__ = ()
@@ -205,7 +209,7 @@ class EmptyStrings(Cells):
 
 
 class SubArray(Cells):
-    """Part of an array: the elements whose indexes begin with `before`, under the remaining indexes."""
+    """Part of an array: the elements whose first indexes are `before`. Their keys here are the remaining indexes."""
 
     __slots__ = ("_before", "_whole")
 
@@ -235,20 +239,20 @@ class SubArray(Cells):
         return sum(1 for _ in self)
 
     def name(self, key: str | Index) -> str:
-        """Return the element's name in the whole array."""
+        """Return the name of an element as part of the whole array."""
         if isinstance(key, str):
             return self._whole.name(self._before).replace("]", ",]")
         return self._whole.name(self._index(key))
 
 
-NO_CELLS = Cells({}, Kind.LOCATION)  # the other kind's cells for a `#` or `$` name, which has one kind only
+NO_CELLS = Cells({}, Kind.LOCATION)  # the cells of the other kind for a `#` or `$` name, which has one kind only
 
 
 class Reference(NamedTuple):
-    """The place of a variable, so that it can be passed on and assigned: an argument of CALL, HERE, PROMPT ...
+    """A reference to a variable, which can be passed on and assigned: an argument of CALL, HERE, PROMPT ...
 
-    `cells` are those of its kind. A bare name may have two kinds: `cells` are the reals, `locations` the
-    transformations; for `#` and `$` names `locations` is empty. `key` is None for a whole array.
+    `cells`: the cells of its kind. A bare name may have two kinds: then `cells` are the reals and `locations` the
+    transformations; for `#` and `$` names `locations` is empty. `key`: None for a whole array.
     """
 
     cells: Cells
@@ -272,8 +276,7 @@ class Reference(NamedTuple):
 
     def assign(self, value: Value) -> None:
         """Assign a value. Raises TypeMismatch if the name exists as another kind, IllegalArrayIndex for a negative
-        index.
-        """
+        index."""
         key = self._cell()
         kind = kind_of_value(value)
         to_location = kind is Kind.LOCATION and self.cells.kind is Kind.REAL
@@ -288,7 +291,7 @@ class Reference(NamedTuple):
         mine[key] = storable(value) if isinstance(value, str) else value
 
     def row(self, *indexes: float) -> Reference:
-        """Return the array elements whose indexes begin with these: `a[i,]`. Raises IllegalArrayIndex."""
+        """Return the part of an array whose first indexes are these: `a[i,]`. Raises IllegalArrayIndex."""
         before = self.cells.round_indexes(indexes)
         locations = self.locations if self.locations is NO_CELLS else SubArray(self.locations, before)
         return Reference(SubArray(self.cells, before), locations, None)
@@ -303,7 +306,8 @@ class Reference(NamedTuple):
         return self.key
 
 
-Given = tuple[Cells, Cells, str | Index | None]  # the fields of a Reference: how CALL passes an argument
+# the fields of a Reference, in the form in which CALL passes an argument
+Given = tuple[Cells, Cells, str | Index | None]
 
 
 def new_variable(
@@ -315,9 +319,8 @@ def new_variable(
     automatic: bool = False,
     omitted: str | None = None,
 ) -> Reference:
-    """Make a variable without a value, in cells of its own. A variable of `kind` REAL can become a transformation; an
-    `automatic` string is empty.
-    """
+    """Make a variable without a value, in separate cells. A variable of `kind` REAL can become a transformation. An
+    `automatic` string is empty."""
     name, place = (key, None) if array else (None, key)
     if automatic and kind is Kind.STRING:
         return Reference(EmptyStrings(spelling, kind, name), NO_CELLS, place)
@@ -327,16 +330,15 @@ def new_variable(
 
 
 class NamedValue(NamedTuple):
-    """A row of a listing: the name in its first spelling with indexes, and the value."""
+    """A row of a listing: the name of a variable in its first spelling, with indexes, and its value."""
 
     name: str
     value: Value
 
 
 class Variables:
-    """Variables by key, and the first spelling of their names. `units`: of the joints. `kinds`: a live view of the kind
-    of each name that has a value, by key.
-    """
+    """Variables by key, and the first spelling of their names. `units`: the units of the joints. `kinds`: a live view
+    of the kind of each name that has a value, by key."""
 
     def __init__(self, units: JointUnits = TURNING) -> None:
         self.units = units
@@ -354,7 +356,7 @@ class Variables:
         self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
-        """Return the simple variables of a kind, or the elements of one array (empty if it has none yet)."""
+        """Return the simple variables of a kind, or the elements of one array (empty if the array has none yet)."""
         if array is None:
             return self._simple[kind]
         arrays = self._arrays[kind]
@@ -368,7 +370,7 @@ class Variables:
         return arrays[array]
 
     def note_changes(self, changed: set[Item] | None) -> None:
-        """Record every variable that changes from now on in a set; with None, record nothing, which is faster."""
+        """Record every later change of a variable in the set `changed`. With None, stop recording, which is faster."""
         self._changed = changed
         for cells in self._all():
             cells.note_changes(changed)
@@ -379,7 +381,8 @@ class Variables:
             yield from self._arrays[kind].values()
 
     def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
-        """Return the variable of that name (as typed), an element of an array, or with `array` the whole array."""
+        """Return a reference to the variable with a name (as typed), to an element of an array, or with `array` to the
+        whole array."""
         key = key_of(name)
         self.spelling.setdefault(key, name)
         kind = kind_of_name(key)
@@ -389,7 +392,7 @@ class Variables:
         return Reference(cells, locations, index if owner else key)
 
     def define(self, entry: Entry) -> None:
-        """Assign the value of a line in a .LOCATIONS, .REALS or .STRINGS section. Raises IllegalValue."""
+        """Assign the value in a line of a .LOCATIONS, .REALS or .STRINGS section. Raises IllegalValue."""
         value: Value | None = entry.text
         if value is None and entry.variable.sigil == "#":
             value = self.units.read(entry.numbers)
@@ -398,11 +401,11 @@ class Variables:
         self.put_back((entry.variable.sigil + entry.variable.name, item_of(entry)[1]), value)
 
     def kind_of(self, name: str) -> Kind | None:
-        """Return the kind of a variable or an array; None for a name without a value."""
+        """Return the kind of a variable or an array; None if the name has no value."""
         return self.kinds.get(key_of(name))
 
     def value(self, item: Item) -> Value | None:
-        """Return the value of a variable or an element; None if it has none."""
+        """Return the value of a variable or an element; None if it has no value."""
         key, index = item
         for kind in kinds_of_name(key):
             cells = self._simple[kind] if index is None else self._arrays[kind].get(key, NO_CELLS)
@@ -418,7 +421,7 @@ class Variables:
             yield from self._rows_named(kind, key)
 
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
-        """Yield the first rows of `variables` whose key has this beginning; only these are sorted."""
+        """Yield at most `most` first rows of `variables` whose key begins with `begun`; only these rows are sorted."""
         simple, arrays = self._named_by(kind)
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
         rows = chain.from_iterable(self._rows_named(kind, key) for key in nsmallest(most, keys))
@@ -436,14 +439,15 @@ class Variables:
         return {cells.item(key): value for cells in self._all() for key, value in cells.items()}
 
     def put_back(self, item: Item, value: Value) -> None:
-        """Assign a value to a variable, whatever its present kind. The item may have the name as typed."""
+        """Assign a value to a variable, even if the variable now has another kind. The item may contain the name as
+        typed."""
         key, index = item
         if self.kind_of(key) not in (None, kind_of_value(value)):
             self.delete(key)
         self.reference(key, index).assign(value)
 
     def take(self, other: Variables) -> None:
-        """Copy the values of other variables; they replace all values with the same names."""
+        """Copy the values of other variables. They replace all values with the same names."""
         self.spelling |= other.spelling | self.spelling
         for kind, rival in OTHER_KIND.items():
             for names in other._named_by(kind):
@@ -457,7 +461,7 @@ class Variables:
                     self.cells(kind, array).take(elements)
 
     def alone(self, key: str) -> Variables:
-        """Return a copy with one name only: its simple variables and arrays of all kinds."""
+        """Return a copy with one name only: the simple variables and arrays of all kinds with that name."""
         found = Variables(self.units)
         found.spelling[key] = self.spelling.get(key, key)
         for kind in kinds_of_name(key):
@@ -468,26 +472,26 @@ class Variables:
         return found
 
     def _named_by(self, kind: Kind) -> tuple[Set[str | Index], Set[str]]:
-        """Return the keys of the simple variables of a kind, and of its arrays."""
+        """Return the keys of the simple variables of a kind, and the keys of its arrays."""
         return self._simple[kind].keys(), {array for array, cells in self._arrays[kind].items() if cells}
 
     def name_of(self, item: Item) -> str:
-        """Return a variable as a listing shows it."""
+        """Return the name of a variable as listings show it."""
         key, index = item
         spelled = self.spelling.get(key, key)
         return spelled if index is None else f"{spelled}[{subscript(index)}]"
 
     def count(self, kind: Kind | None = None) -> int:
-        """Return the number of values (of a kind); each array element counts."""
+        """Return the number of values (of one kind, or of all); each array element counts."""
         cells = self._all() if kind is None else chain((self._simple[kind],), self._arrays[kind].values())
         return sum(map(len, cells))
 
     def size(self) -> int:
-        """Return the number of elements of all arrays and of characters of all strings."""
+        """Return the number of elements in all arrays and of characters in all strings."""
         return sum(cells.size() for cells in self._all())
 
     def delete(self, name: str, index: Index | None = None) -> bool:
-        """Delete a variable and the array of that name, or one element. Return whether it existed."""
+        """Delete a variable and the array of the same name, or one element. Return whether anything was deleted."""
         key = key_of(name)
         if self.kind_of(name) is None:
             return False
@@ -505,7 +509,7 @@ class Variables:
 
 class _Kinds(Mapping[str, Kind]):
     """A view of the defined names and their kinds. It copies nothing, because a line of the prompt needs only a few of
-    many names."""
+    the many names."""
 
     def __init__(self, simple: Mapping[Kind, Cells], arrays: Mapping[Kind, Mapping[str, Cells]]) -> None:
         self._rows = tuple((kind, simple[kind], arrays[kind]) for kind in Kind)
@@ -516,7 +520,7 @@ class _Kinds(Mapping[str, Kind]):
                 return kind
         raise KeyError(key)
 
-    def __contains__(self, key: object) -> bool:  # each line of the prompt looks up 15 names
+    def __contains__(self, key: object) -> bool:  # a loop, because each line of the prompt looks up 15 names
         for _, simple, arrays in self._rows:  # noqa: SIM110 - a generator would be called for each name
             if key in simple or arrays.get(key):  # type: ignore[call-overload]
                 return True
@@ -534,6 +538,6 @@ class _Kinds(Mapping[str, Kind]):
 
 
 def item_of(entry: Entry) -> Item:
-    """Return the variable that a line of a section defines."""
+    """Return the variable or array element that a line of a section defines."""
     indexes = tuple(whole(number.value) for number in entry.variable.indexes or () if isinstance(number, Number))
     return entry.variable.key, None if not indexes else indexes if len(indexes) > 1 else indexes[0]

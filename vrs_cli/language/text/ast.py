@@ -1,9 +1,9 @@
-"""Define the tree of a VAL-II text: frozen values, one class for each construct, each node with its place in the
+"""Define the tree of a VAL-II text: immutable values, one class for each construct, each node with its position in the
 source.
 
-A program is a list of steps, one a line, as in the VAL-II editor. Blocks (IF ... END) are not nested nodes: the
-analyzer pairs their steps (`names.Block`), and the compiler turns the pairs into jumps. Names are kept as typed. Two
-names are the same if their first 15 characters agree without regard to case (`key`).
+A program is a list of steps, one for each line, as in the VAL-II editor. Blocks (IF ... END) are not nested nodes: the
+analyzer pairs their steps (`names.Block`), and the compiler converts the pairs to jumps. Names are kept as typed. Two
+names are the same if their first 15 characters are equal without regard to case (`key`).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
 from vrs_cli.language.words.word import Shape, argument_at
 from vrs_cli.values.diagnostics import Dialect, Span
 
-ANGLES, AXES = 6, 12  # how many numbers define a transformation: with three angles, or with three axes
+ANGLES, AXES = 6, 12  # count of numbers that define a transformation: with three angles, or with three axes
 
 
 class Node(Struct, frozen=True, kw_only=True):
-    """A node of the tree with its place in the source."""
+    """A node of the tree, with its position in the source."""
 
     span: Span
 
@@ -34,7 +34,7 @@ class Node(Struct, frozen=True, kw_only=True):
 
 
 class Number(Node, frozen=True):
-    """A numeric constant; `text` is as typed (`^HFF`, `'A`, `1E-3`)."""
+    """A numeric constant. `text`: the constant as typed (`^HFF`, `'A`, `1E-3`)."""
 
     value: float
     text: str
@@ -47,11 +47,11 @@ class StringConstant(Node, frozen=True):
 
 
 class Variable(Node, frozen=True):
-    """`name`, `#name`, `$name`, `name[i]`, `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
+    """A variable: `name`, `#name`, `$name`, `name[i]` or `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
-    `sigil` is "", "#" or "$". A bare name is a real or a transformation; the analyzer decides from its use. `grouped`:
-    the variable stands in parentheses, so that CALL passes a copy. `rest`: the number of indexes left out at the end,
-    without the one of `name[]`: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`.
+    `sigil` is "", "#" or "$". A bare name is a real or a transformation; the analyzer decides this from the variable's
+    use. `grouped`: the variable is in parentheses, so that CALL passes a copy. `rest`: the number of indexes omitted at
+    the end, not counting that of `name[]`: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`.
     """
 
     name: str
@@ -67,12 +67,13 @@ class Variable(Node, frozen=True):
 
     @property
     def many(self) -> bool:
-        """Return whether this is an array or a part of one, not a single element."""
+        """Return whether this is an array or a part of one, rather than a single variable or element."""
         return self.indexes == () or self.rest > 0
 
 
 class Unary(Node, frozen=True):
-    """An operation with one operand. `operator` is "-", "+", "NOT" or "COM"; `grouped` as in Binary."""
+    """An operation with one operand. `operator` is "-", "+", "NOT" or "COM"; `grouped`: the source has parentheses
+    around it, as in Binary."""
 
     operator: str
     operand: Expression
@@ -83,8 +84,8 @@ class Binary(Node, frozen=True):
     """An operation with two operands. `operator` is one of + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, or
     `:` (compound).
 
-    `grouped`: the source has parentheses round this node. The printer keeps them; the analyzer warns of relations
-    beside AND and OR only if they are missing.
+    `grouped`: the source has parentheses around this node. The printer keeps them. The analyzer warns of relations
+    beside AND and OR only if they have no parentheses.
     """
 
     operator: str
@@ -97,7 +98,7 @@ class Call(Node, frozen=True):
     """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
     `name` is in upper case if the table has it, otherwise as typed. An omitted argument is None. `SHIFT(l BY x,y,z)`
-    has the arguments (l, x, y, z). `parenthesised` is True for `f()`, False for `f`; `grouped`: a constant stands in
+    has the arguments (l, x, y, z). `parenthesised` is True for `f()`, False for `f`. `grouped`: the constant is in
     parentheses, as in Variable.
     """
 
@@ -113,7 +114,8 @@ class Call(Node, frozen=True):
 
 
 class ProgramCall(Node, frozen=True):
-    """A program with its arguments, as after CALL: `pick(a, 5)`. `name` is as typed; `parenthesised` as in Call."""
+    """A program with its arguments, as after CALL: `pick(a, 5)`. `name`: the program's name as typed; `parenthesised`:
+    as in Call."""
 
     name: str
     arguments: tuple[Expression | None, ...]
@@ -135,7 +137,7 @@ class Applied(Node, frozen=True):
 
 
 class Format(Node, frozen=True):
-    """A format code of TYPE and $ENCODE: `/F6.2` is code "F", width 6, decimals 2."""
+    """A format code of TYPE and $ENCODE: `/F6.2` has the code "F", the width 6 and 2 decimals."""
 
     code: str
     width: int | None
@@ -143,7 +145,7 @@ class Format(Node, frozen=True):
 
 
 class BareWord(Node, frozen=True):
-    """A word or text that is no expression: the name of a file, a switch, or a program to be stored."""
+    """A word or text that is not an expression: the name of a file, a switch, or a program to be stored."""
 
     text: str
 
@@ -162,12 +164,11 @@ class Assignment(Node, frozen=True):
 
 
 class Modifiers(Struct, frozen=True):
-    """Words behind the arguments of an instruction: `AT t` or `IN dt` (a time), `ALWAYS`, a unit (MMPS, IPS, MONITOR);
-    and the `sort` of variables before those of a declaration (REAL, DOUBLE, LOC).
-    """
+    """The words after the arguments of an instruction: `AT t` or `IN dt` (a time), `ALWAYS`, and a unit (MMPS, IPS,
+    MONITOR). `sort`: the kind of variables in a declaration (REAL, DOUBLE, LOC)."""
 
     at: Expression | None = None
-    within: Expression | None = None  # IN dt, relative to now
+    within: Expression | None = None  # IN dt, a time relative to the present
     always: bool = False
     unit: str | None = None
     sort: str | None = None
@@ -182,11 +183,11 @@ NO_MODIFIERS = Modifiers()
 
 
 class Instruction(Node, frozen=True):
-    """An instruction or a monitor command, but not a word of blocks and jumps.
+    """An instruction or a monitor command; words of blocks and jumps have their own classes.
 
-    `word` is the whole keyword in upper case, also if the source abbreviates it. An omitted argument is None; arguments
-    that are missing at the end are absent. `value` stands after `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`, `BITS
-    1,3 = v`). `empty_group`: empty parentheses stand after the word (`ATTACH ()`).
+    `word`: the whole keyword in upper case, even if the source abbreviates it. An omitted argument is None; arguments
+    that are missing at the end are absent. `value`: the value after `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`,
+    `BITS 1,3 = v`). `empty_group`: whether empty parentheses follow the word (`ATTACH ()`).
     """
 
     word: str
@@ -197,22 +198,21 @@ class Instruction(Node, frozen=True):
 
 
 class DoInstruction(Node, frozen=True):
-    """The monitor command `DO statement`. A bare `DO` at the prompt repeats the last one and has no statement."""
+    """The monitor command `DO statement`. `DO` alone at the prompt repeats the last one and has no statement."""
 
     statement: Statement | None
 
 
 class ExplainCommand(Node, frozen=True):
-    """The monitor command EXPLAIN. `statement` is a motion (an Instruction) or a location (Show), or None; `topic` is
-    OAT or IK for a location, SPLICE, or "".
-    """
+    """The monitor command EXPLAIN. `statement`: a motion (an Instruction), a location (Show), or None. `topic`: OAT or
+    IK for a location, SPLICE, or ""."""
 
     topic: str
     statement: Statement | None
 
 
 class Show(Node, frozen=True):
-    """An expression alone at the prompt, whose value is shown."""
+    """An expression alone at the prompt: its value is shown."""
 
     expression: Expression
 
@@ -222,7 +222,8 @@ class Goto(Node, frozen=True):
 
 
 class IfGoto(Node, frozen=True):
-    """`IF condition GOTO label`, or (with `then`) VAL's `IF a EQ b THEN label`, whose condition is a relation."""
+    """`IF condition GOTO label`; or, with `then`, the form of VAL `IF a EQ b THEN label`, whose condition is a
+    relation."""
 
     condition: Expression
     label: int
@@ -242,7 +243,7 @@ class While(Node, frozen=True):
 
 
 class Do(Node, frozen=True):
-    """`DO` alone on a line of a program: the loop that ends with UNTIL."""
+    """`DO` alone on a line of a program, which begins a loop that ends with UNTIL."""
 
 
 class Until(Node, frozen=True):
@@ -273,7 +274,7 @@ class End(Node, frozen=True):
 
 
 class BadLine(Node, frozen=True):
-    """A line that cannot be read. It is kept as typed and listed with `?`; its program cannot be executed."""
+    """A line that cannot be read. It is kept as typed and listed with `?`. Its program cannot be executed."""
 
     text: str
 
@@ -304,7 +305,7 @@ Statement = (
 
 
 class Step(Node, frozen=True):
-    """One line of a program. `statement` is None for a blank or comment line; `comment` is the text after `;`."""
+    """One line of a program. `statement`: None for a blank or comment line; `comment`: the text after `;`."""
 
     label: int | None
     statement: Statement | None
@@ -312,10 +313,8 @@ class Step(Node, frozen=True):
 
 
 class Program(Node, frozen=True, dict=True, weakref=True):
-    """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings.
-
-    `span`: the heading from the name on.
-    """
+    """A program from `.PROGRAM name(parameters) ;comment` to `.END`. In messages and listings its steps count from 1.
+    `span`: the heading from the name on."""
 
     name: str
     parameters: tuple[Variable, ...]
@@ -335,9 +334,7 @@ class Program(Node, frozen=True, dict=True, weakref=True):
 
 
 class ProgramHeader(Node, frozen=True):
-    """The line `.PROGRAM name(parameters) ;comment` at the prompt. The lines that follow, up to `.END`, are its
-    steps.
-    """
+    """The line `.PROGRAM name(parameters) ;comment` at the prompt. The following lines, up to `.END`, are its steps."""
 
     name: str
     parameters: tuple[Variable, ...]
@@ -348,7 +345,7 @@ class Entry(Node, frozen=True):
     """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (with constant indexes) and its value.
 
     A location has six numbers, in mm and degrees as in the file, or twelve: the axes n, s, a and the position [mm]. A
-    real has one number, a string has `text`.
+    real has one number. A string has its value in `text`.
     """
 
     variable: Variable
@@ -358,11 +355,9 @@ class Entry(Node, frozen=True):
 
 
 class Section(Node, frozen=True):
-    """A section from `.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
-
-    `remarks`: the lines without a variable, each as the number of entries before it and its comment (None: blank).
-    `whole`: all lines of the section can be read.
-    """
+    """A section from `.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`. `name`: the section's name in upper case, with the
+    dot. `remarks`: the lines without a variable, each as the number of entries before it and its comment (None for a
+    blank line). `whole`: whether all lines of the section can be read."""
 
     name: str
     entries: tuple[Entry, ...]
@@ -377,7 +372,7 @@ class Comment(Node, frozen=True):
 
 
 class File(Struct, frozen=True):
-    """The parts of a program file in their order. A BadLine is a line outside programs and sections."""
+    """The parts of a program file in their order. A BadLine is an unreadable line outside programs and sections."""
 
     parts: tuple[Program | Section | Comment | BadLine, ...]
 
@@ -395,7 +390,7 @@ def nodes(tree: object) -> Iterator[object]:
 
 
 def children(tree: Struct) -> Iterator[Expression]:
-    """Yield the expressions directly below a statement or an expression."""
+    """Yield the expressions that are direct children of a statement or an expression."""
     for name in tree.__struct_fields__:
         child = getattr(tree, name)
         if isinstance(child, Modifiers):
@@ -405,16 +400,15 @@ def children(tree: Struct) -> Iterator[Expression]:
 
 
 def plain_number(expression: Expression | None) -> float | None:
-    """Return the value of a number, also of one with a minus; None for any other expression."""
+    """Return the value of a number with or without a minus sign; None for any other expression."""
     if isinstance(expression, Unary) and expression.operator == "-" and isinstance(expression.operand, Number):
         return -expression.operand.value
     return expression.value if isinstance(expression, Number) else None
 
 
 def channel(expression: Expression) -> int | None:
-    """Return the signal for an input channel of VAL (1 is the input 1001), negative for the inverse; None if the
-    expression is no whole number.
-    """
+    """Return the signal number for an input channel of VAL (channel 1 is the input 1001), negative for the inverse;
+    None if the expression is not a whole number."""
     if isinstance(expression, Unary) and expression.operator == "-":
         inner = channel(expression.operand)
         return None if inner is None else -inner
@@ -425,9 +419,8 @@ def channel(expression: Expression) -> int | None:
 
 
 def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
-    """Return `SIG(...)` for input channels of VAL. An expression that is no plain number is taken as a signal
-    number.
-    """
+    """Return the expression `SIG(...)` for input channels of VAL. An expression that is not a constant number is taken
+    as a signal number."""
     signals = list[Expression]()
     for one in channels:
         number = None if one is None else channel(one)
@@ -440,9 +433,8 @@ def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
 
 
 def to_variable(expression: Expression) -> Expression:
-    """Return the variable with the name of a constant, for an instruction that defines it; other expressions
-    unchanged.
-    """
+    """Return the variable that has the name of this constant, because an instruction defines it; return any other
+    expression unchanged."""
     if isinstance(expression, Call) and not expression.parenthesised:
         return expression.variable
     if isinstance(expression, Binary) and expression.operator == ":":
@@ -451,9 +443,9 @@ def to_variable(expression: Expression) -> Expression:
 
 
 def begins_with_variable(items: Sequence[Expression | None]) -> bool:
-    """Return whether the arguments of PROMPT begin with a variable to read, not with its text.
+    """Return whether the arguments of PROMPT begin with a variable to read, rather than with the text to show.
 
-    A string variable alone is read; before other arguments it is the text.
+    A string variable is read if it is the only argument; before other arguments it is the text.
     """
     first = to_variable(items[0]) if items and items[0] is not None else None
     return isinstance(first, Variable) and (first.sigil != "$" or len(items) == 1)
@@ -466,38 +458,37 @@ def trim(items: list[Expression | None]) -> list[Expression | None]:
     return items
 
 
-# --- names of functions that are variables ---
+# --- variables with the names of functions ---
 
 Tree = TypeVar("Tree")
 
-# keys of variables, by the name of the function
+# keys of variables that have the name of a function, with that name
 FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
 DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
 _CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
 
 
 def resolve_program(program: Program) -> Program:
-    """Return a program in which names of functions that the program uses as variables are variables.
+    """Return a program in which names of functions are replaced by variables where the program uses them as variables.
 
-    A bare name such as HERE, TOOL or HAND is a function without arguments, or a variable. It is the variable in a
-    program that gives it a value or declares it. The parser reads one line and takes it for the function; the whole
-    program decides here. `HAND()` is always the function.
+    A bare name such as HERE, TOOL or HAND is either a function without arguments or a variable. It is a variable in
+    each program that assigns a value to it or declares it. The parser sees only one line and takes the name for the
+    function, so the decision is made here, for the whole program. `HAND()` is always the function.
     """
     names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
     return replace(program, steps=_replace(program.steps, names)) if names else program
 
 
 def resolve_line(statement: Statement, known: Container[str]) -> Statement:
-    """Return a statement in which names of functions that are variables here are variables. `known`: the keys of
-    variables; at the prompt those that have a value.
-    """
+    """Return a statement in which names of functions are replaced by variables where they are variables. `known`: the
+    keys of variables; at the prompt those that have a value."""
     inner = statement.statement if isinstance(statement, DoInstruction | ExplainCommand) else statement
     names = variables_named_like_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
     return _replace(statement, names) if names else statement
 
 
 def variables_named_like_functions(parameters: Iterable[Variable], statements: Iterable[Statement | None]) -> set[str]:
-    """Return the keys of the variables of a program that have the name of a function."""
+    """Return the keys of a program's variables that have the name of a function."""
     named = {parameter.key for parameter in parameters}
     for statement in statements:
         named.update(variables_given_by(statement))
@@ -505,7 +496,7 @@ def variables_named_like_functions(parameters: Iterable[Variable], statements: I
 
 
 def variables_given_by(statement: Statement | None) -> Iterator[str]:
-    """Yield the keys of the variables that a statement declares or gives a value, itself or through a CALL."""
+    """Yield the keys of the variables that a statement declares or assigns, directly or through a CALL."""
     for variable in definitions(statement):
         yield variable.key
     for called in _arguments(statement, _CALLED):
@@ -514,7 +505,7 @@ def variables_given_by(statement: Statement | None) -> Iterator[str]:
 
 
 def definitions(statement: Statement | None) -> Iterator[Variable]:
-    """Yield the variables that a statement itself declares or gives a value."""
+    """Yield the variables that a statement itself declares or assigns."""
     if isinstance(statement, Assignment):
         yield statement.target
     elif isinstance(statement, For):
@@ -536,7 +527,7 @@ def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterato
 
 
 def _replace(tree: Tree, names: Collection[str]) -> Tree:
-    """Return a tree in which functions of these names without parentheses are variables."""
+    """Return a tree in which functions with these names and without parentheses are replaced by variables."""
     if isinstance(tree, Call) and not tree.parenthesised and tree.name.lower() in names:
         return cast(Tree, tree.variable)
     if isinstance(tree, tuple):

@@ -1,9 +1,9 @@
-"""Build the syntax tree: one method for each rule of grammar/val2.lark, which the parser calls when the rule is
-complete.
+"""Build the syntax tree. The builder has one method for each rule of grammar/val2.lark, which the parser calls when the
+rule is complete.
 
-The parameters of a method are the children of its rule in their order, tokens among them, so that every span is exact.
-The builder checks what the tables say of a word (which modifiers it takes, whether `=` may follow); the analyzer checks
-the number and the kinds of arguments.
+The parameters of a method are the children of its rule in their order, including tokens, so that every span is exact.
+The builder checks what the tables say about a word (which modifiers are allowed, whether `=` may follow); the analyzer
+checks the number and the kinds of arguments.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Shape, Word, WordRow
 from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 
-Children = list[Any]  # tokens, nodes and pieces, as the rule has them
+Children = list[Any]  # the tokens, nodes and pieces of a rule, in their order
 Items = list[Expression | None]  # expressions between commas, None for an omitted one
 
-MAX_REAL = 3.4e38  # about the largest real of single precision
+MAX_REAL = 3.4e38  # approximately the largest single-precision real
 BINARY_DIGITS = 8
 FORMAT_DIGITS = 3  # maximum number of digits of the width or the decimals
 INDEXES = 3
-LAST_CHARACTER = 255  # of $CHR
+LAST_CHARACTER = 255  # highest character code for $CHR
 
 
 def _span(children: Sequence[Any]) -> Span:
-    """Return the span from the first to the last of tokens, nodes and pieces."""
+    """Return the span from the first to the last of these tokens, nodes and pieces."""
     first, last = children[0].span, children[-1].span
     return Span(first.line, first.column, last.end)
 
@@ -44,9 +44,8 @@ def _span(children: Sequence[Any]) -> Span:
 
 
 def number_value(text: str) -> float | None:
-    """Return the value of a constant (`5`, `1E-3`, `^HFF`, `^B101`, `^17`, `'A`), or None if the text is
-    no constant.
-    """
+    """Return the value of a constant (`5`, `1E-3`, `^HFF`, `^B101`, `^17`, `'A`), or None if the text is not a
+    constant."""
     try:
         if text[0] == "'":
             return float(ord(text[1]))
@@ -64,7 +63,7 @@ def number_value(text: str) -> float | None:
 
 
 def signed_number(text: str) -> float | None:
-    """Return the value of a constant with a sign before it, or None."""
+    """Return the value of a constant with a sign before it, or None if the text is not such a constant."""
     value = number_value(text.lstrip("+-"))
     return -value if value is not None and text[0] == "-" else value
 
@@ -89,10 +88,10 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
 
 
 def _items(children: Sequence[Any], row: WordRow | None = None, places: int | None = None) -> Items:
-    """Return the expressions between commas, without omitted ones at the end.
+    """Return the expressions between commas, without the omitted ones at the end.
 
-    For a `row`, a comma at the end leaves out an argument, which the row must have. `places`: how many it has (None:
-    the last one repeats, and may not be left out). Raises LineRefused.
+    For a `row`, a comma at the end omits an argument, which the row must have. `places`: the number of arguments of the
+    row (None if its last argument repeats; then it may not be omitted). Raises LineRefused.
     """
     signs = [child for child in children if type(child) is Token]
     if row is not None and signs and signs[-1] is children[-1] and (places is None or len(signs) >= places):
@@ -111,7 +110,7 @@ def _items(children: Sequence[Any], row: WordRow | None = None, places: int | No
     return ast.trim(items)
 
 
-# --- arguments as the table wants them -----------------------------------------------------------------------------
+# --- arguments in the form that the tables require -----------------------------------------------------------------
 
 
 def _to_word(expression: Expression) -> Expression:
@@ -123,7 +122,8 @@ def _to_word(expression: Expression) -> Expression:
 
 
 def _to_indexed_word(expression: Expression) -> Expression:
-    """Return a switch or a parameter as a word. It may have an index, as that of a robot: SCALE.ACCEL[1]."""
+    """Return a switch or a parameter as a word. It may have an index, for example the number of a robot:
+    SCALE.ACCEL[1]."""
     if isinstance(expression, ast.Variable) and expression.indexes and not expression.sigil and not expression.rest:
         shown = [_index_text(index) for index in expression.indexes]
         if all(shown):
@@ -132,14 +132,14 @@ def _to_indexed_word(expression: Expression) -> Expression:
 
 
 def _index_text(index: Expression) -> str:
-    """Return a number or a name as text; "" for a longer expression."""
+    """Return an index as text if it is a number or a name; "" for a longer expression."""
     if isinstance(index, ast.Variable):
         return index.name if index.indexes is None and not index.sigil else ""
     return index.text if isinstance(index, ast.Number) else ""
 
 
 def _to_setting(expression: Expression) -> Expression:
-    """Return a word that some parameter takes as a BareWord, not as a variable."""
+    """Return an expression as a BareWord, rather than a variable, if it is a keyword that some parameter takes."""
     word = _to_word(expression) if isinstance(expression, ast.Variable) else expression
     return word if isinstance(word, ast.BareWord) and word.text.upper() in _SETTINGS else expression
 
@@ -148,9 +148,8 @@ _SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
 
 
 def _to_applied(expression: Expression) -> Expression:
-    """Return the argument of CALLS: `$name(a)` looks like a function. After the last operand of a sum stand the
-    arguments of the program.
-    """
+    """Convert the argument of CALLS, which the parser reads differently: `$name(a)` looks like a function. In a sum,
+    the arguments of the program follow the last operand."""
     if isinstance(expression, ast.Binary) and not expression.grouped:
         last = _to_applied(expression.right)
         if isinstance(last, ast.Applied):
@@ -178,9 +177,8 @@ _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
 
 
 def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
-    """Return the expressions in the form that the arguments of the table need; the last argument is also that of all
-    further ones.
-    """
+    """Return the expressions in the form that the arguments of the table need. Further expressions are treated like the
+    last argument."""
     if not places:
         return tuple(items)
     last = len(places) - 1
@@ -190,7 +188,7 @@ def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tu
     )
 
 
-# --- what stands after the word of an instruction ------------------------------------------------------------------
+# --- the parts of an instruction after its word --------------------------------------------------------------------
 
 
 class _Piece(Struct, frozen=True):
@@ -202,11 +200,11 @@ class _Piece(Struct, frozen=True):
 
 
 def _piece(put: Callable[..., None]) -> Callable[[Builder, Children], _Piece]:
-    """Return the method of a rule that makes a piece."""
+    """Return the builder method for a rule that makes a piece."""
     return lambda _builder, children: _Piece(put, children, _span(children))
 
 
-_FIELDS = {  # by the token of a modifier: the sort that the table allows, and the field of ast.Modifiers
+_FIELDS = {  # for the token of a modifier: its name in the tables, and its field in ast.Modifiers
     "AT": ("AT", "at"),
     "IN": ("AT", "within"),
     "ALWAYS": ("ALWAYS", "always"),
@@ -224,7 +222,7 @@ class _Given(Struct):
     values: Items = []
     led: dict[str, Expression] = {}
     task: Expression | None = None
-    modifiers: dict[str, tuple[str, Any]] = {}  # by sort: the field and its value
+    modifiers: dict[str, tuple[str, Any]] = {}  # by the modifier's name in the tables: its field and its value
 
     def put_arguments(self, *children: Any) -> None:
         items = _items(children, self.row, self.row.plain)
@@ -244,7 +242,8 @@ class _Given(Struct):
             self._refuse_beyond(self.values, 1, "values", hint)
 
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
-        """Add the arguments in parentheses, filled up with None so that those after them keep their places."""
+        """Add the arguments in parentheses. Omitted ones are filled with None, so that the following arguments keep
+        their positions."""
         self.grouped = True
         items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.group_size
         if self.row.takes_task:
@@ -273,13 +272,14 @@ class _Given(Struct):
         modifiers = ast.Modifiers(**dict(self.modifiers.values())) if self.modifiers else ast.NO_MODIFIERS
         if (
             row.name == "JMOVE" and len(arguments) == 1 and not isinstance(arguments[0], ast.Number)
-        ):  # the JMOVE of Kawasaki goes to a location
+        ):  # in Kawasaki's language JMOVE goes to a location
             raise refusal(CannotInterpret, span, "JMOVE takes the values of all joints", "MOVE goes to a location")
         empty = self.grouped and self.task is None and not any(self.arguments[: row.group_size])
         return ast.Instruction(row.name, arguments, value, modifiers, empty, span=span)
 
     def _in_order(self) -> Items:
-        """Return the arguments in the order of the table: those between commas, those with a leading word, the task."""
+        """Return the arguments in the order of the table: those between commas, those with a leading word, then the
+        task."""
         row, items = self.row, self.arguments
         if 0 < row.group_size < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
             items = [*[None] * row.group_size, *items]
@@ -317,7 +317,7 @@ N = TypeVar("N")
 
 
 class Grouping(Struct, Generic[N]):
-    """Makes the tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*` by precedence climbing."""
+    """Makes a tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*` by precedence climbing."""
 
     order: Order
     unary: Callable[[Token, N], N]
@@ -328,7 +328,8 @@ class Grouping(Struct, Generic[N]):
         return root
 
     def _climb(self, items: Sequence[Token | N], at: int, rank: int) -> tuple[N, int]:
-        """Return the tree that begins at an item and takes all operators above `rank`, and the index after it."""
+        """Return the tree that begins at an item and includes all following operators whose rank is above `rank`, and
+        the index after the tree."""
         first = items[at]
         if isinstance(first, Token):
             operand, at = self._climb(items, at + 1, self.order.prefix[first.value])
@@ -352,14 +353,13 @@ T = TypeVar("T")
 
 
 def _by_name(rule: Callable[..., T]) -> Callable[[Builder, Children], T]:
-    """Pass a method the span of its rule and the children by position."""
+    """Call a method with the span of its rule and the rule's children as positional arguments."""
     return lambda builder, children: rule(builder, _span(children), *children)
 
 
 def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Children], T]:
-    """Return the method of a rule that makes a node of its child nodes. `places`: the number of fields; missing ones
-    are None.
-    """
+    """Return the builder method for a rule that makes a node of its child nodes. `places`: the number of fields;
+    missing children are None."""
 
     def build(_builder: Builder, children: Children) -> T:
         nodes = [child for child in children if type(child) is not Token]
@@ -406,7 +406,7 @@ class Builder:
 
     @_by_name
     def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.StringConstant:
-        """Return a part of a string in a section: `$CHR(34)` is a character that cannot stand in quotes."""
+        """Return a part of a string in a section: `$CHR(34)` is a character that cannot be written in quotes."""
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             raise refusal(
@@ -496,7 +496,7 @@ class Builder:
         return _variable(token, None, token.span)
 
     def variable(self, children: Children) -> ast.Variable:
-        """Return a variable also for the name of a constant, where only a variable may stand."""
+        """Return a variable even for the name of a constant, because only a variable is allowed here."""
         name = self.name(children)
         return name.variable if isinstance(name, ast.Call) else name
 
@@ -541,8 +541,10 @@ class Builder:
 
 
 class ValBuilder(Builder):
-    """Builds trees by the order of operators of VAL-II. If V+ would group an expression differently, the tree gets
-    parentheses, so that the tree and its text mean the same in every dialect.
+    """Builds trees with the order of operators of VAL-II.
+
+    If V+ would group an expression differently, the tree gets parentheses, so that the tree and its text mean the same
+    in every dialect.
     """
 
     def __init__(self) -> None:
@@ -569,7 +571,7 @@ def _with_parentheses(expression: Expression, *, outermost: bool = False) -> Exp
 
 
 def _check_by(name: str, given: Sequence[Any]) -> None:
-    """Check that BY stands after the first argument of a function that takes it. Raises LineRefused."""
+    """Check that BY follows the first argument of a function that takes BY. Raises LineRefused."""
     signs = [child for child in given if type(child) is Token]
     for place, sign in enumerate(signs):
         if (sign.type == "BY") != (place == 0 and name in WITH_BY):

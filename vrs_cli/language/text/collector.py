@@ -10,16 +10,18 @@ from queue import SimpleQueue
 from threading import Thread
 from weakref import finalize
 
-COLLECT_AFTER, COLLECTIONS = 10_000, 5  # number of new values per collection, and of collections until values are old
-MANY = 100_000  # number of new values at which a pass of the collector takes longer than freezing
+COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values per collection; and number of collections until values count as old
+MANY = 100_000  # number of new values above which a collection takes longer than freezing them
 FREED_AT_ONCE = 10_000  # number of elements of a long sequence that are freed at once (about 5 ms)
 
 
 @contextmanager
 def pause_collector(*, lasting: bool = False) -> Iterator[None]:
-    """Pause the cycle collector while a block makes values without cycles. In a process that serves others nothing is
-    paused: the collector would look at all new values together after the block. `lasting`: the values are many and
-    live long, so the collector does not look at them before its next full collection.
+    """Pause Python's cycle collector while a block makes values without cycles.
+
+    In a process that serves other clients nothing is paused, because after the block the collector would look at all
+    new values together. `lasting`: the values are many and live long, so the collector does not look at them before its
+    next full collection.
     """
     if _leave_alone in gc.callbacks:
         yield
@@ -32,16 +34,16 @@ def pause_collector(*, lasting: bool = False) -> Iterator[None]:
         if running:
             if lasting and gc.get_count()[0] > MANY and not gc.get_freeze_count():
                 gc.freeze()
-                gc.unfreeze()  # thawed values are of the oldest generation
+                gc.unfreeze()  # unfrozen values belong to the oldest generation
             gc.enable()
 
 
 @contextmanager
 def collect_in_small_parts() -> Iterator[None]:
-    """Let the cycle collector skip values that have survived two collections, so that no collection takes long (0.2 s
-    for a million values) while others wait.
+    """Make the cycle collector skip values that have survived two collections, so that no collection blocks others for
+    long (0.2 s for a million values).
 
-    Cycles of such old values stay in memory until the block ends; if the caller has frozen objects, they stay longer.
+    Cycles of such old values stay in memory until the block ends, or longer if the caller has frozen objects.
     """
     thresholds, frozen_by_caller = gc.get_threshold(), gc.get_freeze_count()
     gc.set_threshold(COLLECT_AFTER, COLLECTIONS)
@@ -58,9 +60,8 @@ def collect_in_small_parts() -> Iterator[None]:
 
 
 def free_in_parts(owner: object, *parts: Sequence[object]) -> None:
-    """Free the elements of the long sequences of `owner` in parts, in another thread, when `owner` is gone. The
-    interpreter would free them in one call, which blocks all threads (85 ms for 180,000 steps).
-    """
+    """Free the elements of the long sequences of `owner` in parts, in another thread, after `owner` itself is freed.
+    The interpreter would free them in one call, which blocks all threads (85 ms for 180,000 steps)."""
     if _leave_alone in gc.callbacks and any(len(part) > FREED_AT_ONCE for part in parts):
         finalize(owner, _unused.put, parts).atexit = False
 

@@ -1,6 +1,7 @@
-"""Split a line of VAL-II into tokens. The kind of a token depends on the first word of the statement and on the tables.
+"""Split a line of VAL-II into tokens.
 
-The patterns of the terminals come from grammar/val2.lark, whose head lists the decisions.
+The type of a token depends on the first word of the statement and on the tables. The patterns of the terminals come
+from grammar/val2.lark; the comment at its top lists the decisions.
 """
 
 from __future__ import annotations
@@ -57,10 +58,8 @@ MAX_TOKENS = 400  # maximum number of tokens of a line; a VAL-II line has far fe
 
 
 class Token(Struct, eq=False):
-    """A terminal of the grammar: `value` is the whole word, or the usual spelling of a sign; `text` is as typed.
-
-    `row`: the row of the tables for a WORD.
-    """
+    """A terminal of the grammar. `value`: the whole word, or the usual spelling of a sign; `text`: the token as typed;
+    `row`: the row of the tables for a WORD."""
 
     type: str
     value: str
@@ -71,28 +70,30 @@ class Token(Struct, eq=False):
 
 def label_value(text: str, span: Span) -> int:
     """Return the number of a label. Raises LineRefused."""
-    value = float(text) if text.isdigit() else inf  # a float literal may have any number of digits
+    value = float(text) if text.isdigit() else inf  # the text may have any number of digits, which float() accepts
     if value > LABEL_HIGH:
         raise refusal(InvalidNumber, span, text, f"labels are 0 to {LABEL_HIGH}")
     return int(value)
 
 
-# Words that may follow an expression (THEN, TO, AT), by their type.
+# Words that may follow an expression (THEN, TO, AT), with their token types.
 _LINKS = {
     **{word: word for word in ("THEN", "GOTO", "TO", "STEP", "DO", "OF", "BY", "AT", "IN", "ALWAYS")},
     **dict.fromkeys(("MMPS", "IPS", "MONITOR"), "UNIT"),
 }
-_MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}  # the modifier of a row, by type of token
+# by token type: the name of the modifier in a row
+_MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}
 _SPELLINGS = {"=<": "<=", "=>": ">="}
 _PREFIXES = frozenset({"NOT", "COM"})
 _SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
-_ENDS = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RPAR", "RSQB", "ALWAYS", "UNIT"})  # an expression
+# tokens that end an expression
+_ENDS = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RPAR", "RSQB", "ALWAYS", "UNIT"})
 _DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RGROUP": -1, "RSQB": -1}
-_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP: of the number of a task
+_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP ends the number of a task
 
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
-# Patterns that few lines need are compiled on first use, to keep the start short.
+# Patterns that few lines need are compiled on first use, so that the program starts faster.
 VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
 _TASK = r"\s*(\d+)(?=\s*[A-Za-z])"
 _QUALIFIER = r"[ \t]*(/[A-Za-z])\b"
@@ -100,8 +101,9 @@ _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _FOREIGN_ASSIGNMENT = r"[ \t]*(?:\[.*\][ \t]*)?(:=|[-+*/]=(?!=)|(?:\+\+|--)(?=[ \t]*(?:;|$)))"
-_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # the begin of an expression
-_OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign that begins no argument, after a name
+_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # the start of an expression
+# a sign that can follow a name in an expression, but cannot begin an argument
+_OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)^%]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
@@ -112,14 +114,14 @@ _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+
 
 
 class Patterns(Struct, frozen=True):
-    """`next`: the pattern of blanks and a token; `format`: that of a format code, which few programs have."""
+    """The patterns of the lexer. `next`: blanks and a token; `format`: a format code, which few programs have."""
 
     next: re.Pattern[str]
     format: str
 
 
 def patterns_of(terminals: Mapping[str, str]) -> Patterns:
-    """Compile the patterns. `terminals`: the pattern of each terminal by its name."""
+    """Compile the patterns. `terminals`: the pattern of each terminal, by its name."""
     names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
     choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
     return Patterns(re.compile(f"[ \t]*(?:{choices})"), terminals["FORMAT"])
@@ -140,13 +142,13 @@ class Lexer:
         self._at = at
         self._ends = _ENDS
         self._row: Word | None = None
-        self._val_if = False  # IF a EQ b THEN label
+        self._val_if = False  # whether the line is IF a EQ b THEN label
         self._has_foreign_sign = "=" in text or "++" in text or "--" in text
-        self._defined: Container[str] = ()  # the keys of defined names, at the prompt
+        self._defined: Container[str] = ()  # at the prompt: the keys of defined names
 
     @property
     def _operand(self) -> bool:
-        """Return whether an expression has just ended."""
+        """Return whether an expression ends with the last token."""
         return bool(self.tokens) and self.tokens[-1].type in self._ends
 
     # --- the kinds of lines ---
@@ -162,9 +164,8 @@ class Lexer:
         return self.tokens
 
     def prompt(self, names: Container[str]) -> list[Token]:
-        """Return the tokens of a line of the prompt: a monitor command, a statement, or an expression whose value is
-        shown. `names`: the keys of variables that have a value.
-        """
+        """Return the tokens of a line of the prompt: a monitor command, a statement, or an expression whose value is to
+        be shown. `names`: the keys of variables that have a value."""
         self._defined = names
         if not self._at_end():
             if self._shows(names):
@@ -174,7 +175,7 @@ class Lexer:
         return self.tokens
 
     def header(self) -> list[Token]:
-        """Return the tokens after `.PROGRAM`: a name and parameters."""
+        """Return the tokens after `.PROGRAM`: the program's name and parameters."""
         at, example = self._at, ".PROGRAM pick.place(part)"
         if self._at_end():
             raise self._refusal(InvalidName, at, at + 1, "a program name is missing", example)
@@ -184,7 +185,8 @@ class Lexer:
         return self.tokens
 
     def entry(self) -> list[Token]:
-        """Return the tokens of a line of a section: a variable and its value, whose numbers have their signs."""
+        """Return the tokens of a line in a section: a variable and its value. The tokens of numbers include their
+        signs."""
         self._ends = frozenset()
         while not self._at_end():
             number = re.compile(_ENTRY_NUMBER).match(self._text, self._at)
@@ -197,9 +199,8 @@ class Lexer:
     # --- the start of a statement ---
 
     def _shows(self, names: Container[str]) -> bool:
-        """Return whether a line of the prompt is an expression. The whole word of a command or an instruction has
-        precedence over a variable, and a variable over an abbreviated word.
-        """
+        """Return whether a line of the prompt is an expression whose value is to be shown. A complete word of a command
+        or an instruction has precedence over a variable, and a variable over an abbreviated word."""
         word = _WORD.match(self._text, self._at)
         if word is None:
             label = _LABEL.match(self._text, self._at)
@@ -234,7 +235,7 @@ class Lexer:
                 hint = f"write {target} = {target} {sign[0]} {'1' if sign in ('++', '--') else '...'}"
             raise self._refusal(CannotInterpret, *foreign.span(1), f"{sign} is no sign of VAL-II", hint)
         if _ASSIGNS.match(self._text, word.end()):
-            if word[0].upper() in OPERATOR_WORDS:  # AND = 5: the rest would be read as an operand
+            if word[0].upper() in OPERATOR_WORDS:  # for AND = 5, the rest would be read as an operand
                 raise self._refusal(InvalidName, *word.span(), *why_reserved(word[0].upper()))
             self._refuse_list(word)
             self._rest()
@@ -244,7 +245,7 @@ class Lexer:
             self._operation(self._row_of(word, at_prompt), word, at_prompt)
 
     def _refuse_list(self, word: re.Match[str]) -> None:
-        """Refuse MOVE [100, 200, 300], which would be read as an element of an array."""
+        """Refuse MOVE [100, 200, 300], because it would be read as an element of an array."""
         row = INSTRUCTIONS.get(word[0].upper())
         given = re.compile(_LIST).match(self._text, word.end())
         if row is None or given is None or word[0].lower()[:NAME_LENGTH] in self._defined:
@@ -269,7 +270,7 @@ class Lexer:
                 hint = 'TYPE "hello" types a text, ; begins a comment'
             raise self._refusal(kind, self._at, max(self._end_of_run(self._at), self._at + 1), detail, hint)
         if self._text[match.end() : match.end() + 1].isalnum():
-            # a letter of another alphabet does not end a word: it is a mistake in it
+            # a letter of another alphabet does not end a word, but is a mistake in it
             end = max(self._end_of_run(match.end()), match.end() + 1)
             hint = "letters a to z, digits, . and _"
             raise self._refusal(InvalidName, match.start(), end, self._text[match.start() : end], hint)
@@ -282,9 +283,10 @@ class Lexer:
         function = FUNCTIONS.get(word[0].upper())
         if function is not None and function.arguments and self._follows(rf"[ \t]*{_ELEMENT}", word.end()):
             raise self._refusal(CannotInterpret, *word.span(), *only_reads(function))
-        detail, hint = word[0], way(word[0], at_prompt=at_prompt)  # RUN and CLEAR are not short for RUNSIG, CLEAR.EVENT
+        # RUN and CLEAR are not accepted as short for RUNSIG and CLEAR.EVENT
+        detail, hint = word[0], way(word[0], at_prompt=at_prompt)
         if self._follows(r"[ \t]*:(?!=)", word.end()) and (own_word(word[0]) or not (found or hint)):
-            hint = LABELS  # start: as in C
+            hint = LABELS  # such as start: in C
         if len(found) == 1 and not hint:
             return found[0]
         if len(found) > 1 and not hint:
@@ -293,7 +295,7 @@ class Lexer:
         raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
 
     def _other_form(self, word: str, end: int, at_prompt: bool) -> str:
-        """Return a hint at the meaning of an unknown first word."""
+        """Return a hint at the probable meaning of an unknown first word."""
         rest = self._before_comment(end).strip()
         if word.upper() in COMMANDS:
             return "a monitor command, typed at the prompt"
@@ -306,7 +308,8 @@ class Lexer:
         if rest.startswith("$"):
             return f"${word} is a text"
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
-        called = rest.startswith("(")  # as a program: only READ (lun) and the like look so
+        # looks like a call of a program; of the known words only READ (lun) and similar ones are followed by (
+        called = rest.startswith("(")
         near = did_you_mean(
             word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].group_size))
         )
@@ -371,7 +374,8 @@ class Lexer:
             if rest:
                 self._add("REST", rest, self._at, self._at + len(rest))
         elif row.raw:
-            while not self._at_end():  # words as typed; without a value after them also a relation (HELP ==)
+            # words are read as typed; if no value follows, a relation is accepted too (HELP ==)
+            while not self._at_end():
                 relation = re.compile(_RELATION).match(self._text, self._at) if row.value is None else None
                 raw = relation or re.compile(_RAW).match(self._text, self._at)
                 if raw is None:
@@ -389,10 +393,10 @@ class Lexer:
                 self._add("SORT", sort[1].upper(), *sort.span(1))
         self._rest()
 
-    # --- what follows ---
+    # --- what follows the first word ---
 
     def _group(self) -> None:
-        """Read the parentheses of READ (lun) $s, after which a value may begin."""
+        """Read the parentheses in READ (lun) $s; a value may follow them directly."""
         self._skip_blanks()
         if not self._text.startswith("(", self._at):
             return
@@ -405,7 +409,7 @@ class Lexer:
             self.tokens[-1].type = "RGROUP"
 
     def _task(self) -> None:
-        """Read the number in EXECUTE 2 pick as a group without parentheses."""
+        """Read the task number in EXECUTE 2 pick, as if it were in parentheses."""
         qualifier = re.compile(_QUALIFIER).match(self._text, self._at)
         if qualifier is not None:
             raise self._refusal(
@@ -454,7 +458,7 @@ class Lexer:
                 self._add("COMMA" if comma else kind, text, start, end)
 
     def _number_hint(self, start: int) -> str:
-        """Return a hint at the meaning of letters and signs after a number."""
+        """Return a hint at what letters or signs directly after a number probably mean."""
         text = self._text[start : self._end_of_run(start)]
         if "^" in text:
             return POWER
@@ -467,7 +471,7 @@ class Lexer:
         return "a name begins with a letter" if text[0].isdigit() and re.search("[A-Za-z]", text) else ""
 
     def _type_of_name(self, text: str, end: int) -> tuple[str, str]:
-        """Return the type and the value of a word inside a line. `end`: the index after it."""
+        """Return the token type and the value of a word inside a line. `end`: the index after the word."""
         row, word, operand = self._row, text.upper(), self._operand
         if (
             row is not None
@@ -484,7 +488,7 @@ class Lexer:
         return (link, word) if link else ("NAME", text)
 
     def _link(self, row: Word | None, word: str, operand: bool) -> str | None:
-        """Return the type of a word that links (THEN, TO, AT), or None."""
+        """Return the token type of a linking word (THEN, TO, AT), or None for other words."""
         if operand:
             if row is not None and (word in row.leads or (word == row.comma and self._place() is not None)):
                 return "LEAD" if word in row.leads else "COMMA"
@@ -499,7 +503,7 @@ class Lexer:
         return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
 
     def _names_program(self, row: Word, text: str, end: int) -> bool:
-        """Return whether a word is the name of a program, because the table wants one there."""
+        """Return whether a word is the name of a program, because the table requires a program at this position."""
         if text[0] in "#$%" or self._text[end : end + 1] == "[":
             return False
         before, place = self.tokens[-1].type, self._place()
@@ -518,7 +522,7 @@ class Lexer:
 
     def _sign(self, text: str, start: int, end: int) -> None:
         self._refuse_foreign_comment(start)
-        wanted = not self._operand  # a value
+        wanted = not self._operand  # a value must follow here
         format_code = re.compile(self._patterns.format).match(self._text, start) if wanted and text == "/" else None
         if format_code is not None:
             self._add("FORMAT", format_code[0], *format_code.span())
@@ -532,7 +536,7 @@ class Lexer:
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 
     def _end_of_run(self, at: int) -> int:
-        """Return the end of a run of letters, digits and signs of numbers."""
+        """Return the index after a run of letters, digits and signs of numbers."""
         match = _GLUED.match(self._text, at)
         return at if match is None else match.end()
 
@@ -540,12 +544,12 @@ class Lexer:
         self._at = len(self._text) - len(self._text[self._at :].lstrip(" \t"))
 
     def _before_comment(self, at: int) -> str:
-        """Return the text from an index up to a `;` outside quotes."""
+        """Return the text from an index up to the next `;` that is not in quotes."""
         match = re.compile(_BEFORE_COMMENT).match(self._text, at)
         return match[0] if match is not None else ""
 
     def _at_end(self) -> bool:
-        """Return whether only a comment is left; read it."""
+        """Return whether only a comment is left in the line; read the comment."""
         self._skip_blanks()
         if self._text.startswith(";", self._at):
             self._token()
@@ -555,7 +559,7 @@ class Lexer:
         return refusal(kind, Span(self._line, start + 1, end + 1), detail, hint)
 
     def _refuse_foreign_comment(self, at: int, signs: str = FOREIGN_COMMENT) -> None:
-        """Refuse a comment in the form of another language."""
+        """Refuse a comment that is written as in another language."""
         sign = re.compile(signs).match(self._text, at)
         if self._text.startswith("#(", at):
             raise self._refusal(CannotInterpret, at, at + 1, "#", FOREIGN_FUNCTIONS["PPOINT"])
@@ -565,7 +569,7 @@ class Lexer:
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", hint)
 
     def _unreadable(self) -> LineRefused:
-        """Return the error for a text that does not begin with a token."""
+        """Return the error for a text that no token matches."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
         self._refuse_foreign_comment(at)
@@ -580,7 +584,7 @@ class Lexer:
                 hint = QUOTES
             return self._refusal(InvalidNumber, at, glued, self._text[at:glued], hint)
         sign = next((sign for sign in FOREIGN_SIGNS if self._text.startswith(sign, at)), "")
-        if sign and (sign != "%" or self._operand):  # %name is a name of other systems
+        if sign and (sign != "%" or self._operand):  # %name is a name in other systems
             hint = FOREIGN_SIGNS[sign]
             if sign == "%" and not self._text[at + 1 :].partition(";")[0].strip(" ,"):
                 hint = PERCENT if self._row is not None and self._row.name == "SPEED" else NO_UNIT

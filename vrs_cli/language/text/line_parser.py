@@ -1,9 +1,11 @@
 """Parse one line of VAL-II by grammar/val2.lark, or explain why the line does not fit and suggest a correction.
 
 The tokens are parsed by the LALR(1) algorithm (Aho, Sethi, Ullman: Compilers, 4.7). Lark makes the parse table of the
-grammar. The table is kept in the user's cache, so that most runs load no Lark, and `TableParser` follows it twice as
-fast as Lark does. Lark keeps the table in a private attribute. If a release of Lark has another form of table,
-`LarkParser` parses through Lark's public interface and gives the same trees.
+grammar. The table is kept in the user's cache, so most runs do not load Lark; and `TableParser`, which uses the table,
+is twice as fast as Lark.
+
+Lark keeps the table in a private attribute. If a release of Lark has a different form of table, `LarkParser` parses
+through Lark's public interface and gives the same trees.
 """
 
 from __future__ import annotations
@@ -31,29 +33,29 @@ from vrs_cli.language.words.word import MODIFIERS, Shape, Word
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
 
 END = "$END"  # the terminal after the last token
-FORM = "table 1"  # the format of the cached table
+FORM = "table 1"  # version of the cached table's format
 
 
 class DoesNotFit(Exception):
-    """The first token that does not fit the grammar (None: the end of the line), and the terminals `accepted` there."""
+    """The first token that does not fit the grammar (None for the end of the line), and the terminals `accepted` in its
+    place."""
 
     def __init__(self, token: Token | None, accepted: frozenset[str]) -> None:
         self.token, self.accepted = token, accepted
 
 
 class TokenParser(Protocol):
-    """A parser of tokens. `terminals`: the pattern of each terminal of the grammar."""
+    """A parser of tokens. `terminals`: the pattern of each terminal of the grammar, by its name."""
 
     terminals: dict[str, str]
 
     def parse(self, tokens: Sequence[Token], start: str) -> Any:
-        """Return the tree that the builder makes of the tokens. Raises DoesNotFit, and LineRefused from the builder."""
+        """Return the tree that the builder makes of the tokens. Raises DoesNotFit; the builder raises LineRefused."""
 
 
 def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> TokenParser:
-    """Return a parser of a grammar. `builder`: has a method for each rule, which takes the list of the rule's
-    children.
-    """
+    """Return a parser for a grammar. `builder`: an object with a method for each rule, which takes the list of the
+    rule's children."""
     table = table_of(grammar, starts)
     return LarkParser(grammar, starts, builder) if table is None else TableParser(table, builder)
 
@@ -62,10 +64,9 @@ def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> Toke
 
 
 class Rule(Struct, frozen=True):
-    """A rule of the grammar. `name`: the builder's method; `origin`: the symbol that the rule makes; `helpers`: for
-    each child, whether it is a list whose items take its place; `alone`: a single child is the result, without the
-    method.
-    """
+    """A rule of the grammar. `name`: the name of the builder's method; `origin`: the symbol that the rule makes;
+    `helpers`: for each child, whether it is a list that is replaced by its items; `alone`: whether a single child is
+    the result, without a call of the method."""
 
     name: str
     origin: str
@@ -74,9 +75,9 @@ class Rule(Struct, frozen=True):
 
 
 class Table(NamedTuple):
-    """A parse table. `states`: for each symbol the next state, or the inverse (~) of the index of a complete rule;
-    `starts` and `ends`: the first and last states of each start symbol; `terminals`: their patterns.
-    """
+    """A parse table. `states`: for each state and symbol, the next state, or the inverse (~) of the index of a complete
+    rule; `starts` and `ends`: the first and last state for each start symbol; `terminals`: the pattern of each
+    terminal."""
 
     states: dict[int, dict[str, int]]
     rules: list[Rule]
@@ -86,7 +87,8 @@ class Table(NamedTuple):
 
 
 def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
-    """Return the table of a grammar, from the cache or from Lark; None if this Lark has a table of another form."""
+    """Return the parse table of a grammar, from the cache or from Lark; None if this release of Lark has a different
+    form of table."""
     kept = cached("grammar.table", f"{FORM}\n{grammar}", partial(_sound_table, grammar, starts))
     if kept is None:
         return None
@@ -95,7 +97,8 @@ def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
 
 
 def _sound_table(grammar: str, starts: tuple[str, ...]) -> tuple[Any, ...] | None:
-    """Return the table that Lark makes of a grammar, in lists and dictionaries; None if it is not sound."""
+    """Return the parse table that Lark makes of a grammar, as lists and dictionaries; None if the table is not
+    sound."""
     try:
         table = _table(_lark(grammar, starts))
     except (AttributeError, KeyError, TypeError, ValueError):
@@ -110,7 +113,7 @@ def _lark(grammar: str, starts: tuple[str, ...], builder: object = None) -> Any:
 
 
 def _table(lark: Any) -> Table:
-    """Read the table that Lark has made. Raises AttributeError and others if it has another form."""
+    """Read the parse table that Lark has made. Raises AttributeError or other errors if its form is different."""
     made = lark.parser.parser._parse_table
     rules = {rule: number for number, rule in enumerate(lark.rules)}
     states = {
@@ -130,7 +133,7 @@ def _table(lark: Any) -> Table:
 
 
 def _is_sound(table: Table, starts: tuple[str, ...]) -> bool:
-    """Return whether each start symbol has its states, and each entry leads to a state or a rule that exists."""
+    """Return whether each start symbol has its states, and each entry leads to an existing state or rule."""
     entries = [to for row in table.states.values() for to in row.values()]
     bounds = (*table.starts.values(), *table.ends.values())
     return (
@@ -145,7 +148,7 @@ def _terminals(lark: Any) -> dict[str, str]:
     return {str(terminal.name): terminal.pattern.to_regexp() for terminal in lark.terminals}
 
 
-# --- by the table --------------------------------------------------------------------------------------------------
+# --- parsing with the table ----------------------------------------------------------------------------------------
 
 
 class TableParser:
@@ -175,9 +178,8 @@ class TableParser:
         raise AssertionError("the end of a line is never shifted")
 
     def _accepted_terminals(self, at: list[int], start: str) -> frozenset[str]:
-        """Return the terminals that may follow. Some terminals of a state turn out to be impossible after a
-        reduction.
-        """
+        """Return the terminals that may follow. Some terminals of a state turn out to be impossible after a reduction,
+        and are left out."""
         return frozenset(
             symbol for symbol in self.table.states[at[-1]] if symbol.isupper() and self._fits(at.copy(), symbol, start)
         )
@@ -193,12 +195,13 @@ class TableParser:
         return to is not None
 
 
-# A complete rule: the symbol that it makes (its origin), of how many values, by which function.
+# A complete rule: the symbol that it makes (its origin), the number of its children, and the function that builds it.
 _Reduction = tuple[str, int, Callable[[list[Any]], Any]]
 
 
 def _reduction(rule: Rule, builder: object) -> _Reduction:
-    build: Callable[[list[Any]], Any] = getattr(builder, rule.name, list)  # a helper is the list of its children
+    # a helper rule has no method; its value is the list of its children
+    build: Callable[[list[Any]], Any] = getattr(builder, rule.name, list)
     if rule.alone:
         build = partial(_only_child_or, build)
     if any(rule.helpers):
@@ -215,7 +218,7 @@ def _with_children_of_helpers(build: Callable[[list[Any]], Any], helpers: tuple[
     return build([one for helper, child in pairs for one in (child if helper else (child,))])
 
 
-# --- by Lark's public interface ------------------------------------------------------------------------------------
+# --- parsing through Lark's public interface -----------------------------------------------------------------------
 
 
 class LarkParser:
@@ -239,9 +242,8 @@ class LarkParser:
             raise DoesNotFit(refused, self._accepted_terminals(tokens[:fed], start)) from None
 
     def _accepted_terminals(self, tokens: Sequence[Token], start: str) -> frozenset[str]:
-        """Return the terminals that may follow these tokens. They are fed again, because Lark has reduced rules for the
-        token that it refused.
-        """
+        """Return the terminals that may follow these tokens. The tokens are parsed again, because Lark has already
+        reduced rules for the token that it refused."""
         parser = self._lark.parse_interactive(start=start)
         for token in tokens:
             parser.feed_token(token)
@@ -249,7 +251,8 @@ class LarkParser:
 
 
 GRAMMAR = "val2.lark"
-REMEMBERED = 20_000  # number of steps kept (about 3 kB each), because a text being edited is parsed repeatedly
+# maximum number of steps kept (about 3 kB each), because a text is parsed repeatedly while it is edited
+REMEMBERED = 20_000
 STARTS = ("step", "prompt", "header", "entry")
 
 
@@ -259,7 +262,7 @@ def grammar_dir() -> Path:
 
 
 class LineParser:
-    """Parses lines. `builder`: makes their trees; by default with the order of operators of V+."""
+    """Parses lines. `builder`: makes the trees of lines, by default with the order of operators of V+."""
 
     def __init__(self, builder: Builder | None = None) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
@@ -268,7 +271,7 @@ class LineParser:
         self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self.new_step)
 
     def new_step(self, text: str, line: int) -> Step:
-        """Parse a step without remembering it. Raises LineRefused."""
+        """Parse a step without storing it for later. Raises LineRefused."""
         tokens = Lexer(self._patterns, text, line).step()
         label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
         comment = _pop_comment(tokens)
@@ -278,9 +281,8 @@ class LineParser:
         return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span=span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
-        """Parse a line of the prompt; None for a blank one. `names`: the keys of variables that have a value. Raises
-        LineRefused.
-        """
+        """Parse a line of the prompt; return None for a blank line. `names`: the keys of variables that have a value.
+        Raises LineRefused."""
         tokens = Lexer(self._patterns, text, 1).prompt(names)
         _pop_comment(tokens)
         if not tokens:
@@ -302,9 +304,8 @@ class LineParser:
         return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.span.end))
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
-        """Parse a line of a section: return a variable with its value, the text of a comment, or None for a blank line.
-        Raises LineRefused.
-        """
+        """Parse a line of a section. Return a variable with its value, the text of a comment, or None for a blank line.
+        Raises LineRefused."""
         usual = usual_entry(text, line)
         if usual is not None:
             return usual
@@ -315,7 +316,7 @@ class LineParser:
         return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
 
     def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
-        """Return the numbers of a line that has nothing else, and the text of its comment; None for another line."""
+        """Return the numbers and the comment of a line that contains only numbers; None for any other line."""
         line, semicolon, comment = text.partition(";")
         if re.fullmatch(_NUMBERS, line) is None:
             return None
@@ -351,7 +352,7 @@ _USUAL = (
 
 
 def usual_entry(text: str, line: int) -> Entry | None:
-    """Read a line of a section in its usual form, without the grammar. Return None for another form."""
+    """Read a line of a section in its usual form, without the grammar. Return None if the line has another form."""
     match = re.fullmatch(_USUAL, text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
@@ -384,9 +385,8 @@ _CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
 class Complaint:
-    """Explains why a line does not fit the grammar. `token`: the first that does not fit (None: the end of the line);
-    `accepted`: the terminals that would fit there.
-    """
+    """Explains why a line does not fit the grammar. `token`: the first token that does not fit (None for the end of the
+    line); `accepted`: the terminals that would fit in its place."""
 
     def __init__(self, tokens: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> None:
         self._before = before = tokens if token is None else tokens[: tokens.index(token)]
@@ -401,7 +401,7 @@ class Complaint:
         self._head = next((one for one in before if one.type != "DO_COMMAND"), None)
 
     def diagnostic(self) -> Diagnostic:
-        """Return the first explanation that applies."""
+        """Return the diagnostic of the first explanation that applies."""
         if self._last is not None and self._last.type == "GOTO":
             return self._say(CannotInterpret, "GOTO wants a label", "a label is a number before a statement: GOTO 10")
         found = self._no_operand() or self._parenthesis()
@@ -419,10 +419,10 @@ class Complaint:
     ) -> Diagnostic:
         return error(kind, self._place if at is None else at.span, detail, hint, mend)
 
-    # --- explanations, each a diagnostic or None ---
+    # --- explanations: each returns a diagnostic or None ---
 
     def _no_operand(self) -> Diagnostic | None:
-        """Explain an operator, a comma or a linking word with nothing after it."""
+        """Explain that nothing follows an operator, a comma or a linking word."""
         last = self._last
         if last is None or self._type in _BEGINS_VALUE or last.type in _ENDS_VALUE:
             return None
@@ -435,7 +435,7 @@ class Complaint:
             hint = "VALUE 1: begins a case" if self._head.type == "CASE" else form
             return self._say(CannotInterpret, "a : ends no line", hint, last)
         if last.type != "COMMA" and END in self._accepted:
-            return None  # no operand is required
+            return None  # an operand is optional here
         if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
             return None
         if self._type == "EQUAL" and last.text == ":":
@@ -492,12 +492,13 @@ class Complaint:
         return self._say(IllegalExpression, "= has no place here", hint)
 
     def _missing_link(self) -> Diagnostic | None:
-        """Explain a missing linking word, such as THEN after IF."""
+        """Explain that a linking word is missing, such as THEN after IF."""
         head, last = self._head, self._last
         if head is None or last is None or head is last or head.type not in CONTROL:
             return None
         row = CONTROL[head.type]
-        links = [word for word in row.links if f"[{word}" not in row.form]  # without STEP of FOR, which is optional
+        # STEP of FOR is left out, because it is optional
+        links = [word for word in row.links if f"[{word}" not in row.form]
         relation = RELATIONS_OF_VAL.get(self._text.upper())
         if relation is not None:
             return self._say(IllegalExpression, self._said, f"write {relation}", mend=relation)
@@ -511,7 +512,7 @@ class Complaint:
         return self._say(CannotInterpret, detail, f"the form is {CONTROL[head.type].form}")
 
     def _instruction_in_place_of_value(self) -> Diagnostic | None:
-        """Explain an instruction after a command that takes none: WHY DRIVE 1, 500."""
+        """Explain that an instruction follows a command that takes no instruction: WHY DRIVE 1, 500."""
         head, last = self._head, self._last
         if head is None or head.row is None or last is None or self._before[-2:-1] != [head]:
             return None
@@ -523,7 +524,7 @@ class Complaint:
         )
 
     def _neighbours(self) -> Diagnostic | None:
-        """Explain two values with nothing between them."""
+        """Explain that there is nothing between two values."""
         last = self._last
         if last is None or last.type not in _ENDS_VALUE or self._type not in _VALUES | set(_OPENING):
             return None
@@ -540,7 +541,7 @@ class Complaint:
             return self._say(IllegalExpression, self._said, f"write {relation}", mend=relation)
         if meant := self._meant_beside(last, row):
             return self._say(IllegalExpression, self._said, meant)
-        if row is not None and self._type == "NAME":  # nearly a word that may follow: SPEED 30 ALWYS
+        if row is not None and self._type == "NAME":  # perhaps a mistyped word: SPEED 30 ALWYS
             modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
             words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
             hint = did_you_mean(self._text, words)
@@ -550,7 +551,7 @@ class Complaint:
         return self._say(IllegalExpression, self._said, hint or missing + form)
 
     def _meant_beside(self, last: Token, row: Word | None) -> str:
-        """Return a hint about the meaning of two values with nothing between them, as in MOVE Z 100, 30 DEG and
+        """Return a hint at the probable meaning of two values with nothing between them, as in MOVE Z 100, 30 DEG and
         f"x={x}"."""
         first = () if row is None or INSTRUCTIONS.get(row.name) is not row else row.arguments[:1]
         moves = any(argument.shape is Shape.PLACE for argument in first)

@@ -1,9 +1,9 @@
-"""Parse VAL-II text to syntax trees by one grammar (grammar/val2.lark): lines, files, and the parts of a file.
+"""Parse VAL-II text to syntax trees with one grammar (grammar/val2.lark): lines, files, and the parts of a file.
 
-Mistakes are diagnostics: LineRefused for a line; for a file all of them together, because each line is read by itself.
-This module also defines the layout of files: programs, sections of variables, step numbers of old listings, files in
-languages of other makers, and comments that suppress warnings. `; vrs: ignore V401, V056` at the end of a line is for
-that line, `; vrs: ignore-file V401` for the file; without codes all warnings are suppressed.
+Mistakes are diagnostics: LineRefused for a line; for a file all mistakes together, because each line is read
+separately. This module also defines the layout of files: programs, sections of variables, step numbers of old listings,
+files in other makers' languages, and comments that suppress warnings. The comment `; vrs: ignore V401, V056` at the end
+of a line applies to that line, `; vrs: ignore-file V401` to the file; without codes, all warnings are suppressed.
 """
 
 from __future__ import annotations
@@ -58,8 +58,9 @@ V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
 IN_ANOTHER_FILE = "is in another of these files too"
-MAX_TRIED = 200  # number of first steps that are tried in a file without a heading
-MAX_LINE_CHARS = 4000  # maximum length of a step or an entry; a search may take time proportional to its square
+MAX_TRIED = 200  # maximum number of steps that are tested in a file without a heading
+# maximum length of a step or an entry, because the time of a search may grow with the square of the length
+MAX_LINE_CHARS = 4000
 JOINTS_HIGH = 12  # maximum number of joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
 
@@ -69,7 +70,7 @@ _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
 _LABEL = r"[ \t]*([0-9]+)(?![\w.])[ \t]*"
 _STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
 _GOTO = r"(?i)\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)"
-DISK_END = "\x1a"  # Ctrl-Z: the end of a text on old disks
+DISK_END = "\x1a"  # Ctrl-Z ends a text on old disks
 
 
 def header_end(text: str) -> int | None:
@@ -79,7 +80,8 @@ def header_end(text: str) -> int | None:
 
 
 class SourceLine(Struct, frozen=True):
-    """A line of a file. `number` counts from 1; `directive`: `.PROGRAM` and the like, in upper case, or ""."""
+    """A line of a file. `number`: the line number from 1; `directive`: `.PROGRAM` or a similar word in upper case, or
+    ""."""
 
     number: int
     text: str
@@ -87,13 +89,13 @@ class SourceLine(Struct, frozen=True):
 
     @property
     def span(self) -> Span:
-        """Return the place of the text without the blanks round it."""
+        """Return the span of the text without the blanks around it."""
         begin = len(self.text) - len(self.text.lstrip())
         return Span(self.number, begin + 1, max(len(self.text.rstrip()), begin) + 1)
 
 
 def lines_of(text: str) -> list[SourceLine]:
-    """Split a text into lines, with the line ends of any system."""
+    """Split a text into lines. The line ends of all systems are accepted."""
     texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
@@ -105,7 +107,8 @@ def lines_of(text: str) -> list[SourceLine]:
 
 
 def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
-    """Cut a file before each heading of a program or a section: the lines above the first, then part by part."""
+    """Cut a file before each heading of a program or a section. The first piece has the lines above the first
+    heading."""
     headings = (i for i, line in enumerate(lines) if i and (line.directive == PROGRAM or line.directive in SECTIONS))
     return (lines[begin:end] for begin, end in pairwise((0, *headings, len(lines))))
 
@@ -116,12 +119,13 @@ def end_of(lines: Iterable[SourceLine]) -> int | None:
 
 
 def named_above(text: str, what: str) -> tuple[str, Span] | None:
-    """Return the name in a comment above the first program (`; dialect: val2`, `; robot: cobra600`), and its place."""
+    """Return the name that a comment above the first program gives (`; dialect: val2`, `; robot: cobra600`), and its
+    span."""
     return next(_named_above(text, what, r"\S+"), None)
 
 
 def files_named_above(text: str) -> Iterator[tuple[str, Span]]:
-    """Yield the files that comments above the first program name as belonging to it: `; with: lib.v2, grip.v2`."""
+    """Yield the files that comments above the first program list as belonging to it: `; with: lib.v2, grip.v2`."""
     for names, span in _named_above(text, "with", r"[^\s,]+(?:[ \t]*,[ \t]*[^\s,]+)*"):
         yield from ((name.strip(), span) for name in names.split(","))
 
@@ -139,12 +143,12 @@ def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span
 
 
 def programs_headed(text: str) -> frozenset[str]:
-    """Return the keys of the programs whose headings are in a text, without parsing the programs."""
+    """Return the keys of the programs that have a heading in a text, without parsing the programs."""
     return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
 
 
 def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
-    """Return the dialect that a file names, or the usual one; and an error for an unknown name."""
+    """Return the dialect that a file names, or `usual`; and an error if the file names an unknown one."""
     word, span = named_above(text, "dialect") or (usual.name, None)
     if span is None or word.lower() in DIALECTS:
         return Dialect[word.upper()], ()
@@ -152,20 +156,18 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 
 class FileReader(DiagnosticCollector):
-    """Reads a file line by line and continues after each mistake. `remembered`: the steps of the file stay
-    in memory.
-    """
+    """Reads a file line by line, and continues after each mistake. `remembered`: the parsed steps of the file stay in
+    memory."""
 
     def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
         self._parser, self._dialect = parser, dialect
         self._read_step = parser.step if remembered else parser.new_step
-        self._damaged = False  # whether the text has characters that cannot occur in a text
+        self._damaged = False  # whether the text has characters that cannot occur in a program file
 
     def read(self, text: str, name: str = "") -> tuple[File, tuple[Diagnostic, ...]]:
-        """Return the file and all mistakes in its lines. `name`: of the file; it is also the name of the program if the
-        file has steps without a heading.
-        """
+        """Return the file and all mistakes in its lines. `name`: the name of the file, which is also the name of the
+        program if the file has steps without a heading."""
         self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
         lines = lines_of(text)
         bare = bool(name) and self._has_bare_steps(lines)
@@ -180,7 +182,7 @@ class FileReader(DiagnosticCollector):
         return (part for some in cut(lines) if some for part in self._parts(some))
 
     def _parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
-        """Yield the program or section that the lines begin with, and the lines outside it."""
+        """Yield the program or section with which the lines begin, and the lines outside it."""
         head, end = lines[0], -1
         if head.directive == PROGRAM or head.directive in SECTIONS:
             found = end_of(lines)
@@ -197,14 +199,14 @@ class FileReader(DiagnosticCollector):
                 damage = self._damage_in(line)
                 if damage is None:
                     self._refuse_outside(line, stray)
-                elif not damaged:  # one report is enough
+                elif not damaged:  # one error is enough for consecutive damaged lines
                     self.diagnostics.append(damage)
                 damaged = damaged or damage is not None
                 yield BadLine(text, span=line.span)
             stray = bool(text) and not text.startswith((";", "."))
 
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
-        """Report a line outside of programs, once for several such lines. `stray`: the line before was one."""
+        """Report a line outside of programs, once for several such lines. `stray`: the line before was such a line."""
         if line.directive == END:
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
@@ -218,7 +220,7 @@ class FileReader(DiagnosticCollector):
             )
 
     def _damage_in(self, line: SourceLine) -> Diagnostic | None:
-        """Return an error for the first character that cannot occur in a text, or None."""
+        """Return an error for the first character that cannot occur in a program file, or None."""
         found = _BINARY.search(line.text) if self._damaged else None
         if found is None:
             return None
@@ -226,7 +228,7 @@ class FileReader(DiagnosticCollector):
         return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
 
     def _check_text(self, line: SourceLine) -> None:
-        """Check a line for characters that cannot occur in a text, and for its length. Raises LineRefused."""
+        """Check a line for characters that cannot occur in a program file, and check its length. Raises LineRefused."""
         if len(line.text) > MAX_LINE_CHARS:
             raise LineRefused(
                 error(
@@ -243,7 +245,7 @@ class FileReader(DiagnosticCollector):
     # --- programs ---
 
     def _has_bare_steps(self, lines: Sequence[SourceLine]) -> bool:
-        """Return whether a file is the body of a program without a heading: most of its lines are steps."""
+        """Return whether a file is the body of a program without a heading, because most of its lines are steps."""
         if any(line.directive == PROGRAM for line in lines):
             return False
         steps = [line for line in _body(lines) if line.text.strip() and not line.text.lstrip().startswith(";")]
@@ -256,7 +258,7 @@ class FileReader(DiagnosticCollector):
         return 2 * read > min(len(steps), MAX_TRIED)
 
     def _bare_program(self, lines: Sequence[SourceLine], name: str) -> Iterator[Program | Section | Comment | BadLine]:
-        """Yield a program without a heading, and the parts after it."""
+        """Yield a program without a heading, and the parts that follow it."""
         called = program_name(name)
         body = _body(lines)
         heading = SourceLine(1, f"{PROGRAM} {called}()", PROGRAM)
@@ -272,7 +274,7 @@ class FileReader(DiagnosticCollector):
         yield from self._all_parts(lines[behind:])
 
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
-        """Return a program. If its heading cannot be read, only check its steps."""
+        """Return a program. If its heading cannot be read, report this and check only its steps."""
         header = self._read_or_report(line, self._parser.header, line.text, line.number, header_end(line.text))
         numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
@@ -283,7 +285,7 @@ class FileReader(DiagnosticCollector):
         return resolve_program(program)
 
     def _read_or_report(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
-        """Return the result of `read` for a line; None, with a report, if the line is refused."""
+        """Return the result of `read` for a line. If the line is refused, report it and return None."""
         try:
             self._check_text(line)
             return read(*given)
@@ -303,11 +305,11 @@ class FileReader(DiagnosticCollector):
     # --- sections of variables ---
 
     def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
-        """Return a section. `whole` is False if one of its lines is wrong; then the section is not used."""
+        """Return a section. If one of its lines is wrong, `whole` is False and the section is not used."""
         before = len(self.diagnostics)
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
-        goes_on = False  # whether the line above is a transformation, which may have more numbers
+        goes_on = False  # whether the line above is a transformation, which may continue in this line
         for inner in body:
             try:
                 self._check_text(inner)
@@ -333,7 +335,7 @@ class FileReader(DiagnosticCollector):
         return Section(line.directive, fitting, tuple(remarks), len(self.diagnostics) == before, span=line.span)
 
     def _fits(self, entry: Entry, section: str) -> bool:
-        """Return whether an entry has the kind of its section, constant indexes, and enough numbers."""
+        """Return whether an entry has the kind of its section, constant indexes, and the right number of numbers."""
         name, wrong = entry.variable.sigil + entry.variable.name, ""
         indexes = entry.variable.indexes or ()
         if entry.variable.indexes == () or not all(isinstance(index, ast.Number) for index in indexes):
@@ -361,15 +363,14 @@ def _body(lines: Sequence[SourceLine]) -> Sequence[SourceLine]:
 
 
 def program_name(file: str) -> str:
-    """Return the name of the program in a file of this name."""
+    """Return the name for the program in a file of this name."""
     name = re.sub(r"[^A-Za-z0-9._]+", ".", file).strip(".")
     return (name if name[:1].isalpha() else f"p.{name}")[:NAME_LENGTH].rstrip(".")
 
 
 def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
-    """Report each program whose name another program of the file has. `programs`: each with the number of lines above
-    its part.
-    """
+    """Report each program that has the same name as another program of the file. `programs`: each with the number of
+    lines above its part."""
     names: set[str] = set()
     for program, above in programs:
         if program.key in names:
@@ -378,7 +379,8 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 
 
 def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
-    """Return the error for a program with the name of another program. `above`: the number of lines above its part."""
+    """Return the error for a program that has the name of another program. `above`: the number of lines above the
+    program's part."""
     span = replace(program.span, line=program.span.line + above)
     return error(ProgramExists, span, f"{program.name} {how}")
 
@@ -386,8 +388,8 @@ def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
     """Return whether all lines of a program begin with the step numbers of a listing: 1, 2, 3, ...
 
-    Books print them as in the editor, too: `1.`, `1.?`. Numbers that a GOTO, a THEN or a GRASP of the program names are
-    labels.
+    Books also print them as the editor does: `1.`, `1.?`. Numbers to which a GOTO, a THEN or a GRASP of the program
+    refers are labels instead.
     """
     rest: list[str] = []
     for line in lines:
@@ -406,12 +408,12 @@ _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s
 
 
 def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return diagnostics without the warnings that comments in the lines suppress."""
+    """Return the diagnostics without the warnings that comments in the lines suppress."""
     everything = tuple(found)
     asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
     if not asked or not everything:
         return everything
-    unwanted: dict[int, set[str]] = {}  # by line, 0 for the whole file
+    unwanted: dict[int, set[str]] = {}  # by line number, with 0 for the whole file
     for number, line in asked:
         if comment := _COMMENT.search(line):
             place = 0 if comment[1] else number
@@ -429,9 +431,8 @@ WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a progr
 
 
 class Maker(Struct, frozen=True):
-    """A language of another maker. `sure`: lines that VAL-II never has; `likely`: lines that are frequent in the
-    language.
-    """
+    """The language of another maker. `sure`: a pattern of lines that VAL-II never has; `likely`: a pattern of lines
+    that are frequent in this language."""
 
     title: str
     sure: str
@@ -480,12 +481,13 @@ _OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[
 
 
 def foreign_file(text: str) -> Diagnostic | None:
-    """Return an error if a whole text is in another language, at its first typical line; None if it may be VAL-II.
+    """Return an error, at the first typical line, if a whole text is in another maker's language; None if it may be
+    VAL-II.
 
-    Kawasaki's programs begin with .PROGRAM as ours do, those of other makers do not.
+    Kawasaki's programs begin with .PROGRAM as VAL-II programs do; those of other makers do not.
     """
     makers = _MAKERS
-    if has_program(text):  # check for Kawasaki alone, and only if a word of it occurs
+    if has_program(text):  # with .PROGRAM only Kawasaki is possible; it is checked only if one of its words occurs
         capitals = text.upper()
         makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
     for maker in makers:
@@ -503,13 +505,13 @@ def foreign_file(text: str) -> Diagnostic | None:
 
 
 def has_program(text: str) -> bool:
-    """Return whether a program of the text begins with .PROGRAM."""
+    """Return whether a text contains a program that begins with .PROGRAM."""
     return re.search(r"(?im)^[ \t]*\.PROGRAM\b", text) is not None
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
-    """Return whether there are enough lines of another language: more than the motions of VAL-II, and a large enough
-    share of all steps unless some of the lines are certain."""
+    """Return whether a text has enough lines of another language: at least as many as it has motions of VAL-II, and,
+    unless some of the lines are certain, a large enough share of all steps."""
     if len(re.findall(_OURS, text)) > likely + sure:
         return False
     steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
@@ -521,10 +523,10 @@ def parse_file(
 ) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     """Return the programs and sections of a file, and all mistakes in it.
 
-    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: used if the file names
-    none. `name`: of the file, for steps without a heading. `whole`: the text is a whole file; one in another maker's
-    language is reported, and not read if it has no program. `remembered`: its steps stay in memory, for a text that
-    changes.
+    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: the dialect for a file that
+    names none. `name`: the name of the file, for steps without a heading. `whole`: the text is a whole file; if it is
+    in another maker's language this is reported, and a file without any program is then not read. `remembered`: the
+    parsed steps stay in memory, for a text that changes.
     """
     foreign = foreign_file(text) if whole else None
     if foreign is not None and not has_program(text):
@@ -543,17 +545,17 @@ def parse_step(text: str, line: int = 1, dialect: Dialect = Dialect.VPLUS) -> St
 def parse_prompt(
     text: str, names: Container[str] = (), dialect: Dialect = Dialect.VPLUS
 ) -> Statement | ProgramHeader | None:
-    """Parse a line of the prompt; None for a blank or a comment. `names`: the keys of variables with a value. Raises
-    LineRefused.
+    """Parse a line of the prompt; return None for a blank line or a comment. `names`: the keys of variables with a
+    value. Raises LineRefused.
 
-    A monitor command is an Instruction, an expression alone is Show, any other statement a DoInstruction.
+    A monitor command becomes an Instruction, an expression alone a Show, any other statement a DoInstruction.
     """
     at, parser = header_end(text), _parser(dialect)
     return parser.prompt(text, names) if at is None else parser.header(text, 1, at)
 
 
 def variables_in(lines: Iterable[str]) -> set[str]:
-    """Return the keys of variables in lines of a program that have the name of a function."""
+    """Return the keys of those variables in the lines of a program that have the name of a function."""
     parameters: list[ast.Variable] = []
     statements: list[Statement | None] = []
     for line in lines:
@@ -570,7 +572,7 @@ _NAME_OF_FUNCTION = "(?i)" + "|".join(map(re.escape, FUNCTION_NAMES))
 
 @cache
 def _parser(dialect: Dialect) -> LineParser:
-    """Return the parser of a dialect: V+ has our order of operators, VAL-II and VAL have their own."""
+    """Return the parser for a dialect: V+ has the default order of operators; VAL-II and VAL have a different one."""
     return LineParser() if dialect is Dialect.VPLUS else _val_parser()
 
 
@@ -583,11 +585,12 @@ def _val_parser() -> LineParser:
 
 
 class Part(Struct, frozen=True, eq=False, dict=True):
-    """A program or a section with all lines up to the next heading; or the lines before the first heading.
+    """A program or a section with all lines up to the next heading, or the lines before the first heading.
 
-    An editor changes one line at a time, and so few parts of a file; an unchanged part is not read again. Its lines
-    count from 1, so that a part does not change when lines come or go above it. `last`: its `.END`, or its last line.
-    `name`: of the file, for the first part, which may be steps without a heading.
+    An editor changes one line at a time, and so only few parts of a file; the other parts are not read again. The lines
+    of a part count from 1, so that lines inserted or deleted above it do not change it. `last`: the number of its
+    `.END` line, or of its last line. `name`: the name of the file, for a first part that may be steps without a
+    heading.
     """
 
     lines: tuple[str, ...]
@@ -597,7 +600,8 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        text = "\n".join((*self.lines, ""))  # with a line end, so that a Ctrl-Z is not taken for the end of the file
+        # add a line end, so that a Ctrl-Z at the end is not removed as the end of the file
+        text = "\n".join((*self.lines, ""))
         return parse_file(text, self.dialect, name=self.name, whole=False)
 
     @property
@@ -606,22 +610,22 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def node(self) -> Program | Section | None:
-        """Return the program or section; None without a readable heading."""
+        """Return the program or section; None if the heading cannot be read."""
         return next((part for part in self._read[0].parts if isinstance(part, Program | Section)), None)
 
 
 class Placed(Struct, frozen=True):
-    """A part with its place in a file: `above` is the number of lines before it."""
+    """A part with its position in a file. `above`: the number of lines before it."""
 
     part: Part
     above: int
 
     def span(self, span: Span) -> Span:
-        """Return a span of the part as a span of the file."""
+        """Convert a span of the part to a span of the file."""
         return Span(span.line + self.above, span.column, span.end)
 
     def translate(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-        """Return diagnostics of the part with spans of the file."""
+        """Convert diagnostics of the part to diagnostics of the file."""
         return (replace(one, span=self.span(one.span)) for one in diagnostics)
 
 
@@ -629,9 +633,8 @@ Known = Mapping[tuple[str, ...], Part]
 
 
 def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: str = "") -> tuple[Placed, ...]:
-    """Cut a file into its parts. Parts that are `known` by their lines are reused. `dialect`: used if the file names
-    none. `name`: of the file, for steps without a heading.
-    """
+    """Cut a file into its parts. A part of `known` with the same lines is reused. `dialect`: the dialect for a file
+    that names none. `name`: the name of the file, for steps without a heading."""
     placed, above = list[Placed](), 0
     own, _ = dialect_in(text, dialect)
     bare = "" if has_program(text) else name
@@ -646,5 +649,5 @@ def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: st
 
 
 def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:
-    """Return the programs among parts, with their places."""
+    """Return the programs among parts, with their positions in the file."""
     return ((placed, placed.part.node) for placed in parts if isinstance(placed.part.node, Program))

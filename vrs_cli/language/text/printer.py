@@ -1,6 +1,7 @@
-"""Print syntax trees as canonical VAL-II text: keywords in upper case, names in lower case, four blanks a block.
+"""Print syntax trees as canonical VAL-II text: keywords in upper case, names in lower case, an indent of four blanks
+for each block.
 
-Printing and parsing give the same tree; formatting twice changes nothing.
+Printing a tree and parsing the text gives the same tree. Formatting a text twice changes nothing more.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def _entry_text(entry: ast.Entry) -> str:
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         (value,) = entry.numbers
         return f"{name} {int(value) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()}"
-    # six decimals, or as many digits as the value needs: formatting a file never changes a number
+    # six decimals, or all digits that the value needs, because formatting a file must never change a number
     short = (f"{number + 0.0:.6f}" for number in entry.numbers)
     shown = (one if float(one) == of else repr(of).upper() for one, of in zip(short, entry.numbers, strict=True))
     columns = [f" {one:>12}" for one in shown]
@@ -70,12 +71,12 @@ def _entry_text(entry: ast.Entry) -> str:
     return "\n".join((name + "".join(columns[:ANGLES]), " " * NAME_WIDTH + "".join(columns[ANGLES:])))
 
 
-# characters that end a string or a line, or may not stand in a file
+# characters that end a string or a line, or that a file must not contain
 _UNQUOTABLE = r'(["\x00-\x08\x0a-\x1f])'
 
 
 def _quote(text: str) -> str:
-    """Return a text in quotes: `"a"+$CHR(34)+"b"` if a character cannot stand in them."""
+    """Return a text in quotes. A character that cannot be written in quotes is added with $CHR: `"a"+$CHR(34)+"b"`."""
     pieces = re.split(_UNQUOTABLE, text)
     shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
     return "+".join(shown) or '""'
@@ -104,7 +105,7 @@ _CLOSERS = (ast.End, ast.Until)
 
 
 def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
-    """Yield the indented steps. Comments after consecutive steps begin in one column."""
+    """Yield the indented steps. The comments of consecutive steps begin in the same column."""
     bodies = list(zip(steps, _bodies(steps), strict=True))
     for beside, run in groupby(bodies, key=lambda one: one[0].comment is not None and one[1].strip() != ""):
         lines = list(run)
@@ -159,7 +160,7 @@ def _for(loop: ast.For) -> str:
 def _instruction(statement: ast.Instruction) -> str:
     it, row, command = statement.modifiers, INSTRUCTIONS.get(statement.word), COMMANDS.get(statement.word)
     raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.BareWord)
-    read_by = command if raw or row is None else row  # FDELETE file of the prompt, or FDELETE (lun) $file
+    read_by = command if raw or row is None else row  # FDELETE file at the prompt, or FDELETE (lun) $file
     assert read_by is not None
     group = "()" * statement.empty_group
     parts = [statement.word, group, it.sort, *_argument_parts(statement, read_by), it.unit, "ALWAYS" * it.always]
@@ -191,14 +192,15 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
-    """Yield the arguments before `=`: those in parentheses, `plain` ones between commas, those with leading words."""
+    """Yield the arguments before `=`: first those in parentheses, then the `plain` ones between commas, then those with
+    leading words."""
     grouped = ast.trim(own[: row.group_size])
     if row.comma:
         before, after = own[: row.before_comma], own[row.before_comma :]
         yield _list_text(before)
         yield f"{row.comma} {_list_text(after)}" if after else ""
     elif row.group_size == len(row.arguments) and not grouped:
-        yield _list_text(own)  # extra arguments keep their comma, otherwise they would be the group
+        yield _list_text(own)  # extra arguments keep their comma; without it they would be read as the group
     else:
         yield f"({_list_text(grouped)})" if grouped else ""
         yield _list_text(ast.trim(own[row.group_size : plain]) if row.leads else own[row.group_size :])
@@ -214,7 +216,7 @@ def _shape_at(row: Word, place: int) -> Shape:
 
 
 def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
-    """Return words of switches, parameters and settings in upper case; other expressions unchanged."""
+    """Return words of switches, parameters and settings in upper case; return other expressions unchanged."""
     if shape in _CAPITAL and isinstance(expression, ast.BareWord):
         return ast.BareWord(expression.text.upper(), span=expression.span)
     return expression
@@ -224,7 +226,7 @@ _CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:
-    """Return items with commas and blanks between them; an omitted item leaves its comma."""
+    """Return items separated by commas and blanks. Of an omitted item only the comma remains."""
     shown = ("" if item is None else expression_text(item) for item in items)
     return ",".join(f" {text}" if place and text else text for place, text in enumerate(shown))
 
@@ -259,7 +261,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
 
 
 def expression_text(expression: Expression) -> str:
-    """Return an expression as text, with the parentheses of its source and those that it needs."""
+    """Return an expression as text, with the parentheses of its source and those that the grouping requires."""
     return _EXPRESSIONS[type(expression)](expression)
 
 
@@ -271,7 +273,7 @@ def _variable(variable: ast.Variable) -> str:
 
 
 def _unary(unary: ast.Unary) -> str:
-    """Return signs and their operand as text. This is a loop, since a line may have hundreds of signs."""
+    """Return signs and their operand as text. A loop is used, because a line may have hundreds of signs."""
     before, closing = "", 0
     operand: Expression = unary
     while isinstance(operand, ast.Unary):
@@ -290,7 +292,8 @@ def _binary(binary: ast.Binary) -> str:
 
 
 def _operation(binary: ast.Binary, sign: str) -> str:
-    """Return two operands with a sign between them, in parentheses if they would be grouped differently."""
+    """Return two operands with a sign between them. An operand is put in parentheses if it would be grouped differently
+    without them."""
     rank, left, right = ORDER.infix[binary.operator], expression_text(binary.left), expression_text(binary.right)
     before = f"({left})" if _open_rank(binary.left) < rank else left
     return f"{before}{sign}({right})" if _rank(binary.right) <= rank else f"{before}{sign}{right}"
@@ -303,7 +306,8 @@ def _rank(expression: Expression) -> int:
 
 
 def _open_rank(expression: Expression) -> int:
-    """Return the rank with which an expression binds the operator after it."""
+    """Return the rank of the last open operator of an expression, which competes with the operator after the
+    expression."""
     if isinstance(expression, ast.Unary) and not expression.grouped:
         return min(ORDER.prefix[expression.operator], _open_rank(expression.operand))
     if isinstance(expression, ast.Binary) and not expression.grouped:

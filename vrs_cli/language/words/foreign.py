@@ -1,6 +1,5 @@
-"""List words of other languages (Python, BASIC, Kawasaki AS, KRL, RAPID, URScript) and of shells, and their
-counterparts in VAL-II; give hints for names without a value.
-"""
+"""List words of other languages (Python, BASIC, Kawasaki AS, KRL, RAPID, URScript) and of shells, with their
+counterparts in VAL-II. Give hints for names without a value."""
 
 from __future__ import annotations
 
@@ -25,7 +24,8 @@ FOREIGN_SIGNS = {
     "|": "OR is either",
     "!": "NOT is the opposite, <> is unequal",
     "~": "NOT is the opposite, <> is unequal",
-    **dict.fromkeys("“”„«»‘’", 'straight quotes enclose a text: "hello"'),  # of word processors
+    # typographic signs that word processors insert
+    **dict.fromkeys("“”„«»‘’", 'straight quotes enclose a text: "hello"'),
     **dict.fromkeys("–—−", "the minus sign is -"),
     **dict.fromkeys("×·", "* multiplies"),
     **dict.fromkeys("÷", "/ divides"),
@@ -34,18 +34,19 @@ FOREIGN_SIGNS = {
 POWER, QUOTES = "** raises to a power: 2 ** 3", 'a text stands in double quotes: "hello"'
 QUOTIENT, WHOLE = r"//\s*[\d(]", "INT(7 / 2) is a whole quotient; a comment begins with ;"
 FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
-LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"  # at the start of a line: MATLAB, BASIC, RAPID, Lua
+# comment signs at the start of a line: MATLAB, BASIC, RAPID, Lua
+LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"
 _UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
 UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
-MEANT_ELSEWHERE = {  # VAL-II words that mean more in other languages
+MEANT_ELSEWHERE = {  # VAL-II words that have further meanings in other languages
     "SWITCH": "CASE x OF chooses by a value",
     "SIGNAL": "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off",
     "RESET": "RESET turns all off, SIGNAL -1 turns one off",
     "WAIT": "TIMER 1 = 0 and WAIT TIMER(1) > 2 let two seconds pass",
     "RANDOM": "1 + INT(6 * RANDOM) is a whole number from 1 to 6",
 }
-_ONLY_READ = {  # functions to which students assign
+_ONLY_READ = {  # functions to which students try to assign a value
     "SIG": f"SIG(1) is the state of a signal; {MEANT_ELSEWHERE['SIGNAL']}",
     **dict.fromkeys(("DX", "DY", "DZ"), "SET p = SHIFT(p BY dx, dy, dz) moves a place"),
 }
@@ -118,7 +119,7 @@ _SAME = {
     "FRENAME": "MV",
 }
 _PLACE = "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed"
-_MORE: Mapping[str, str] = {  # a further hint, by the foreign word
+_MORE: Mapping[str, str] = {  # an additional hint, by the foreign word
     **dict.fromkeys(("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"), _PLACE),
     "RUN": "LOAD hello reads hello.v2 first",
 }
@@ -168,30 +169,29 @@ def theirs() -> Iterable[str]:
 def own_word(foreign: str) -> str:
     """Return the word of VAL-II for a word of another language, or ""."""
     word = foreign.upper()
-    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # without its module: time.sleep
+    return _WORDS.get(word, "") or _WORDS.get(word.rpartition(".")[2], "")  # the word without its module: time.sleep
 
 
 def own_function(foreign: str) -> str:
-    """Return a hint at the way to write a function of another language in VAL-II, or "". Text before its last point is
-    ignored.
-    """
+    """Return a hint that shows how to write a function of another language in VAL-II, or "". Text before the last point
+    of its name is ignored."""
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
 
 
 def only_reads(function: WordRow) -> tuple[str, str]:
-    """Return the detail and the hint for an assignment to a function: SIG(1) = TRUE, DX(p) = 5."""
+    """Return the detail and the hint of the error for an assignment to a function: SIG(1) = TRUE, DX(p) = 5."""
     hint = _ONLY_READ.get(function.name, f"it stands where a value does: x = {function.form}")
     return f"{function.name} only reads a value", hint
 
 
 def form_of(row: WordRow) -> str:
-    """Return the form of a word as a hint, with a remark if the word means more in other languages."""
+    """Return a hint with the form of a word, and with a remark if the word has further meanings in other languages."""
     meant = MEANT_ELSEWHERE.get(row.name)
     return f"the form is {row.form}" + (f"; {meant}" if meant else "")
 
 
 def way(foreign: str, *, at_prompt: bool) -> str:
-    """Return a hint at the way to write a word of another language in VAL-II, or ""."""
+    """Return a hint that shows how to write a word of another language in VAL-II, or ""."""
     ours = own_word(foreign)
     row = (COMMANDS.get(ours) if at_prompt else None) or PROGRAM_WORDS.get(ours)
     if row is not None:
@@ -202,7 +202,7 @@ def way(foreign: str, *, at_prompt: bool) -> str:
 
 # --- names without a value ---
 
-_NO_NAMES: Mapping[str, str] = {  # words of other languages that look like names here
+_NO_NAMES: Mapping[str, str] = {  # words of other languages that would be variable names here
     **dict.fromkeys(
         ("NONE", "NIL", "UNDEFINED"), "0 is nothing here, and FALSE; DEFINED(x) tells whether x has a value"
     ),
@@ -211,7 +211,7 @@ _NO_NAMES: Mapping[str, str] = {  # words of other languages that look like name
 
 
 def meant_by(name: str) -> str:
-    """Return a hint at the meaning of names such as J1 and part.z; "" for other names."""
+    """Return a hint at the probable meaning of names such as J1 and part.z; "" for other names."""
     if re.fullmatch(r"(?i)j(oint)?\d", name):
         return "a joint is a number: DRIVE 1, 30"
     if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
@@ -223,14 +223,14 @@ def meant_by(name: str) -> str:
 
 
 def giving(name: str, kind: Kind | None) -> str:
-    """Return a hint at the way to give a variable a value, or at the meaning of its name."""
+    """Return a hint that shows how to assign a value to a variable, or what its name probably means."""
     base, bracket, _ = name.partition("[")
     function = FUNCTIONS.get(base.upper())
     if kind is Kind.PRECISION:
         return f"HERE {name} defines it"
     if meant := _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else ""):
         return meant
-    if function is not None and function.arguments:  # TIMER for TIMER(1)
+    if function is not None and function.arguments:  # the name of a function without its arguments: TIMER for TIMER(1)
         return f"the function is {function.form}"
     if kind is Kind.LOCATION:
         return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
@@ -247,10 +247,10 @@ def giving(name: str, kind: Kind | None) -> str:
 
 
 def value_given(name: str) -> str:
-    """Return a hint at the way to give a number a value."""
+    """Return a hint that shows how to assign a value to a number variable."""
     return f"{name} = ... gives it a value"
 
 
 def text_meant(name: str) -> str:
-    """Return a hint for TYPE with a name that has no value."""
+    """Return the hint for TYPE with a name that has no value: quotes may have been forgotten."""
     return f'{value_given(name)}; a text stands in double quotes: "{name}"'

@@ -1,10 +1,11 @@
-"""List the functions, constants, operators and linking words of the language: one row each, for checks, HELP,
-completion.
+"""List the functions, constants, operators and linking words of the language, with one row for each; checks, HELP and
+completion use the rows.
 
 Functions take and return millimetres and degrees; internally they use metres and radians. `operations` evaluates each
-function under the same name. Sources: V+ Language Reference; val2 sections 2 and 5. The order of operators is that of
-V+ or VAL-II's own (val2 section 2.2). They differ in NOT, AND, OR and XOR beside relations; see the head of
-grammar/val2.lark.
+function under the same name. Sources: V+ Language Reference; val2 sections 2 and 5.
+
+There are two orders of operators: that of V+ and VAL-II's own (val2 section 2.2). They differ in NOT, AND, OR and XOR
+beside relations; see the comment at the top of grammar/val2.lark.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from vrs_cli.language.words.word import PrintedForm, Shape, State, WordRow, by_n
 
 
 class Function(WordRow, frozen=True, eq=False, dict=True):
-    """A row of the table: `ATAN2(y, x)`, `SHIFT(location[ BY dx][, dy][, dz])`, `PI`."""
+    """The row of a function or a constant: `ATAN2(y, x)`, `SHIFT(location[ BY dx][, dy][, dz])`, `PI`."""
 
     result: Kind = Kind.REAL
 
@@ -240,13 +241,14 @@ _REFUSED = (
 FUNCTIONS: Mapping[str, Function] = by_name(
     (*_ARITHMETIC, *_LOCATIONS, *_SIGNALS, *_LATCH, *_SYSTEM, *_STRINGS, *_TASKS, *_UNITS, *_REFUSED)
 )
-WITH_BY = frozenset({"SHIFT", "SCALE"})  # functions whose first argument is followed by BY, not by a comma
+WITH_BY = frozenset({"SHIFT", "SCALE"})  # functions with BY, instead of a comma, after the first argument
 
 BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions whose values change without an assignment
 
 
 class Operator(WordRow, frozen=True, eq=False, dict=True):
-    """The row of an operator. Its form does not begin with its `name`; `also`: another spelling."""
+    """The row of an operator. Its form begins with an operand, so `name` is given separately. `also`: another
+    spelling."""
 
     name: str = ""
     also: str = ""
@@ -325,7 +327,8 @@ LOGICAL = frozenset({"AND", "OR", "XOR", "NOT"})
 
 
 class Order(Struct, frozen=True):
-    """An order of operators by ranks. A higher rank binds tighter; equal ranks group from the left."""
+    """An order of operators, given by their ranks. A higher rank binds more tightly; operators of equal rank group from
+    the left."""
 
     infix: Mapping[str, int]
     prefix: Mapping[str, int]

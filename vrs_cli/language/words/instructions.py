@@ -1,4 +1,4 @@
-"""List the instructions of a program and the words of blocks and jumps: one row each (val2 section 4)."""
+"""List the instructions of a program and the words of blocks and jumps, with one row for each (val2 section 4)."""
 
 from __future__ import annotations
 
@@ -332,16 +332,17 @@ CONTROL: Mapping[str, Control] = by_name(_CONTROL)
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
-DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # words that only state to which program variables belong
-RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}  # for IF a EQ b THEN label
-LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # jumps to the end or the next pass of a loop
+DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # words that only declare to which program variables belong
+# the relations in IF a EQ b THEN label
+RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
+LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # instructions that jump to the end or the next pass of a loop
 
 CONNECTIVES = frozenset({"THEN", "TO", "STEP", "OF", "BY", "ALWAYS", "MMPS", "IPS"})
 OPERATOR_WORDS = frozenset({"NOT", "AND", "OR", "XOR", "MOD", "COM", "BAND", "BOR", "BXOR"})
 
-# The words that cannot be names of variables, and why. Every other word is a keyword only in its position: an
-# instruction at the start of a line and before neither = nor [, a function before (, STEP or AT where an expression has
-# ended. Programs that ran on controllers have variables status, stop, value, delay and dx (val2 sections 1 and 15).
+# Words that cannot be names of variables, and the reasons. Any other word is a keyword only in its position: an
+# instruction at the start of a line and not before = or [, a function before (, and STEP or AT after an expression.
+# Programs that ran on controllers have variables named status, stop, value, delay and dx (val2 sections 1 and 15).
 RESERVED: Mapping[str, str] = {
     **dict.fromkeys(sorted(OPERATOR_WORDS), "an operator"),
     **dict.fromkeys(("TRUE", "FALSE", "ON", "OFF", "PI"), "a constant"),
@@ -353,5 +354,5 @@ RESERVED: Mapping[str, str] = {
 
 
 def why_reserved(word: str) -> tuple[str, str]:
-    """Return the reason why a word cannot be a name, and a hint."""
+    """Return the reason why a word cannot be the name of a variable, and a hint."""
     return f"{word} is a word of the language", f"{RESERVED[word]} is no name"

@@ -1,4 +1,4 @@
-"""List the monitor commands, which are typed at the `.` prompt: one row each (val2 section 3)."""
+"""List the monitor commands, which are typed at the `.` prompt, with one row for each (val2 section 3)."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ _REFUSED = (
 
 
 class Explained(Struct, frozen=True):
-    """A topic of EXPLAIN: its form after the word, a summary, and whether a location follows."""
+    """A topic of EXPLAIN. The fields are its form after the word, a summary, and whether a location follows."""
 
     form: str
     summary: str
@@ -230,8 +230,9 @@ COMMANDS: Mapping[str, Word] = by_name(
     (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_REFUSED)
 )
 
-# Words that may be typed while the robot program runs, beside words that change nothing (`Role.OBSERVER`): they set,
-# store, starts or stops, and moves no arm. What remains (the other instructions too) is refused with the reason.
+# Commands that are allowed while the robot program runs, besides those that change nothing (`Role.OBSERVER`): they set,
+# store, start or stop something, and move no arm themselves. All other words, including the other instructions, are
+# refused with the reason.
 _BESIDE = """
     HERE POINT TEACH DELETEP DELETEL DPOINT DELETER DELETES COPY RENAME EDIT SEE
     LOAD LOADP LOADL STORE STOREP STOREL STORER STORES SAVE FDELETE FRENAME FCOPY COMMANDS
@@ -239,14 +240,14 @@ _BESIDE = """
     BPT WATCH SPEED SIGNAL RESET ENABLE DISABLE SWITCH PARAMETER CLOCK BRANCH EXIT QUIT SET TIMER CD LOG
 """
 BESIDE = frozenset(_BESIDE.split())
-# those of them that move the robot, or ask where it is: not from another branch than that of the program
+# those of them that move the robot, or ask where it is, are refused on another branch than that of the program
 _ON_BRANCH = "HERE TEACH EXECUTE PRIME SSTEP XSTEP NEXT PROCEED RETRY PCEXECUTE PCPROCEED PCRETRY"
 ON_BRANCH = frozenset(_ON_BRANCH.split())
 
 
-# --- words behind a command ---
+# --- words after a command ---
 
-MEASURED = "MEASURED"  # argument of WHERE and COMPARE: the measured robot
+MEASURED = "MEASURED"  # argument of WHERE and COMPARE: show the measured robot
 CLOCK_WORDS: Mapping[str, str] = {
     "PAUSE": "time stands, and with it the arm",
     "GO": "time goes on",
@@ -270,7 +271,8 @@ AXIS_WORDS: Mapping[str, str] = {
 
 
 class Quantity(Struct, frozen=True):
-    """A quantity of PLOT. `joints`: its name if it has a curve for each joint; `curves`: the curves of the tool."""
+    """A quantity of PLOT. `joints`: the name of the quantity if it has a curve for each joint; `curves`: the names of
+    the tool's curves."""
 
     title: str
     unit: str

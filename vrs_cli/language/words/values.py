@@ -36,7 +36,8 @@ SIGIL_KINDS: Mapping[str, Kind] = {"#": Kind.PRECISION, "$": Kind.STRING}
 
 
 def kind_of_name(name: str) -> Kind:
-    """Return the kind of a name by its first character; REAL for a bare name, which can be a transformation too."""
+    """Return the kind of a name according to its first character; REAL for a bare name, which can also be a
+    transformation."""
     return SIGIL_KINDS.get(name[:1], Kind.REAL)
 
 
@@ -47,7 +48,7 @@ def kinds_of_name(name: str) -> tuple[Kind, ...]:
 
 
 def key_of(name: str) -> str:
-    """Return the key of a name as typed, sigil included (`ast.Variable.key`)."""
+    """Return the key of a name as typed, including its sigil (`ast.Variable.key`)."""
     sigil = name[:1] if name[:1] in SIGIL_KINDS else ""
     return sigil + name[len(sigil) :].lower()[:NAME_LENGTH]
 
@@ -74,14 +75,13 @@ def kind_of_value(value: Value) -> Kind:
 
 
 def whole(value: float) -> int:
-    """Return the nearest integer; halves are rounded away from zero. Reals are rounded like this where an integer is
-    needed.
-    """
+    """Return the nearest integer; halves are rounded away from zero. A real is rounded this way wherever an integer is
+    needed."""
     return int(value + 0.5) if value >= 0.0 else int(value - 0.5)
 
 
 def integer(value: float) -> int:
-    """Return the nearest integer of 24 bits and a sign. Raises IllegalValue outside that range."""
+    """Return the nearest integer, which must fit 24 bits and a sign. Raises IllegalValue outside that range."""
     if not INTEGER_LOW - 0.5 < value < INTEGER_HIGH + 0.5:
         raise IllegalValue(
             plain(value),
@@ -94,20 +94,21 @@ def integer(value: float) -> int:
 
 
 def integer_between(value: float, low: int, high: int, what: str) -> int:
-    """Return the nearest integer from `low` to `high`. Raises IllegalValue, which names `what` it is for."""
+    """Return the nearest integer, which must be from `low` to `high`. Raises IllegalValue; `what` names the quantity in
+    its message."""
     if not low - 0.5 < value < high + 0.5:
         raise IllegalValue(f"{what} {plain(value)}", f"{low} to {high}", value=value, lower=low, upper=high)
     return whole(value)
 
 
 def wrap(bits: int) -> float:
-    """Return an integer cut to 24 bits and a sign, as the bitwise operators give it."""
+    """Return an integer reduced to 24 bits and a sign, as the bitwise operators give it."""
     span = INTEGER_HIGH - INTEGER_LOW + 1
     return float((bits - INTEGER_LOW) % span + INTEGER_LOW)
 
 
 def within_range(value: float) -> float:
-    """Return a value unchanged. Raises ArithmeticOverflow if a real cannot hold it, also for infinity and NaN."""
+    """Return a value unchanged. Raises ArithmeticOverflow if a real cannot hold it, and for infinity and NaN."""
     if not -LIMIT <= value <= LIMIT:
         raise ArithmeticOverflow(f"the result {value:.{SIGNIFICANT}G}", f"reals reach {LIMIT:.2G}")
     return value
@@ -126,7 +127,8 @@ _DECIMAL = r"(?i)[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
 
 
 def leading_number(text: str) -> tuple[float, int] | None:
-    """Return the number at the begin of a text and its length, or None. Numbers have the forms of programs."""
+    """Return the number at the start of a text and its length, or None. The number may have any form that programs
+    allow."""
     if based := re.match(_BASED, text):
         digits = based["digits"]
         try:
@@ -140,7 +142,7 @@ def leading_number(text: str) -> tuple[float, int] | None:
 
 
 def read_number(text: str) -> float | None:
-    """Return a number if the text has nothing else but blanks, otherwise None."""
+    """Return the number in a text that has nothing else but blanks, otherwise None."""
     stripped = text.strip()
     found = leading_number(stripped)
     return found[0] if found is not None and found[1] == len(stripped) else None
@@ -148,7 +150,8 @@ def read_number(text: str) -> float | None:
 
 # --- millimetres and degrees ---------------------------------------------------------------------------------------
 
-EDGE_DIGITS = 9  # decimals of mm and degrees: few enough to hide rounding, far finer than any arm
+# number of decimals of mm and degrees: small enough to hide rounding errors, but far finer than any arm's accuracy
+EDGE_DIGITS = 9
 
 
 def millimetres(metres: float) -> float:
@@ -160,10 +163,8 @@ def in_degrees(angle: float) -> float:
 
 
 def transformation(numbers: Iterable[float]) -> Transform:
-    """Make a transformation from X, Y, Z [mm] and O, A, T [degrees], or from the 12 numbers of `from_axes`.
-
-    Raises IllegalValue if the axes are no rotation, apart from rounding.
-    """
+    """Make a transformation from X, Y, Z [mm] and O, A, T [degrees], or from the 12 numbers of `from_axes`. Raises
+    IllegalValue if the axes differ from a rotation by more than rounding errors."""
     given = tuple(numbers)
     if len(given) == len(Transform._fields):
         off = rounding(given)
@@ -182,15 +183,14 @@ MAX_ROUNDING = 0.005  # maximum rounding error of a number of an axis, which has
 
 def from_axes(numbers: Iterable[float]) -> Transform:
     """Make a transformation from the axes n, s, a and the position [mm], three numbers each, as in files of controllers
-    and strings of $TRANSB (V+ Language Reference).
-    """
+    and in the strings of $TRANSB (V+ Language Reference)."""
     nx, ny, nz, sx, sy, sz, ax, ay, az, *mm = numbers
     px, py, pz = (number / 1000.0 for number in mm)
     return Transform(nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz)
 
 
 def rounding(numbers: Iterable[float]) -> float:
-    """Return the largest difference between the axes of 12 numbers and those of a rotation."""
+    """Return the largest difference between the axes in 12 numbers and the orthonormal axes made from them."""
     given = from_axes(numbers)
     return max(abs(x - y) for x, y in zip(given, orthonormal_frame(given), strict=True))
 
@@ -205,8 +205,8 @@ def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[
 
 # --- text --------------------------------------------------------------------------------------------------------
 
-SIGNIFICANT = 7  # number of significant digits of the default form
-EXACT = 1e8  # integers below this are shown in full, so that 24 bits never lose a digit
+SIGNIFICANT = 7  # number of significant digits in the default form
+EXACT = 1e8  # integers below this limit are shown in full, so that 24 bits never lose a digit
 
 
 def plain(value: float) -> str:
@@ -217,7 +217,7 @@ def plain(value: float) -> str:
 
 
 def default_form(value: float) -> str:
-    """Return a number as `/D` prints it: a blank or a minus sign, then the number."""
+    """Return a number in the form of the format `/D`: a blank or a minus sign, then the number."""
     text = plain(value)
     return text if text.startswith("-") else f" {text}"
 
@@ -226,9 +226,8 @@ def default_form(value: float) -> str:
 
 
 def quadrant(angle: float) -> tuple[int, float]:
-    """Return an angle [degrees] as a number of right angles (0 to 3) and the exact remainder in [-45, 45] degrees, in
-    radians.
-    """
+    """Split an angle [degrees] into a number of right angles (0 to 3) and the exact remainder, from -45 to 45 degrees
+    but returned in radians."""
     turned = fmod(angle, 360.0)
     right_angles = whole(turned / 90.0)
     return right_angles % 4, radians(turned - 90.0 * right_angles)

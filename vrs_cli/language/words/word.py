@@ -48,10 +48,10 @@ class Shape(Enum):
 
 COMMAS = frozenset({"BY", "="})  # leading words that replace a comma
 RAW_SHAPES = frozenset({Shape.FILE, Shape.WORD})  # operands read as typed, up to a blank, a comma or an equals sign
-GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # operands in one pair of parentheses before the others
+GROUPED = frozenset({Shape.GROUP, Shape.UNIT})  # operands in one pair of parentheses before the other operands
 
-# What an operand of the printed form is, by its name. Where the row says nothing else, another name in parentheses is a
-# GROUP, one that begins with $ a STRING, and every other a REAL.
+# The shape of an operand in the printed form, by its name. If the row gives no shape either, a name in parentheses is a
+# GROUP, one that begins with $ a STRING, and any other name a REAL.
 SHAPES: Mapping[str, Shape] = {
     "location": Shape.LOCATION,
     "variable": Shape.VARIABLE,
@@ -81,13 +81,13 @@ SHAPES: Mapping[str, Shape] = {
     "instruction": Shape.INSTRUCTION,
 }
 
-# The words of each modifier, with what they mean, and how they stand in a form.
+# The words of each modifier, with their meanings, and their notation in a form.
 MODIFIERS: Mapping[str, Mapping[str, str]] = {
     "AT": {"AT": "at a time on the timeline, in seconds", "IN": "so many seconds from now"},
     "ALWAYS": {"ALWAYS": "not for the next motion only"},
     "UNIT": {"MMPS": "mm a second", "IPS": "inches a second", "MONITOR": "percent, the monitor speed"},
 }
-SORT_WORDS: Mapping[str, str] = {  # words between the word of a declaration and its variables
+SORT_WORDS: Mapping[str, str] = {  # words between the keyword of a declaration and its variables
     "REAL": "reals",
     "DOUBLE": "reals, as all are in double precision",
     "LOC": "transformations",
@@ -100,7 +100,7 @@ MODIFIER_FORMS: Mapping[str, str] = {
 
 
 class Route(Enum):
-    """The four types of command that the analyzer tells apart."""
+    """The four types of command that the analyzer distinguishes."""
 
     MOTION = "motion"
     POSITION = "position"
@@ -109,7 +109,8 @@ class Route(Enum):
 
 
 class Role(Flag):
-    """The rights of a user of a robot: to observe it, to move it, or both and to change its programs and settings."""
+    """The rights of a user of a robot: to observe it, to move it, or to do both and change its programs and
+    settings."""
 
     OBSERVER = 1
     DESIGNER = 2
@@ -117,7 +118,7 @@ class Role(Flag):
 
     @property
     def title(self) -> str:
-        """Return the name of the highest role: a designer may observe too."""
+        """Return the name of the highest role. A designer may also observe, but is called a designer."""
         most = Role.SUPERVISOR if Role.SUPERVISOR in self else self & Role.DESIGNER or self
         return str(most.name).lower()
 
@@ -127,16 +128,16 @@ class Role(Flag):
 
 
 class State(Enum):
-    """Whether a word is carried out. REFUSED words are known; using one gives an error with the reason."""
+    """Whether a word is carried out. A REFUSED word is known, but using it gives an error with the reason."""
 
     SUPPORTED = "supported"
     REFUSED = "not available"
 
 
 class Argument(Struct, frozen=True):
-    """An operand in the form of a word. `lead`: the word before it (`STEP dt`), which replaces the comma.
+    """An operand in the form of a word. `lead`: the word before the operand (`STEP dt`), which replaces the comma.
 
-    The leads BY and = stand in place of the first comma, so that more arguments may follow them.
+    The leads BY and = only replace the first comma, so that more arguments may follow them.
     """
 
     name: str
@@ -154,7 +155,7 @@ _PIECE = re.compile(
 
 
 class PrintedForm(Struct, frozen=True):
-    """The content of a printed form: the operands, the value after `=`, and the modifiers."""
+    """The operands in a printed form, the value after `=`, and the modifiers."""
 
     arguments: tuple[Argument, ...]
     value: Argument | None
@@ -164,7 +165,7 @@ class PrintedForm(Struct, frozen=True):
 def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
     """Read a form without its word. `shapes`: the shapes of the first operands, if their names do not determine them.
 
-    A single operand after `=` is a value; if several follow, the sign stands for the first comma.
+    A single operand after `=` is a value. If several operands follow, the sign replaces the first comma.
     """
     modifiers = frozenset(sort for sort, shown in MODIFIER_FORMS.items() if shown in text)
     for sort in modifiers:
@@ -191,7 +192,7 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
     value = operands.pop() if before == len(operands) - 1 else None
     if before is not None and value is None:
         operands[before] = structs.replace(operands[before], lead="=")
-    if operands and operands[0].shape is Shape.TASK:  # the number of a task comes last
+    if operands and operands[0].shape is Shape.TASK:  # the number of a task becomes the last argument
         operands.append(operands.pop(0))
     return PrintedForm(tuple(operands), value, modifiers)
 
@@ -200,9 +201,9 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
 
 
 class WordRow(Struct, frozen=True, eq=False, dict=True):
-    """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), a summary, and an example.
+    """A word: its printed form, its origin (1 VAL, 2 VAL-II, + V+, blank for our own words), a summary, and an example.
 
-    `note`: a remark, or for a refused word what to write instead. `shapes`: the shapes of its first operands, if their
+    `note`: a remark; for a refused word, what to write instead. `shapes`: the shapes of the first operands, if their
     names do not determine them (`SHAPES`).
     """
 
@@ -228,21 +229,21 @@ class WordRow(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def value(self) -> Argument | None:
-        """Return the operand after `=`. A repeated one (`STORE file = program, ...`) is stored as the last
-        arguments.
-        """
+        """Return the operand after `=`. If it repeats (`STORE file = program, ...`), the values are stored as the last
+        arguments."""
         return self._read.value
 
     @property
     def repeats(self) -> bool:
-        """Return whether its last argument may be repeated."""
+        """Return whether the last argument of the word may be repeated."""
         return bool(self.arguments) and self.arguments[-1].repeated
 
 
 class Word(WordRow, frozen=True, eq=False, dict=True):
-    """An instruction or a monitor command. `breaks`: the robot comes to rest first. `role`: the role that may use it.
+    """An instruction or a monitor command. `breaks`: the robot comes to rest before it. `role`: the role that may use
+    it.
 
-    `drastic`: without arguments, or after a question, it deletes, stops, steps or takes back at once.
+    `drastic`: the word, alone or after a question, at once deletes, stops, steps or undoes something.
     """
 
     route: Route = Route.PROGRAM
@@ -268,12 +269,12 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def before_comma(self) -> int:
-        """Return the number of arguments before the sign that stands for the first comma."""
+        """Return the number of arguments before the sign that replaces the first comma."""
         return next((place for place, argument in enumerate(self.arguments) if argument.lead in COMMAS), 0)
 
     @cached_property
     def comma(self) -> str:
-        """Return BY or = if that stands for the first comma, otherwise ""."""
+        """Return BY or = if it replaces the first comma, otherwise ""."""
         return next((argument.lead for argument in self.arguments if argument.lead in COMMAS), "")
 
     @property
@@ -283,7 +284,7 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def plain(self) -> int | None:
-        """Return the number of arguments between commas; None if the last one repeats."""
+        """Return the number of arguments that are separated by commas; None if the last one repeats."""
         between = (one for one in self.arguments if one.lead in {"", *COMMAS})
         return None if self.repeats else sum(one.shape not in {*GROUPED, Shape.TASK} for one in between)
 
@@ -294,12 +295,13 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
 
     @cached_property
     def takes_task(self) -> bool:
-        """Return whether the number of a task may stand before the arguments. It is then the last argument."""
+        """Return whether the number of a task may be written before the arguments. It is then stored as the last
+        argument."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
 
 
 class Control(Word, frozen=True, eq=False, dict=True):
-    """A word of blocks and jumps. The grammar has the words and values after its first operands."""
+    """A word of blocks and jumps. The grammar defines the words and values after its first operands."""
 
     @cached_property
     def _read(self) -> PrintedForm:
@@ -307,7 +309,7 @@ class Control(Word, frozen=True, eq=False, dict=True):
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Return the words after its operands: THEN and GOTO of IF."""
+        """Return the linking words after its operands, such as THEN and GOTO for IF."""
         return tuple(re.findall(r"[A-Z]+", self.form[len(self.name) :]))
 
 
@@ -319,21 +321,21 @@ def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
 
 
 def usable_names(*tables: Mapping[str, WordRow]) -> Iterable[str]:
-    """Return the names of the rows that are carried out, which a hint may propose."""
+    """Return the names of the words that are available, so that a hint may propose them."""
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
 
-# Minimum number of letters of an abbreviated word. One letter is the name of a variable: `a` must not abort. Names of
-# two are common, too (dx, ab), so a drastic word needs three.
+# Minimum number of letters of an abbreviated word. One letter is usually a variable: `a` must not mean ABORT. Names
+# with two letters are also common (dx, ab), so a drastic word needs three.
 MIN_LETTERS, MIN_LETTERS_IF_DRASTIC = 2, 3
 
 
 def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
-    """Return the rows that a word as typed can mean: one, or several if it is ambiguous.
+    """Return the rows that a typed word can mean: one, or several if it is ambiguous.
 
-    Earlier tables come first, and a whole name before abbreviations. Words of VAL and VAL-II may be abbreviated if no
-    other word of VAL or VAL-II begins with the same letters; other words only if no other word at all does. A word that
-    is not available is returned only if no other word fits.
+    Earlier tables have precedence, and a complete name has precedence over an abbreviation. A word of VAL or VAL-II may
+    be abbreviated if no other word of VAL or VAL-II begins with the same letters; any other word only if no other word
+    at all does. A word that is not available is returned only if no other word fits.
     """
     name = typed.upper()
     for table in tables:
@@ -364,7 +366,7 @@ def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
 
 
 def argument_at(row: WordRow, place: int) -> Argument | None:
-    """Return the argument at an index; indexes beyond the last belong to a repeated argument or value."""
+    """Return the argument at an index. Indexes beyond the last argument belong to an argument or value that repeats."""
     if place < len(row.arguments):
         return row.arguments[place]
     if row.repeats:

@@ -1,6 +1,5 @@
-"""Carry out instructions that assign variables (SET, HERE, SHIFT, FRAME, DECOMPOSE, PACK), use the terminal (TYPE,
-PROMPT), and use units (ATTACH, FOPEN, READ, WRITE).
-"""
+"""Carry out instructions that assign variables (SET, HERE, SHIFT, FRAME, DECOMPOSE, PACK), that use the terminal (TYPE,
+PROMPT), and that use units (ATTACH, FOPEN, READ, WRITE)."""
 
 from __future__ import annotations
 
@@ -37,7 +36,7 @@ def _set_frame(_context: Context, _it: Wording, target: Definable, *places: Tran
 
 
 def _shift(_context: Context, _it: Wording, target: Definable, *distances: float | None) -> None:
-    """Move the last name of a compound in the frame of the names before it, in which its numbers are given."""
+    """Shift a location. For a compound, only the last name changes; its numbers are relative to the names before it."""
     reference = target.reference
     T = reference.value()
     if not isinstance(T, Transform):
@@ -61,7 +60,8 @@ def _joints_here(context: Context, _it: Wording, *targets: Reference | None) -> 
 
 
 def _decompose(context: Context, it: Wording, first: Reference) -> None:
-    """Assign array elements from the given one on: X, Y, Z, O, A, T of a transformation, or the joints."""
+    """Assign X, Y, Z, O, A, T of a transformation, or the joints of a precision point, to array elements from the given
+    one on."""
     if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(it.value, context.environment.units)):
@@ -94,14 +94,14 @@ def _solve_place(context: Context, it: Wording, target: Definable, error: Refere
 
 
 def _joints_from(context: Context, array: Reference) -> Joints:
-    """Return the joints that an array holds. Raises UndefinedValue if an element has no value."""
+    """Return the joints that the elements of an array give. Raises UndefinedValue if an element has no value."""
     first, count = _beginning(array), context.engine.model.joint_count
     values = [element(first, offset).value() for offset in range(count)]
     return context.environment.units.read(value for value in values if isinstance(value, float))
 
 
 def _beginning(array: Reference) -> Reference:
-    """Return element 0 of a whole array."""
+    """Return element 0 if the whole array is given, otherwise the given element."""
     return array._replace(key=0) if array.key is None else array
 
 
@@ -116,9 +116,8 @@ _BETWEEN = re.compile(r"\s*,\s*|\s+")
 
 
 def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
-    """Return the values that a line gives to variables of these kinds, or the mistake in it. A single variable gets the
-    whole line; several values are separated by commas or blanks. An empty field is 0.
-    """
+    """Return the values in a line for variables of these kinds, or the mistake in the line. A single variable gets the
+    whole line; several values are separated by commas or blanks. An empty field is 0."""
     fields = [line] if len(kinds) == 1 else _BETWEEN.split(line.strip())
     if len(fields) > len(kinds):
         return IllegalValue(f"{len(fields)} values where {len(kinds)} are wanted")
@@ -132,7 +131,7 @@ def _entries(line: str, kinds: list[Kind]) -> list[Value] | VrsError:
 
 
 def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects.Answers:
-    """Ask for a line until it can be read. The answer None means an empty line."""
+    """Ask for a line until one can be read. The answer None counts as an empty line."""
     text = "".join(item for item in items if isinstance(item, str))
     targets = [item for item in items if isinstance(item, Reference)]
     values: list[Value] | VrsError | None = None
@@ -145,15 +144,14 @@ def _prompt(_context: Context, _it: Wording, *items: Reference | str) -> effects
         target.assign(value)
 
 
-Unit = Reference | float | None  # a variable, a number, or None (omitted): the robot
+Unit = Reference | float | None  # a variable, a number, or None (omitted), which means the robot
 
 
 def _attach(
     _context: Context, _it: Wording, asked: Unit = None, mode: float | None = None, device: str | None = None
 ) -> effects.Answers:
-    """Attach a unit, without a number the robot. In mode 4 the system chooses one, and stores its number in the
-    variable.
-    """
+    """Attach a unit; without a number, attach the robot. In mode 4 the system chooses a unit, and stores its number in
+    the variable."""
     if integer_between(mode or 0.0, 0, effects.MODE_BITS, "ATTACH mode") & effects.CHOOSE:
         yield from _attach_any(asked, device)
         return
@@ -196,9 +194,8 @@ def _write(
 def _read(
     context: Context, _it: Wording, number: float, handle: Unit, mode: float | None, *variables: Reference | None
 ) -> effects.Answers:
-    """Read one record and assign its values: to all variables, or to none and set the unit's status. A variable
-    `handle` gets the handle of the connection.
-    """
+    """Read one record and assign its values to the variables. If the record does not fit them, assign none and set the
+    unit's status. If `handle` is a variable, it gets the handle of the connection."""
     targets = [variable for variable in variables if variable is not None]
     unit, waits = effects.checked_unit(number), not whole(mode or 0.0) & effects.NO_WAIT
     line = yield effects.ReadRecord(unit, isinstance(handle, Reference), waits)
@@ -223,25 +220,25 @@ def _command(
     data: str | None = None,
     answer: Reference | None = None,
 ) -> effects.Answers:
-    """FCMND: send a command; the second text is a variable for the device's answer (eV+ keyword reference, from memory;
-    likely).
-    """
+    """Send a command to a device (FCMND). The second text operand is a variable for the device's answer (eV+ keyword
+    reference, from memory; likely)."""
     yield effects.CommandDevice(effects.checked_open(unit, "FCMND"), whole(command), data or "")
     if answer is not None:
-        answer.assign("")  # the answer to 600, the only command
+        answer.assign("")  # the answer to command 600, which is the only command
 
 
 def _fopen(
     context: Context, _it: Wording, unit: float, mode: float | None, *items: TypeItem | None
 ) -> Iterable[effects.Event]:
-    """Open a device. The mode in a V+ program (16 for TCP) has no further effect, because the device determines it."""
+    """Open a device. The mode in a V+ program (16 for TCP) has no effect here, because the device determines it."""
     whole(mode or 0.0)
     how, _ = encode(items, context.environment.units)
     return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), how),)
 
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
-    """Return a value for each variable; the rest of the line is ignored, but a string at the end takes all of it.
+    """Return a value from the line for each variable. The rest of the line is ignored, unless the last variable is a
+    string, which takes it all.
 
     Raises InvalidNumber for a missing or wrong number, IllegalValue for a string that cannot be stored.
     """

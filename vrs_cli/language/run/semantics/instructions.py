@@ -1,7 +1,6 @@
 """Carry out instructions: signals, timers and reactions; the end of a program or a cycle; tasks (EXECUTE, ABORT,
 events); motions (MOVE, APPRO, DRIVE ...); and settings of motions (SPEED, modes, configurations, the hand, TOOL, BASE,
-switches and parameters).
-"""
+switches and parameters)."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import INPUTS, TRUE, integer, integer_between, plain, whole
 from vrs_cli.values import commands
 
-MAX_SKIPPED_STEPS = 9999  # maximum n of RETURN n
+MAX_SKIPPED_STEPS = 9999  # maximum number of steps that RETURN can skip
 
 # --- signals and reactions ---------------------------------------------------------------------------------------
 
@@ -96,7 +95,7 @@ def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[effec
 
 
 def checked_task(number: float) -> int:
-    """Return the number of a task. Raises IllegalValue."""
+    """Return the number of a task. Raises IllegalValue if there is no such task."""
     return integer_between(number, 0, effects.LAST_TASK, "task")
 
 
@@ -110,7 +109,7 @@ def _start(
 ) -> Iterable[effects.Event]:
     number = None if task is None else checked_task(task)
     context.environment.program(call.name)
-    times = 1 if cycles is None else whole(cycles) or 1  # programs of V+ write 0 for once
+    times = 1 if cycles is None else whole(cycles) or 1  # V+ programs write 0 for one cycle
     return (effects.StartTask(number, call, times, 1 if step is None else whole(step)),)
 
 
@@ -136,7 +135,7 @@ def _event(
 
 
 def _event_signal(context: Context, _it: Wording, number: float, level: float | None = None) -> Iterable[effects.Event]:
-    """Set the signal of INT.EVENT. `level` is for the bus of a controller, which does not exist here."""
+    """Set the signal of INT.EVENT. `level` belongs to the bus of a real controller, and has no effect here."""
     integer_between(1.0 if level is None else level, 1, 2, "level")
     if whole(number) == 0:
         return (effects.EventSignal(None),)
@@ -181,14 +180,14 @@ TASKS: Mapping[str, Handler] = {
 def _move(
     straight: bool, _context: Context, it: Wording, place: Transform | Joints, hand: float | None = None
 ) -> Iterable[effects.Event]:
-    """Move to a place. An air hand opens for any number above 0 and for TRUE; otherwise it closes."""
+    """Move to a location. A pneumatic hand opens for any number above 0 and for TRUE, and closes for other values."""
     target = commands.PoseTarget(place) if isinstance(place, Transform) else commands.JointTarget(place)
     opening = None if hand is None else float(hand > 0.0 or hand == TRUE)
     return (commands.Move(target, straight, hand=opening, stamp=it.stamp, text=it.text),)
 
 
 def _back_off(distance: float) -> Transform:
-    """Return a displacement of `distance` [mm] along the tool's -Z."""
+    """Return a displacement of `distance` [mm] in the direction of the tool's -Z axis."""
     return translation(0.0, 0.0, -distance / 1000.0)
 
 
@@ -228,7 +227,7 @@ def _move_joints(context: Context, it: Wording, *values: float | None) -> Iterab
     return (commands.Move(commands.JointTarget(tuple(joints)), False, stamp=it.stamp, text=it.text),)
 
 
-ADDS, WORLD = 1, 2  # bits of the mode of ALTON
+ADDS, WORLD = 1, 2  # mask of all mode bits of ALTON
 
 
 def _alter_on(
@@ -281,7 +280,7 @@ def _acceleration(
     acceleration: float | None = None,
     deceleration: float | None = None,
 ) -> Iterable[effects.Event]:
-    """Set the profile and both accelerations; omitted values do not change."""
+    """Set the profile, the acceleration and the deceleration; omitted values do not change."""
     if profile is not None:
         yield commands.SetParameter("PROFILE", _profile(profile).name)
     if acceleration is not None or deceleration is not None:
@@ -292,16 +291,15 @@ def _acceleration(
 
 
 def _profile(number: float) -> Profile:
-    """Return a profile by its number. Profile 0 is a square wave of acceleration, and so is a profile that the robot
-    does not define (V+ Language Reference Guide, ACCEL).
-    """
+    """Return a profile by its number. Profile 0 is a square wave of acceleration; a profile that the robot does not
+    define is treated as profile 0 (V+ Language Reference Guide, ACCEL)."""
     index = integer_between(number, 0, LAST_PROFILE, "a profile of")
     profiles = tuple(Profile)
     return profiles[index] if index < len(profiles) else profiles[0]
 
 
 def _payload(context: Context, _it: Wording, percent: float | None = None, joint: float | None = None) -> None:
-    """Check the operands. A virtual arm has no servo that uses them."""
+    """Check the operands of PAYLOAD, which have no further effect: a virtual arm has no servo that uses them."""
     if percent is not None and percent > FULL_SPEED:
         raise IllegalValue(
             f"PAYLOAD {plain(percent)}", "a load is 0 to 100 % of the largest, or negative: the usual one"
