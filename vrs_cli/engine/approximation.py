@@ -263,7 +263,7 @@ def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[Joi
 
 
 def _hermite(h: float, begin: _State, end: _State) -> JointPiece:
-    """Return the cubics with these positions and velocities at times 0 and `h` [s]."""
+    """Return the cubics with the given positions and velocities at times 0 and `h` [s]."""
     rows = []
     for p, v, q, w in zip(begin.q, begin.qd, end.q, end.qd, strict=True):
         slope = (q - p) / h

@@ -74,8 +74,7 @@ class MemoryWindow:
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
         """Remove a part of the past from memory after these changes, and write a checkpoint if one is due. `timeline`:
-        after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
-        """
+        the timeline after the changes. `commands`, `number`: as for `Store.keep_checkpoint`."""
         self._first = min(
             [self._first, *[max(delta.keep - SMALL_LEAF - 1, 0) for delta in deltas]]
         )  # segments may be merged with their neighbours
@@ -153,9 +152,8 @@ class JournalWriter(Protocol):
     """Writes every change to the journal before the change takes effect."""
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write deltas. Raises FileError if they cannot be written; the caller must then not apply them. Raises nothing
-        for changes that are applied in any case (`happens`).
-        """
+        """Write deltas. Raises FileError if they cannot be written; the caller must then not apply them. Does not raise
+        FileError for changes that are applied in any case (`happens`)."""
 
     @property
     def unsettled(self) -> bool:
@@ -263,7 +261,7 @@ class Book:
             self.history.lengthen_last(self.timeline)
 
     def follow(self, other: Book) -> None:
-        """Apply the changes of a book that began as a copy of this one. Raises FileError."""
+        """Apply the changes of another book, which began as a copy of this one. Raises FileError."""
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
         self._change(deltas, other.timeline if self.window is None else other.timeline.in_rows(ROW_LENGTH))

@@ -1,7 +1,7 @@
 """Find where a tool path meets the boundary of the reach or a singular pose, and decide what a straight line does
 there. These positions are proved, not sampled: a path is halved until every part of it is certainly clear
 (`kinematics.clearance`), or partly beyond the reach, or so short that it lies completely on a boundary, within
-`ON_BOUNDARY`. Most paths are clear after one or two looks. A path that passes close to a boundary is cut into shorter
+`ON_BOUNDARY`. Most paths are clear after one or two samples. A path that passes close to a boundary is cut into shorter
 and shorter parts towards the boundary, and its joints are sampled more closely there. Source: the branch-and-bound
 search of Moore, Kearfott and Cloud, "Introduction to Interval Analysis" (2009).
 
@@ -292,7 +292,8 @@ class Kinks:
         return Stop(s, self._on_boundary(touch.which, self.path.pose(s)))
 
     def _on_boundary(self, which: int, pose: Transform) -> Transform:
-        """Move a pose along the gradient of a clearance to where the clearance is 0: by at most `ON_BOUNDARY`."""
+        """Move a pose along the gradient of a clearance to the point where the clearance is 0, by at most
+        `ON_BOUNDARY`."""
         x, y, z = position(pose)
         off = self._size(which, pose)
         slope = []

@@ -87,13 +87,12 @@ class Branches:
         return self.left(name).book
 
     def left(self, name: str) -> Bookmark:
-        """Return the bookmark at which a branch was left; for the present branch, a bookmark of now. Raises UsageError
-        for an unknown name.
-        """
+        """Return the bookmark at which a branch was left; for the present branch, a bookmark of the present state.
+        Raises UsageError for an unknown name."""
         return self._left(self._branch_named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
-        """Return the bookmark at which a branch was left; for the present branch, a bookmark of now."""
+        """Return the bookmark at which a branch was left; for the present branch, a bookmark of the present state."""
         return self.engine.bookmark() if branch.left is None else branch.left
 
     def _find(self, name: str) -> _Branch | None:
@@ -209,7 +208,7 @@ class Branches:
         return branch.name
 
     def _check_time(self) -> None:
-        """Raise UsageError if the engine's clock keeps real time, which allows only one course of events."""
+        """Raise UsageError if the engine has a real-time clock, which allows only one course of events."""
         if self.engine.realtime:
             raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
 
@@ -226,7 +225,7 @@ class Branches:
         return whole(self.merging(name))
 
     def merging(self, name: str) -> Parts[int]:
-        """Do `merge` a part at a time. Also raises RequestRefused, if the robot was stopped meanwhile."""
+        """Do `merge` in parts. Also raises RequestRefused, if the robot was stopped meanwhile."""
         branch = self._branch_named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "{MERGE branch}")
@@ -265,9 +264,8 @@ class Branches:
     def _planned_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
     ) -> Parts[tuple[list[HistoryStep], Timeline, float]]:
-        """Plan the commands of a branch one after another on main as it is now. Return them, main after them, and its
-        clock.
-        """
+        """Plan the commands of a branch one after another on main as it is now. Return the commands, and the timeline
+        and clock of main after them."""
         begun, timeline = (main.book.timeline, left.book.timeline), main.book.timeline
         old, clock = fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest

@@ -1,6 +1,6 @@
 """Check, for many segments at once, that a timeline obeys its rules.
 
-Position and velocity are continuous from each segment to the next. In gaps and after the end the robot stands still. No
+Position and velocity are continuous from each segment to the next. In gaps and after the end the robot is at rest. No
 joint leaves its range. In joint space no joint exceeds its velocity or acceleration limit: the greatest values follow
 from the polynomials, which are evaluated all at once up to degree 3. A straight line is checked where it begins, where
 it ends, and where its seeds change; `on_lines` checks all of it.
@@ -42,9 +42,7 @@ MAX_SEED_DISTANCE = 3.0  # [rad] maximum distance of a joint from its seed: half
 
 
 class Breach(Struct, frozen=True):
-    """A broken rule: the number of the segment (counted from 0), and what is wrong inside or at the start of the
-    segment.
-    """
+    """A broken rule: the number of the segment (counted from 0), and the error inside the segment or at its start."""
 
     index: int
     what: str
@@ -148,7 +146,7 @@ class _Stretch:
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
 
     def breaches(self) -> Iterator[Breach]:
-        """Yield what is wrong, one rule after the other."""
+        """Yield the breaches, one rule after the other."""
         yield from self.lines
         # jumps between segments
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])

@@ -408,8 +408,7 @@ class Engine:
 
     def _set_channels(self, it: commands.SetChannels, issued: float | None) -> None:
         """Put events on the timeline: now, tied to its motions, or at the time of a stamp. Events without a text and
-        observations are recorded but are not commands. Raises TooLate as a motion does.
-        """
+        observations are recorded but are not commands. Raises TooLate, as for a motion."""
         now, number = on_grid(self.now), self.book.number + 1
         tied = it.stamp is None
         t = now if it.stamp is None else self._time_of(it.stamp)
@@ -545,7 +544,7 @@ class Engine:
 
         Targets that follow each other are one motion, which UNDO takes back as a whole. `issued`: when the first target
         was given, if that was earlier than now. For each target, the timeline and `deltas` keep what the robot did. If
-        the motion under way has no room to stop, it goes on, and the target is dropped. Raises PowerOff,
+        the motion in progress has no room to stop, it continues, and the target is dropped. Raises PowerOff,
         JointOutOfRange.
         """
         self._check_power()
@@ -674,7 +673,7 @@ class Engine:
         return whole(self.undoing(count))
 
     def undoing(self, count: int) -> Parts[tuple[str, ...]]:
-        """Do `undo` a part at a time. Also raises RequestRefused, if the robot was stopped meanwhile."""
+        """Do `undo` in parts. Also raises RequestRefused, if the robot was stopped meanwhile."""
         stay = self.realtime
         steps = self.book.history.last_done(count, leaves_recorded=stay)
         return self._through_history(steps, self.book.undo(count, lambda: self.now, leaves_recorded=stay))
@@ -687,7 +686,7 @@ class Engine:
         return whole(self.redoing(count))
 
     def redoing(self, count: int) -> Parts[tuple[str, ...]]:
-        """Do `redo` a part at a time. Also raises RequestRefused, if the robot was stopped meanwhile."""
+        """Do `redo` in parts. Also raises RequestRefused, if the robot was stopped meanwhile."""
         steps = [one.step for one in self.book.history.last_undone(count)]
         return self._through_history(steps, self.book.redo(count, self.check if self.checks else None))
 
@@ -779,5 +778,5 @@ class Engine:
 
     @property
     def standpoint(self) -> Standpoint:
-        """The present state of the robot, for questions about motions that could start from it."""
+        """The present state of the robot, as the start of motions that questions are about."""
         return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

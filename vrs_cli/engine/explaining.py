@@ -38,9 +38,8 @@ ROWS_AROUND = 3  # number of segments shown before and after a change
 
 
 class Sample(NamedTuple):
-    """The joints at a time of a stretch, their rates [rad/s, rad/s2, rad/s3], and how fast the tool tip moves and the
-    tool turns [m/s, rad/s].
-    """
+    """The joints at a time of a stretch, their rates [rad/s, rad/s2, rad/s3], the speed of the tool tip [m/s] and the
+    turning rate of the tool [rad/s]."""
 
     q: Joints
     velocity: Joints
@@ -135,7 +134,7 @@ def _peak(courses: Sequence[_Course], measure: Measure) -> tuple[float, float]:
 
 
 def motion_plan(arm: RobotArm, before: Timeline, delta: TimelineDelta) -> results.MotionPlan:
-    """Explain how a planned change of a timeline executes its own motion."""
+    """Explain how a planned change of a timeline executes the motion that causes the change."""
     after, motion = before.apply(delta), delta.motion
     own = [segment for segment in delta.segments if segment.motion.number == motion.number]
     courses = [_Course(arm, segment) for segment in own]

@@ -226,7 +226,7 @@ class Snapshot(Struct, frozen=True):
 
     @property
     def known_events(self) -> KnownEvents:
-        """Return the part of the timeline's events that this snapshot has."""
+        """Return the events of the timeline that this snapshot has."""
         return KnownEvents(self.first_event, len(self.values))
 
 
@@ -239,9 +239,8 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(Struct, frozen=True):
-    """The events that a part of a timeline has. The events before number `first` are replaced by the last event of each
-    channel, `values` in total.
-    """
+    """The events that a part of a timeline has. The events before number `first` are replaced by `values` events: the
+    last event of each channel."""
 
     first: int = 0
     values: int = 0

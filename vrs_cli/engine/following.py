@@ -260,7 +260,7 @@ class Follower:
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
-        """Return the error for a path that is beyond the reach at a time, which may lie between samples."""
+        """Return the error for a path that is out of reach at a time, which may be between two samples."""
         begin = self.joints(path, 0.0, near)
         if begin is None or not self.arm.limits_ok(begin):
             return self._refusal(path, 0.0, near)
@@ -320,9 +320,8 @@ class Follower:
         return sample
 
     def _sample(self, path: CartesianPath, s: float, near: Joints, *, soon: bool = False) -> Sample | None:
-        """Return the sample at a time; None if the path is out of reach or a joint out of range. `soon`: also None if
-        Newton's method does not find it next to `near`.
-        """
+        """Return the sample at a time; None if the path is out of reach or a joint out of range. `soon`: return None
+        also if Newton's method does not find it next to `near`."""
         if path is not self._path:
             self._path, self._states = path, path.states()
         arm, at_once, (pose, twist) = self.arm, None, self._states(s)

@@ -79,7 +79,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return self.delta._replace(version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
-        """Return an edit of events with its present index."""
+        """Return an edit of events with the index that its events have now."""
         return edit and edit._replace(keep=edit.keep + self.earlier)
 
     def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
@@ -102,7 +102,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
 
 def begins(delta: TimelineDelta) -> float:
-    """Return the time [s] from which the command changes what the robot does."""
+    """Return the time [s] from which the command changes the behaviour of the robot."""
     return delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
 
 
@@ -115,8 +115,7 @@ class Undone(Struct, frozen=True):
 
 class History:
     """`done`: the steps in force, oldest first, without the `forgotten` ones before them. `undone`: the steps that were
-    undone, the next step to redo last; None for a forgotten step.
-    """
+    undone, in reverse order of REDO; None for a forgotten step."""
 
     def __init__(
         self, done: Iterable[HistoryStep] = (), undone: Iterable[Undone | None] = (), forgotten: int = 0
@@ -236,7 +235,7 @@ class History:
             self.forgotten += 1
 
     def lengthen_last(self, timeline: Timeline) -> None:
-        """End the stream of targets that is the last command, so that UNDO takes back all segments since it began."""
+        """End the last command, which is a stream of targets, so that UNDO takes back all segments since it began."""
         if not self.done:  # the command is so old that it is forgotten
             return
         step = self.done[-1]
@@ -280,7 +279,7 @@ def commands_in_force(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta
             undone.append(done.pop())
         elif delta.cause is Cause.REDO:
             done.append(undone.pop())
-        elif not done or delta.motion.number != done[-1].motion.number:  # with an equal number: a further target
+        elif not done or delta.motion.number != done[-1].motion.number:  # equal numbers: one stream of targets
             done.append(delta._replace(segments=()))
             undone.clear()
     return done

@@ -87,7 +87,7 @@ class StretchLoad:
     ) -> None:
         self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
         self.arm, self.limits = follower.arm, follower.arm.model
-        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # of each of the joints
+        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # velocities by joint
 
     def parabolic(self, start: Joints) -> Load:
         """Return the maximum load of a stretch with parabolic blends.
@@ -122,7 +122,7 @@ class StretchLoad:
         return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     def _moments(self, samples: list[Sample]) -> list[Moment]:
-        """Return the rates at all samples that are not in a singular pose."""
+        """Return a `Moment` for each sample that is not in a singular pose."""
         known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
         return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
@@ -197,7 +197,7 @@ class StretchLoad:
         samples = self.samples
         for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
             k = _where_largest(column)
-            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # the first peak is known
+            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # the peak of the first interval is known
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:

@@ -49,7 +49,7 @@ def plan(
     slowest: float = SLOWEST,
     event: Event | None = None,
 ) -> TimelineDelta:
-    """f: return the change of the timeline that lets `motion` start at `executed` [s].
+    """Function f: return the change of the timeline that lets `motion` start at `executed` [s].
 
     Cut the timeline there, plan the motion, plan the following ones again, shift the rest. `insert` false: drop all
     later motions. `event`: an event at the start of the motion. Raises MotionError if the motion, or a later one that
@@ -74,8 +74,8 @@ def plan_resync(
     stops: bool,
     slowest: float = SLOWEST,
 ) -> tuple[TimelineDelta, ResyncReport]:
-    """f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of the
-    motion in progress. With `stops`, stay at the measured joints and drop all scheduled motions.
+    """Function f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of
+    the motion in progress. With `stops`, stay at the measured joints and drop all scheduled motions.
 
     The body holds its position meanwhile, so only the virtual robot moves to the measured joints, as fast as its limits
     allow. Then both have the same joints, and the body follows again. RESYNC is one command with one delta. `times`:
@@ -189,7 +189,7 @@ def _plan_from_cut(timeline: Timeline, cut: CutPlace, problem: Problem) -> tuple
 
 
 class _Tail(Struct, frozen=True):
-    """The segments of a timeline from `index` on: `next` is the first of them, `before` the one before it."""
+    """The segments of a timeline from `index` on: `next` is the first of them, `before` the segment before `next`."""
 
     old: Timeline
     index: int
@@ -325,9 +325,9 @@ def edit_events(
     inserts: bool,
     own: Event | None = None,
 ) -> EventEdit | None:
-    """Return the events' part of a delta that keeps `keep` segments, puts `new` after them, and shifts those from index
-    `tail` on by `shift` [s]; None if no event changes. `own`: an event at the start of the new motion.
-    """
+    """Return the change of the events that belongs to a delta; None if no event changes. The delta keeps `keep`
+    segments, puts `new` after them, and shifts those from index `tail` on by `shift` [s]. `own`: an event at the start
+    of the new motion."""
     cut, count = new[0].start, old.event_count
     kept, coming = old.events_by(cut), () if own is None else (own._replace(time=cut),)
     if kept == count:
@@ -369,8 +369,8 @@ def _is_input(event: Event) -> bool:
 
 
 def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift: float) -> Anchors:
-    """Return when the motions that are planned again begin, when the last interrupted one ends, and when the tail
-    begins."""
+    """Return the start times of the motions that are planned again, the end of the last interrupted motion, and the
+    start of the tail."""
     starts: dict[int, float] = {}
     for segment in new:
         starts.setdefault(segment.motion.number, segment.start)

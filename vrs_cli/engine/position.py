@@ -88,7 +88,8 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
 
 
 def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
-    """Return only the joints of `position_at` and their rates [rad, m], for controllers that call often."""
+    """Return the joints of `position_at` and their rates [rad, m], without the pose, for controllers that call
+    often."""
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
     if _moves(timeline, segment, t):
@@ -229,7 +230,8 @@ def _lines(table: BlockTable, places: Rows, s: Floats) -> list[_Line]:
 
 
 def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, lines: list[_Line], out: Floats) -> None:
-    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), among them `lines`."""
+    """Store in `out` the joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), including those on
+    `lines`."""
     table.joints(places, s, out)
     alike: dict[tuple[Any, ...], list[_Line]] = {}
     for line in lines:
@@ -244,7 +246,7 @@ def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, lines: li
 
 
 def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
-    """Yield each run of equal places, with its slice."""
+    """Yield each run of equal segment indexes, with its slice."""
     import numpy as np
 
     cuts = [0, *(np.flatnonzero(np.diff(places)) + 1), len(places)]

@@ -141,7 +141,7 @@ def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
 
 
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
-    """Return whether a line to a via point, and another one from there, are possible."""
+    """Return whether a line to a via point, and another line from there to the end, are possible."""
     near: Joints | None = stand.here
     arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
     for pose in (via, end):  # a quick check before the plan

@@ -141,7 +141,7 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
 
 
 def hardest_limits(arm: RobotArm) -> JointLimits:
-    """Return the limits of the joints, whatever speed and acceleration a motion has."""
+    """Return the limits of the joints, which do not depend on the speed and acceleration of a motion."""
     model = arm.model
     most = model.max_velocity
     return JointLimits(most, model.max_acceleration, model.max_jerk, most, model.lower, model.upper)
@@ -172,9 +172,8 @@ def slowing_segments(segments: Timeline | Sequence[Segment]) -> list[Segment]:
 
 
 def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float | None) -> float:
-    """Return when a motion begins that blends into a motion that slows down [s]: immediately, or when the tip is within
-    `rounding` [m] of the end of the other motion. The path changes at that instant.
-    """
+    """Return the start time [s] of a motion that blends into another motion, which slows down: immediately, or when the
+    tip is within `rounding` [m] of the end of the other motion. The path changes at that instant."""
     last = slowing[-1]
     if rounding is None:
         return slowing[0].start
@@ -199,7 +198,7 @@ def _tip(arm: RobotArm, segment: Segment, s: float) -> Transform:
 
 
 def _deadline(resting: Problem) -> float:
-    """Return when a motion that rounds a corner has to end [s], if it is to be better than the motion from rest."""
+    """Return the time [s] by which a motion that rounds a corner must end, to be better than the motion from rest."""
     planned = resting.motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT)
     known = _remembered_plan(_PlanKey(resting)) if planned else ()
     if isinstance(known, tuple) and known:  # it is known, so no segments need to be planned

@@ -39,7 +39,7 @@ def plan_steering(
     arm: RobotArm, timeline: Timeline, motion: Motion, executed: float, target: Target, tick: float
 ) -> TimelineDelta:
     """Plan the motion for a moving target: the joints move towards it from `executed` on, for a tick [s]. Later motions
-    are dropped. Raises NoRoomToStop if the motion under way has to go on.
+    are dropped. Raises NoRoomToStop if the motion in progress must continue.
     """
     cut = cut_at(arm, timeline, executed)
     steer, coming = LAWS[motion.profile].steer, partial(_coming_rows, timeline, cut.keep, executed)
@@ -69,7 +69,7 @@ def _coming_rows(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | N
 
 
 def _row(t: float, cubic: Polynomial) -> Row:
-    """Make the row of a cubic that holds from t [s] on."""
+    """Make the row of a cubic that describes a joint from t [s] on."""
     q, v, half, sixth = cubic
     return round(t * TICKS_PER_SECOND), t, q, v, half, sixth
 
@@ -159,7 +159,7 @@ def plan_chunk(
 ) -> TimelineDelta:
     """Plan the motion for a part of a chunk that is followed from `begin` [s] on. The joints follow its samples tick by
     tick, and after the last tick come to rest at the last sample. Motions scheduled after the start of the part are
-    dropped. Raises NoRoomToStop if the motion under way has to go on.
+    dropped. Raises NoRoomToStop if the motion in progress must continue.
     """
     ends = ticks.stop == tick_count(chunk, begin)
     times = [begin + k * TICK for k in range(ticks.start, ticks.stop + 1)]

@@ -78,9 +78,8 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
 
 def _turned_as_it_can_be(problem: Problem) -> Transform | None:
     """Return the goal with the nearest orientation that the joint ranges allow, for an arm that turns its tool as
-    nearly as it can. An even turn to that goal may be possible where the least turn at each point of the line is not.
-    None for other arms, and if the goal itself is in reach.
-    """
+    nearly as it can. A uniform turn to that goal may be possible even if the minimum missing turn at each point of the
+    line is not. None for other arms, and if the goal itself is in reach."""
     motion, tool = problem.motion, problem.motion.frames.tool
     steady = problem.arm.holding(tool).steady
     if steady is None or motion.pose is None:
@@ -372,7 +371,7 @@ class _Line:
 
 
 def line_stop(problem: Problem) -> tuple[Segment, ...]:
-    """Plan a stop on the line that the tool moves on, whatever the speed of the motion. Raises MotionError."""
+    """Plan a stop on the line that the tool moves on, independent of the speed of the motion. Raises MotionError."""
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
     state = next(guided_states(problem, problem.tool, problem.tool.pose))

@@ -261,7 +261,8 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
 
 
 class Speed(Struct, frozen=True):
-    """A motion's fraction of nominal speed, its `rotation` fraction on a line, and the `tip` speed [m/s] if given."""
+    """The fraction of nominal speed of a motion, its `rotation` fraction on a line, and the `tip` speed [m/s] if
+    given."""
 
     fraction: float
     tip: float | None = None
@@ -329,5 +330,5 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
 
 
 def _limit_speed(speed: float) -> float:
-    """Limit a fraction of nominal speed: not above 1, and not so slow that there is no motion."""
+    """Limit a fraction of nominal speed to at most 1, and to at least the minimum speed."""
     return min(1.0, max(speed, MIN_SPEED))  # 1.0 is one object for all motions

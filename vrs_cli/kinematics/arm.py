@@ -83,7 +83,7 @@ class Steady(Protocol):
 class LineProof(Protocol):
     """Proves that the joints of an arm without a closed form are continuous between samples of a line.
 
-    `sure`: the greatest distance of start joints [rad, m] from which Newton's method finds the proved joints.
+    `sure`: the maximum distance [rad, m] from start joints to the proved joints for which Newton's method finds them.
     """
 
     sure: float
@@ -191,7 +191,7 @@ class RobotArm:
     senses: tuple[tuple[float, float], ...] = ()
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """Return the joints of one branch of the inverse, each on the turn nearest to `near`, whatever its limits.
+        """Return the joints of one branch of the inverse, each on the turn nearest to `near`, ignoring the limits.
 
         None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`.
         """
@@ -205,7 +205,7 @@ class RobotArm:
     still_joints: tuple[int, ...] = ()  # indexes of redundant joints that keep their values without a guide
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        """Return the joints near `near` that reach T and meet the demands, whatever the limits (redundant arms)."""
+        """Return the joints near `near` that reach T and meet the demands, ignoring the limits (redundant arms)."""
         raise NotImplementedError
 
     guesses = False  # whether a good guess of the joints saves a search (`guided_state`)
@@ -387,7 +387,7 @@ class RobotArm:
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
         levers = ((y, z), (z, x), (x, y))  # distances of the tip from the axes X, Y and Z
-        steady = self.unchanging.approach is not None  # then only turns about the approach axis are possible
+        steady = self.unchanging.approach is not None  # if true, only turns about the approach axis are possible
         for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
             if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
                 raise IllegalValue(

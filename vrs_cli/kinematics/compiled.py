@@ -386,7 +386,8 @@ def volume(rows: Sequence[Sequence[float]]) -> float:
 
 @cache
 def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[float]]], Any]:
-    """Return `gram` or `volume` of m rows of n, written out; the variable `g2_1` is an entry of rows @ rows^T."""
+    """Return `gram` or `volume` of m rows of n numbers, as code without loops; the variable `g2_1` is an entry of rows
+    @ rows^T."""
     rows = [[f"a{r}_{c}" for c in range(n)] for r in range(m)]
     lines = [f"{comma_list(f'({comma_list(row)})' for row in rows)} = rows"]
     for r, row in enumerate(rows):

@@ -85,7 +85,7 @@ class _WithSteps(ast.NodeTransformer):
 
 
 def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a formula for arrays, which returns the rows of its result as one array, NaN where it returned None.
+    """Return a formula for arrays. It returns the rows of its result as one array, with NaN in place of None.
 
     Angles are on any turn. Local functions that the formula calls are rewritten too.
     """

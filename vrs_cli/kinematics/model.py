@@ -232,7 +232,7 @@ class ArmTask(Enum):
 _PARTS = {
     ArmTask.POSE: "111111",
     ArmTask.POINTING: "111110",
-    ArmTask.STEADY: "111111",  # the turns count as nearly as possible
+    ArmTask.STEADY: "111111",  # the turns count, but may be reached only approximately
     ArmTask.UPRIGHT: "111001",
     ArmTask.POSITION: "111000",
     ArmTask.PLANE: "110001",

@@ -135,7 +135,7 @@ class SerialBatch:
         return found[:, :12].reshape(-1, 3, 4), found[:, 12:].reshape(-1, 6, self.joints)
 
     def solve_guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
-        """Return `guided_joints` of each row, for weights (r, n) of r guides and their values (N, r)."""
+        """Return `guided_joints` for each row, with the weights (r, n) of r guides and their values (N, r)."""
         raise NotImplementedError
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
@@ -235,7 +235,7 @@ class WristBatch(SerialBatch):
 
 
 class MappedBatch(SerialBatch):
-    """`MappedArm` over arrays: asks the batch of its inner arm."""
+    """`MappedArm` over arrays: calls the batch of its inner arm."""
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, way: Chain, inner: SerialBatch, swapped: int) -> None:
         super().__init__(model, inner.ways, unchanging)

@@ -235,7 +235,7 @@ class MeasuredTimeline(Sequence[Report]):
 
     def as_timeline(self, begin: float, end: float, like: Timeline | None = None) -> Timeline | None:
         """Return a timeline that goes through the reports from time `begin` to time `end` [s] as this timeline does, so
-        that code for timelines also reads measured ones. The robot stands still while the joints are unknown. BASE,
+        that code for timelines also reads measured ones. The robot is at rest while the joints are unknown. BASE,
         TOOL and events are those of the timeline `like`. Times are rounded to the grid of timelines (0.93 ns). None if
         there is no report.
         """

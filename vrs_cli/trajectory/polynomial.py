@@ -13,7 +13,7 @@ Polynomial = tuple[float, ...]
 
 def value(a: Polynomial, t: float) -> float:
     """Return p(t), by Horner's rule."""
-    if len(a) == 3:  # by far the most frequent case
+    if len(a) == 3:  # parabolas are by far the most frequent case
         return a[0] + t * (a[1] + t * a[2])
     if len(a) == 4:
         return a[0] + t * (a[1] + t * (a[2] + t * a[3]))
@@ -65,7 +65,7 @@ def derivative_at(a: Polynomial, t: float, order: int) -> float:
 
 def derivative(a: Polynomial) -> Polynomial:
     """Return the polynomial dp/dt."""
-    if len(a) == 3:  # by far the most frequent case
+    if len(a) == 3:  # parabolas are by far the most frequent case
         return a[1], 2.0 * a[2]
     return tuple([power * coefficient for power, coefficient in enumerate(a) if power]) or (0.0,)
 

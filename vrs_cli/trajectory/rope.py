@@ -284,9 +284,8 @@ def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift
 def _splice(
     held: OffsetNode[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
 ) -> list[OffsetNode[R]]:
-    """Splice a node; return nodes of the same height, or no nodes if nothing is left. `base`: the time from which the
-    offset of `held` counts.
-    """
+    """Splice a node. Return nodes of the same height, or no nodes if nothing is left. `base`: the time from which the
+    offset of `held` counts."""
     offset, node = held
     if first == 0 and last >= node.count and not new:
         return []

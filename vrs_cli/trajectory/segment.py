@@ -47,7 +47,7 @@ _new = tuple.__new__
 
 
 class Phase(Enum):
-    """What the robot does in a segment."""
+    """The kind of motion of the robot in a segment."""
 
     REST = "rest"
     ACCELERATE = "accelerate"
@@ -140,7 +140,7 @@ class JointPath(Struct, eq=False, gc=False):
     def velocity(self, s: float) -> Joints:
         """Return the joint velocities [rad/s, m/s] at t_s + s."""
         rows = self.coefficients
-        if len(rows[0]) == 3:  # by far the most frequent case
+        if len(rows[0]) == 3:  # parabolas are by far the most frequent case
             return tuple([v + s * (0.0 + 2.0 * half) for _, v, half in rows])
         return tuple([value(derivative(a), s) for a in rows])
 
@@ -166,7 +166,7 @@ class JointPath(Struct, eq=False, gc=False):
                     continue
             if not low <= value(a, duration) <= high:
                 return False
-            if len(a) == 3:  # by far the most frequent case
+            if len(a) == 3:  # parabolas are by far the most frequent case
                 p, v, half = a
                 if v * (v + 2.0 * half * duration) < 0.0 and not low <= p - 0.25 * v * v / half <= high:
                     return False
@@ -272,9 +272,8 @@ class CartesianPath(NamedTuple):
         )
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
-        """Return angular acceleration and jerk. Each turn adds its own part to those of the turns before it, which also
-        rotate its axis.
-        """
+        """Return angular acceleration and jerk. Each turn adds its own part to the parts of earlier turns, which also
+        rotate its axis."""
         w = alpha = beta = STILL
         R = self.orientation
         before: Turn | None = None
@@ -302,7 +301,9 @@ def _places(
         return _cubic_places((*x, *y, *z))
     if max(len(x), len(y), len(z)) > 3:
         return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
-    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent case
+    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [
+        (*a, 0.0, 0.0)[:3] for a in (x, y, z)
+    ]  # by far the most frequent: parabolas
 
     def place(s: float) -> tuple[float, float, float, float, float, float]:
         return (

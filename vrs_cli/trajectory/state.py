@@ -105,8 +105,9 @@ class JointLimits(NamedTuple):
 class ToolLimits(NamedTuple):
     """The limits of the tool tip in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
-    `blending`, `blending_jerk`: the factors by which a blend out of a motion may exceed acceleration and jerk. `guide`,
-    `guide_acceleration`, `guide_jerk`: the limits of the guides of redundant joints, from rest [rad/s, rad/s2, rad/s3].
+    `blending`, `blending_jerk`: the factors by which a blend that starts in motion may exceed acceleration and jerk.
+    `guide`, `guide_acceleration`, `guide_jerk`: the limits of the guides of redundant joints, from rest [rad/s, rad/s2,
+    rad/s3].
     """
 
     speed: float

@@ -1,7 +1,7 @@
 """The trajectory timeline tau: an immutable, ordered sequence of segments.
 
 An edit makes a new version that shares all but a few nodes of its rope with the old version. The remaining tail is
-neither copied nor computed again, whatever its length. Old versions stay valid for their readers.
+neither copied nor computed again, however long it is. Old versions stay valid for their readers.
 
 A change of the timeline exists in one form, the timeline delta. The planner f returns it, a timeline applies it, a line
 of the trajectory file and a message of a stream hold it, and UNDO takes it back. A delta log has all deltas of a
@@ -41,7 +41,7 @@ class TimelineDelta(NamedTuple):
     The first `keep` segments stay; if the last of them ends after `cut` [s], it is truncated there. The next `drop`
     segments are replaced by `segments`. All later segments are shifted by `shift` [s], with the same paths to the bit.
     `motion` is the motion that caused the change, `issued` and `executed` its issue and execution time. `events` is the
-    same for the events; None if they stay as they are.
+    change of the events; None if there is none.
     """
 
     version: int

@@ -306,7 +306,7 @@ class NumericArm(RobotArm):
         return None, search.Aim(self, T).miss(tuple(held))
 
     def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
-        """Return the damped step, without the joints that the step would push out of their range."""
+        """Return the damped step. Joints that it would push out of their range do not move."""
         damping, free = search.DAMPING * sum([e * e for e in error]) + search.LEAST_DAMPING, self._all
         limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
         at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}

@@ -134,7 +134,7 @@ class NumericBatch(SerialBatch):
         return found
 
     def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool) -> Floats:
-        """Return the joints after one damped step, without the joints that it would push out of their range."""
+        """Return the joints after one damped step. Joints that the step would push out of their range stay."""
         still = np.zeros(q.shape, dtype=np.bool_)
         step = self._step(J, error, still)
         if bounded:
@@ -311,7 +311,7 @@ class Continuation:
 
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
         """Return bounds (k,) of |F| on the cubic, and of the second derivative of J on it."""
-        changes = np.stack(gaps.way.most()) / self.units  # (3, k, n)
+        changes = np.stack(gaps.way.most()) / self.units  # bounds of three derivatives (3, k, n)
         first, second, third = changes.sum(axis=2)  # bounds (k,) of each derivative, summed over the joints
         far1, far2, far3 = changes @ self.longest
         turn = [own + asked for own, asked in zip((first, second, third, 0.0), gaps.turn.T, strict=True)]

@@ -269,7 +269,7 @@ class Side(NamedTuple):
     margin: float
 
     def room(self, q: Joints) -> float:
-        """Return how far the arm is from changing sides [m]."""
+        """Return the distance of the arm from the border between both sides [m]."""
         return self.sign * self.arm.outward(q) - self.margin
 
     def slope(self, q: Joints) -> Joints:

@@ -71,8 +71,8 @@ def make_branches(links: Sequence[Link]) -> Callable[[Transform, float], list[Jo
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
         found = list[Joints]()
         c7, s7 = cos(q7 + z7), sin(q7 + z7)
-        xx, xy, xz = c7 * nx - s7 * sx, c7 * ny - s7 * sy, c7 * nz - s7 * sz  # x6
-        yx, yy, yz = s7 * nx + c7 * sx, s7 * ny + c7 * sy, s7 * nz + c7 * sz  # z6
+        xx, xy, xz = c7 * nx - s7 * sx, c7 * ny - s7 * sy, c7 * nz - s7 * sz  # axis x6
+        yx, yy, yz = s7 * nx + c7 * sx, s7 * ny + c7 * sy, s7 * nz + c7 * sz  # axis z6
         rx, ry, rz = px - d7 * ax - a6 * xx, py - d7 * ay - a6 * xy, pz - d7 * az - a6 * xz - d1
         k = (rx * rx + ry * ry + rz * rz - bars) / twice
         if not -1.0 < k < 1.0:
@@ -86,13 +86,13 @@ def make_branches(links: Sequence[Link]) -> Callable[[Transform, float], list[Jo
             if rest <= 0.0:
                 continue
             root, size = sqrt(rest), copysign(sqrt(rest + beside * beside), m)
-            for e in (root, -root):  # r . x5
+            for e in (root, -root):  # both signs of r . x5
                 s6, c6 = (length * along + e * ahead) / across2, (e * along - length * ahead) / across2
                 c5, s5 = e / size, beside / size
-                fx, fy, fz = s6 * xx - c6 * ax, s6 * xy - c6 * ay, s6 * xz - c6 * az  # z5
-                x, y, z = c6 * xx + s6 * ax, c6 * xy + s6 * ay, c6 * xz + s6 * az  # x5
-                tx, ty, tz = c5 * x + s5 * yx, c5 * y + s5 * yy, c5 * z + s5 * yz  # x4
-                ux, uy, uz = s4 * tx + c4 * fx, s4 * ty + c4 * fy, s4 * tz + c4 * fz  # z3
+                fx, fy, fz = s6 * xx - c6 * ax, s6 * xy - c6 * ay, s6 * xz - c6 * az  # axis z5
+                x, y, z = c6 * xx + s6 * ax, c6 * xy + s6 * ay, c6 * xz + s6 * az  # axis x5
+                tx, ty, tz = c5 * x + s5 * yx, c5 * y + s5 * yy, c5 * z + s5 * yz  # axis x4
+                ux, uy, uz = s4 * tx + c4 * fx, s4 * ty + c4 * fy, s4 * tz + c4 * fz  # axis z3
                 s2 = sqrt(ux * ux + uy * uy)
                 if s2 < VERTICAL:
                     continue

@@ -90,7 +90,7 @@ def _solid(tree: Tree, inertial: Element, T: Transform) -> _Solid | None:
 
 
 def _together(solids: Sequence[_Solid | None]) -> link_data.LinkMasses | None:
-    """Return the total mass of all solids of a body, or None if one mass is unknown."""
+    """Return the sum of all solids of a body, or None if one mass is unknown."""
     known = [one for one in solids if one is not None]
     if not known or len(known) < len(solids):
         return None

@@ -170,8 +170,8 @@ def _follows(
 ) -> Mimic | None:
     """Return how a joint of a telescope follows the joint before it; None for a joint that moves independently.
 
-    The joint follows as the file says. Without such a statement it moves equally far, if it slides along the same axis
-    with the same limits and speed.
+    A mimic element of the file determines how it follows. Without this element it moves equally far, if it slides along
+    the same axis with the same limits and speed.
     """
     slides = before and tree.kind(joint) is tree.kind(before[0]) is JointKind.PRISMATIC
     along = transform.dot(axis.direction, axes[0].direction) if slides else 0.0

@@ -46,7 +46,7 @@ REMEMBERED = 64  # number of poses with cached solutions
 class WristCircleArm(NumericArm):
     """Six joints with a wrist circle. See `arm.RobotArm`; `swapped` as in `forms.MappedArm`.
 
-    A line continues from joints to near joints, whatever their configuration words.
+    A line continues from joints to near joints, also if their configuration words differ.
     """
 
     ways = ALL

@@ -158,7 +158,7 @@ class WristCircleBatch(NumericBatch):
         self.middle = (self.lower + self.upper) / 2
 
     def all_solutions(self, T: Floats) -> tuple[Floats, Indices]:
-        """Return all solutions (K, 6) of poses (N, 3, 4), whatever the limits, and the pose of each (K,), in order."""
+        """Return all solutions (K, 6) of poses (N, 3, 4), ignoring the limits, and the pose of each (K,), in order."""
         found, rows = list[Floats](), list[Indices]()
         for begin in range(0, len(T), POSES):
             q, row = self._solutions(T[begin : begin + POSES])
@@ -184,7 +184,7 @@ class WristCircleBatch(NumericBatch):
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:
-        """Return all solutions of one pose, whatever the limits, on the turns nearest to the middles of the ranges."""
+        """Return all solutions of one pose, ignoring the limits, on the turns nearest to the middles of the ranges."""
         q, _ = self.all_solutions(np.reshape(T, (1, 3, 4)))
         return tuple(map(tuple, q.tolist()))
 

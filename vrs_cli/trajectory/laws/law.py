@@ -34,7 +34,7 @@ from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, Segment, T
 from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.commands import Motion
 
-VERSION = 2  # increase it if a law plans other motions from the same state (1: SCURVE had common times out of motion)
+VERSION = 2  # increase it if a law plans other motions from the same state (1: in SCURVE all joints shared all times)
 SLIVER = 1e-6  # [s] a shorter cruise is left out
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) pairs of one joint, in order
 # an instant of the time grid, the same in seconds, and the cubic from there on
@@ -44,7 +44,7 @@ Coming = Callable[[], Sequence[Sequence[Row]] | None]
 
 
 class NoTimes(ValueError):
-    """The motion cannot reach its target from its start state within the limits."""
+    """Raised if the motion cannot reach its target from its start state within the limits."""
 
 
 class Law(Struct, frozen=True):
@@ -192,7 +192,7 @@ class Change(NamedTuple):
 
     @property
     def durations(self) -> list[float]:
-        """The times that are not 0."""
+        """The durations of the three parts of the change that are not 0."""
         return [duration for duration in self if duration]
 
 
@@ -256,7 +256,7 @@ class Course(NamedTuple):
 def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Yield the stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
+    """Yield the stretches of joints that change from their velocities to these cruise velocities and then stop."""
     change, cruise, slow = course  # stretch by stretch, not joint by joint, since this is the most frequent plan
     paths = change.paths(joints, velocity, cruising)
     durations = change.durations

@@ -386,9 +386,8 @@ def steer(
     motion: Motion,
     _coming: Coming,
 ) -> tuple[Segment, ...]:
-    """Plan a tick [s] towards the target, on the time grid, then coasting and braking to rest. If the motion before has
-    left no room for a whole tick, brake at once, at the `hardest` limits.
-    """
+    """Plan a tick [s] towards the target, on the time grid, then coasting and braking to rest. If the previous motion
+    has left no room for a whole tick, brake at once, at the `hardest` limits."""
     rows = zip(
         state.joints,
         state.velocity,

@@ -1,4 +1,4 @@
-"""Jerk-limited joint motion out of a motion: each joint has its own phases, and all joints arrive together.
+"""Jerk-limited joint motions that start in motion: each joint has its own phases, and all joints arrive together.
 
 A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. The distance that it covers in a
 time T,
@@ -259,9 +259,8 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
 
 
 def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
-    """Return the deceleration with which the quickest stop ends on the target; 0 if the stop is not sooner than
-    `otherwise`.
-    """
+    """Return the deceleration with which the quickest stop ends on the target; 0 if this stop takes at least
+    `otherwise` seconds."""
     way, v, a, _, a_max, jerk = joint
     sign = 1.0 if quick.cruising > 0.0 else -1.0
     if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # it reaches that velocity without braking

@@ -1,11 +1,12 @@
 """Joints at constant jerk: changes of velocity piece by piece, stops, and one tick of jerk-limited steering.
 
 Steering follows the rule of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
-joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE_TICKS, but no
-more than it can brake from on the way. It wants the acceleration that leads to this velocity and is back at 0 at the
-same time, as soon as its jerk allows. With n ticks to reduce the acceleration to 0, D = w + g - q' - q'' tick / 2,
+joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE_TICKS, but at
+most the velocity from which it can brake over the distance e. It wants the acceleration that leads to this velocity and
+is back at 0 at the same time, as soon as its jerk allows. With n ticks to reduce the acceleration to 0, D = w + g - q'
+- q'' tick / 2,
 
-    q''(next) = 2 D / (tick (1 + n)),    n >= 1,  n (n + 1) >= 2 |D| / (jerk tick^2).
+q''(next) = 2 D / (tick (1 + n)), n >= 1, n (n + 1) >= 2 |D| / (jerk tick^2).
 
 A stop follows the tick, and a joint chooses only jerks that leave room for a stop. If no constant jerk does, the joint
 continues its previous plan, at the latest to its stop. So it stays inside its limits whatever the next targets are.
@@ -53,7 +54,7 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """Return the pieces of the shortest motion to velocity zero, whatever the final acceleration."""
+    """Return the pieces of the shortest motion to velocity zero, with any final acceleration."""
     sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)

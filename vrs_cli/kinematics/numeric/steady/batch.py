@@ -149,7 +149,7 @@ class SteadyBatch(SerialBatch):
         return Found(np.where(inside[:, None], joints, np.nan), np.where(inside, found.turned, np.inf))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        """Return the joints near `near` that solve each pose, whatever the limits, by Newton's method, else by a
+        """Return the joints near `near` that solve each pose, ignoring the limits, by Newton's method, else by a
         downhill search.
         """
         conditions, near = self.conditions, np.broadcast_to(near, (len(T), self.joints))
@@ -301,7 +301,7 @@ def _over(step: Floats, low: Floats, high: Floats) -> Floats:
 
 def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
     """Return the best of the steps to the sides and corners and of those inside the box (N, n)."""
-    ends = np.stack((low, high), axis=2)  # (N, n, 2)
+    ends = np.stack((low, high), axis=2)  # both limits of each joint's step (N, n, 2)
     # The variables with two joints at ends: (N, 2 n (n - 1), 2)
     first, second = np.array(list(combinations(range(ways.shape[1]), 2))).T
     a, b = ways[:, first], ways[:, second]
@@ -421,8 +421,7 @@ class SteadyContinuation:
 
     def _bounds(self, gaps: SteadyGaps, cubic: Cubic) -> tuple[Floats, Floats, Floats]:
         """Return bounds (k,) of the fourth derivative of F on the cubic, of its third derivative, and of the change of
-        F' beside the cubic.
-        """
+        F' with the distance from the cubic."""
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
         greatest = (
             np.maximum(np.abs(cubic.begin), np.abs(cubic.end)) + cubic.most()[1] / 8.0

@@ -258,7 +258,7 @@ class PlanarStarts:
         self.axis, self.point, self.normal = ways[0], points[0], ways[1]
         across = np.cross(self.normal, self.axis)
         across /= np.linalg.norm(across)
-        self.plane = across + 1j * np.cross(self.normal, across)  # (3,) takes vectors to complex numbers
+        self.plane = across + 1j * np.cross(self.normal, across)  # (3,) for converting vectors to complex numbers
         self.signs = np.sign(ways[2:FIRST] @ self.normal)
         self.rolls = np.linspace(batch.lower[-1], batch.upper[-1], ROLLS) if batch.joints > FIRST else np.zeros(1)
         turns = rotation_about_batch(ways[-1], self.rolls if batch.joints > FIRST else np.zeros(1))[:, :, :3]
