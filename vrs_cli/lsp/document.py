@@ -1,6 +1,8 @@
 """Analyse a program file for an editor: find the positions of names, suggest completions, explain words, and colour
-pieces of text. The functions take text and return values. Lines and columns count from 1, as everywhere in the language
-(`Span`); the server converts them to those of the editor.
+pieces of text.
+
+The functions take text and return values. Lines and columns count from 1, as everywhere in the language (`Span`); the
+server converts them to the counts of the editor.
 """
 
 from __future__ import annotations
@@ -48,9 +50,8 @@ class SymbolKind(Enum):
 
 
 class Occurrence(Struct, frozen=True):
-    """An occurrence of a name. All names of one variable, program or label have the same `key`. Lines count within the
-    part.
-    """
+    """An occurrence of a name. All names of the same variable, program or label have the same `key`. Lines count within
+    the part."""
 
     kind: SymbolKind
     key: str
@@ -61,7 +62,7 @@ class Occurrence(Struct, frozen=True):
         return (self.kind, self.key) == (other.kind, other.key)
 
 
-@lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
+@lru_cache(maxsize=4096)  # maximum number of parts in memory; most parts of a file that is being edited do not change
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
     """Return all occurrences of names in one part, in the order of the text."""
     node = part.node
@@ -112,7 +113,7 @@ def _variable(part: Part, variable: ast.Variable) -> Occurrence:
 
 
 def _as_written(part: Part, name: str, span: Span) -> Span:
-    """Return the span of a name without the parentheses or indexes in the span of its tree."""
+    """Return the span of the name alone, because the span in the tree may include parentheses and indexes."""
     at = part.lines[span.line - 1].lower().find(name.lower(), span.column - 1)
     begin = at + 1 if at >= 0 else span.column
     return Span(span.line, begin, begin + len(name))
@@ -129,7 +130,7 @@ def label_span(part: Part, step: ast.Step) -> Span:
 
 
 class Colour(Enum):
-    """The kinds of pieces, with the names of the Language Server Protocol."""
+    """The kinds of coloured pieces, with their names in the Language Server Protocol."""
 
     KEYWORD = "keyword"
     FUNCTION = "function"
@@ -143,16 +144,15 @@ class Colour(Enum):
 
 
 class Modifier(Enum):
-    """A further property of a piece. `OWN`: a variable of AUTO or LOCAL, or a parameter; `BUILT_IN`: a function of
-    VAL-II.
-    """
+    """An additional property of a piece. `OWN`: a variable of AUTO or LOCAL, or a parameter; `BUILT_IN`: a function of
+    VAL-II."""
 
     OWN = "static"
     BUILT_IN = "defaultLibrary"
 
 
 class Piece(NamedTuple):
-    """A piece of text with its colour. Lines and columns count from 1, lines within the part."""
+    """A piece of text with its colour. Lines and columns count from 1; lines count within the part."""
 
     line: int
     column: int
@@ -173,7 +173,7 @@ _OF_INK: Mapping[Ink, Colour] = {
 }
 
 
-@lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
+@lru_cache(maxsize=4096)  # maximum number of parts in memory; most parts of a file that is being edited do not change
 def pieces(part: Part) -> tuple[Piece, ...]:
     own, named, found = locals_of(part), dict[tuple[int, int], Piece](), list[Piece]()
     parameters = {one.key for one in part.node.parameters} if isinstance(part.node, Program) else set[str]()
@@ -213,7 +213,7 @@ _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".DOUBLES": 
 
 
 class Symbol(Struct, frozen=True):
-    """A program, section, label or variable. `span`: the span of its name; `last`: its last line."""
+    """A program, section, label or variable. `span`: the span of its name; `last`: the number of its last line."""
 
     name: str
     kind: SymbolKind
@@ -224,7 +224,8 @@ class Symbol(Struct, frozen=True):
 
 
 class Mend(NamedTuple):
-    """A correction of a finding: `text` replaces a span. `sure`: no other correction is possible."""
+    """A correction for a finding. `text`: the text that replaces the span; `sure`: whether no other correction is
+    possible."""
 
     finding: Diagnostic
     span: Span
@@ -234,8 +235,7 @@ class Mend(NamedTuple):
 
 class Document:
     """A text that is parsed once. `model`: the robot whose reach is checked; `inspector`: the inspector of the previous
-    version; `name`: the name of the file, for steps without a heading.
-    """
+    version; `name`: the name of the file, for steps without a heading."""
 
     def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None, name: str = "") -> None:
         self.text, self.name = text, name
@@ -253,10 +253,10 @@ class Document:
     def sections(self) -> tuple[Section, ...]:
         return tuple(one.part.node for one in self._parts if isinstance(one.part.node, Section))
 
-    # --- what is wrong ---
+    # --- mistakes and corrections ---
 
     def findings(self, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
-        """Return what `vrs check` finds. `beside`: the contents of other files."""
+        """Return the findings of `vrs check` for this text. `beside`: the contents of other files."""
         self._found = self._inspector.inspect(self._parts, beside)
         return self._found
 
@@ -266,7 +266,7 @@ class Document:
 
     @property
     def mends(self) -> tuple[Mend, ...]:
-        """Return all possible corrections: the sure ones, and the names that are similar to unknown names."""
+        """Return all possible corrections: those that are certain, and similar names for unknown names."""
         return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
 
     def _mend(self, finding: Diagnostic) -> Mend | None:
@@ -293,10 +293,10 @@ class Document:
         text = canonical_text(self.text)
         return text if isinstance(text, str) else None
 
-    # --- what is where ---
+    # --- the structure of the text ---
 
     def _at(self, line: int) -> Placed | None:
-        """Return the part that a line belongs to, up to its `.END`."""
+        """Return the part that contains a line; a part extends to its `.END`."""
         return next((one for one in self._parts if one.above < line <= one.above + one.part.last), None)
 
     def _program_at(self, line: int) -> Program | None:
@@ -314,10 +314,10 @@ class Document:
         read = (placed for placed in self._parts if placed.part.node is not None)
         return tuple(sorted((one.above + first, one.above + last) for one in read for first, last in _folds(one.part)))
 
-    # --- names and where they stand ---
+    # --- names and their positions ---
 
     def occurrence(self, line: int, column: int) -> Occurrence | None:
-        """Return the name at or right before a position, with its span in the file."""
+        """Return the name that is at a position or ends there, with its span in the file."""
         placed = self._at(line)
         if placed is None:
             return None
@@ -328,9 +328,8 @@ class Document:
         return None
 
     def references(self, line: int, column: int) -> tuple[Span, ...]:
-        """Return the spans of all occurrences of the name at a position: of a label or a local variable in its program,
-        otherwise in the whole file.
-        """
+        """Return the spans of all occurrences of the name at a position. A label or a local variable is searched only
+        in its program, any other name in the whole file."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             return ()
@@ -350,16 +349,15 @@ class Document:
         return asked.kind is SymbolKind.VARIABLE and asked.key in locals_of(placed.part)
 
     def places(self, asked: Occurrence) -> tuple[Span, ...]:
-        """Return the spans of a global name in this file."""
+        """Return the spans of all occurrences of a global name in this file."""
         parts = (placed for placed in self._parts if not self._own(asked, placed))
         return tuple(
             placed.span(one.span) for placed in parts for one in occurrences(placed.part) if one.is_same(asked)
         )
 
     def origin(self, asked: Occurrence) -> Span | None:
-        """Return where a global name is defined in this file: the heading of a program, a section, or the first
-        assignment.
-        """
+        """Return the span where a global name is defined in this file: the heading of a program, a line of a section,
+        or the first assignment."""
         if asked.kind is SymbolKind.PROGRAM:
             found = next((one for one in self._programs if one[1].key == asked.key), None)
             return None if found is None else found[0].span(heading_span(found[1]))
@@ -367,14 +365,15 @@ class Document:
         return next((placed.span(variable.span) for placed, variable, *_ in given), None)
 
     def check_free(self, asked: Occurrence, new: str) -> None:
-        """Check that a new name is not used in this file, nor taken for a function. Raises UsageError."""
+        """Check that a new name is not used in this file and would not be read as a function. Raises UsageError."""
         wanted = replace(asked, key=key_of(new))
         if wanted != asked and self.places(wanted):
             raise UsageError(f"{new} is there already", "another name")
         self._check_renamed(asked, wanted, self.places(asked), new)
 
     def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
-        """Return the new name as it will be written, and the spans to replace. Raises UsageError, InvalidName."""
+        """Return the new name in the form in which it is written, and the spans to replace. Raises UsageError,
+        InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
@@ -388,10 +387,8 @@ class Document:
         return new, spans
 
     def _check_renamed(self, asked: Occurrence, wanted: Occurrence, spans: tuple[Span, ...], new: str) -> None:
-        """Check that the text with the new name means the same: HAND is a function unless a variable has that name.
-
-        Raises UsageError.
-        """
+        """Check that the text has the same meaning with the new name: HAND, for example, is a function unless a
+        variable has that name. Raises UsageError."""
         if wanted.key not in FUNCTION_NAMES and asked.key not in FUNCTION_NAMES:
             return
         lines, wanted_places, moved = list(self.lines), set[tuple[int, int]](), 0
@@ -407,21 +404,20 @@ class Document:
             raise UsageError(f"{new} would be the function in some places, the variable in others", "another name")
 
     def _scope(self, asked: Occurrence, here: Placed) -> tuple[Placed, ...]:
-        """Return the parts in which a name means the same."""
+        """Return the parts in which a name has the same meaning."""
         if asked.kind is SymbolKind.LABEL or asked.key in locals_of(here.part):
             return (here,)
         if asked.kind is SymbolKind.PROGRAM:
             return self._parts
         return tuple(placed for placed in self._parts if asked.key not in locals_of(placed.part))
 
-    # --- what could come next ---
+    # --- completions ---
 
     def completions(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> list[Suggestion]:
-        """Return suggestions for a position. `project`: the other files of the name space; `near`: all files whose
-        programs may be called.
-        """
+        """Return suggestions for a position. `project`: the other files of the same name space; `near`: all files whose
+        programs may be called."""
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
         program = self._program_at(line)
         if program is None:  # outside of programs
@@ -459,7 +455,8 @@ class Document:
 
     @cached_property
     def _given_names(self) -> Mapping[Kind, dict[str, str]]:
-        """Return the variables that get a value here, by kind, each with the name of the section or program."""
+        """Return the variables that get a value here, by kind, each with the name of the section or program where this
+        happens."""
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
         for _, variable, kind, owner in self._definitions():
             variables[kind].setdefault(variable.sigil + variable.name, owner)
@@ -478,17 +475,18 @@ class Document:
                 row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
                 located = (
                     row is not None and Shape.LOCATION_VARIABLE in row.operand_shapes
-                )  # by instructions such as SET and HERE
+                )  # assigned by instructions such as SET and HERE
                 for variable in definitions(statement):
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield placed, variable, kind, program.name
 
-    # --- what a word means, and where it comes from ---
+    # --- meanings and definitions ---
 
     def hover(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()
     ) -> tuple[str, Span] | None:
         """Return help on a word of the language, or the meaning of a name, as Markdown, with the span of the word.
+
         `project`, `near`: as in `completions`.
         """
         text, span = self._word(line, column) or ("", None)
@@ -512,7 +510,8 @@ class Document:
         return (found, span) if found else None
 
     def definition(self, line: int, column: int) -> Span | None:
-        """Return where a program, a label or a variable is defined: in a section, else by its first assignment."""
+        """Return the span where a program, a label or a variable is defined. A variable is defined by a parameter, a
+        line of a section, or its first assignment."""
         word, asked, here = self._word(line, column), self.occurrence(line, column), self._at(line)
         if word is None:
             return None
@@ -526,7 +525,7 @@ class Document:
         return variable or next(headings, None)
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
-        """Return the word at or right before a position, outside texts and comments."""
+        """Return the word that is at a position or ends there; None in strings and comments."""
         if not 1 <= line <= len(self.lines):
             return None
         for found in _WORD.finditer(blank_out(self.lines[line - 1])):
@@ -542,7 +541,7 @@ class Document:
         return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
 
     def program_meaning(self, key: str) -> str:
-        """Return the heading of a program with its comment, as Markdown; "" if it is not in this file."""
+        """Return the heading of a program with its comment, as Markdown; "" if this file does not have the program."""
         program = self.programs.get(key)
         if program is None:
             return ""
@@ -550,15 +549,14 @@ class Document:
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"
 
     def place_meaning(self, word: str, asked: Occurrence) -> str:
-        """Return the line that gives a global variable its value here, as Markdown."""
+        """Return the line that assigns a global variable in this file, as Markdown."""
         span = self.origin(asked)
         shown = "" if span is None else self.lines[span.line - 1].strip()
         return f"```val2\n{shown}\n```\n`{word}` is given a value in {self.name}"
 
     def _variable(self, name: str, line: int) -> Span | None:
         """Return the span that defines a variable: a parameter of the program, an entry of a section, or the first
-        assignment.
-        """
+        assignment."""
         here, program, key = self._at(line), self._program_at(line), key_of(name)
         parameters = program.parameters if program is not None else ()
         own = ((here, parameter) for parameter in parameters if here is not None)
@@ -587,14 +585,14 @@ def _line(kind: SymbolKind, name: str, span: Span, detail: str = "") -> Symbol:
 
 
 def _folds(part: Part) -> Iterator[tuple[int, int]]:
-    """Yield the foldable lines of a part. The line that ends a block stays visible."""
+    """Yield the foldable ranges of lines in a part. The line that ends a block stays visible."""
     if part.last > 2:
         yield 1, part.last - 1
     if isinstance(part.node, Program):
         steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
-            # the lines from CASE to its first VALUE are not a branch: the block folds as a whole
+            # the lines from CASE to its first VALUE are not a separate range: the block folds as a whole
             whole = ((block.opener, block.closer),) if block.kind is BlockKind.CASE else ()
             lines = ((steps[a].span.line, steps[b].span.line) for a, b in (*whole, *pairwise(marks)))
             yield from ((first, after - 1) for first, after in lines if after - first > 1)
@@ -618,7 +616,7 @@ def _signature(program: Program) -> str:
 
 
 def new_name(asked: Occurrence, name: str) -> str:
-    """Return a name in the form in which it can replace another. Raises InvalidName."""
+    """Return a name in the form in which it can replace another name. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
         if not name.isascii() or not name.isdigit() or float(name) > LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {LABEL_HIGH}")

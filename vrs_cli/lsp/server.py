@@ -1,7 +1,8 @@
-"""Serve the Language Server Protocol 3.17 with the answers of `document.Document`.
+"""Serve the Language Server Protocol 3.17 with the answers of `document.Document`. The server itself has no knowledge
+of VAL-II.
 
-The server itself has no knowledge of VAL-II. Lines and columns count from 1 in a `Span` and from 0 in the protocol,
-where a character has as many units as the editor and pygls have agreed on.
+Lines and columns count from 1 in a `Span` and from 0 in the protocol. How many units of the protocol a character has
+depends on the encoding that the editor and pygls have agreed on.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.version import __version__
 
 MAX_FILES = 2000  # maximum number of files of a workspace that are read
-PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once
+PAUSE = 0.05  # [s] time after the last keystroke before a text is checked, so that fast typing causes only one check
 
 _SEVERITIES: Mapping[Severity, lsp.DiagnosticSeverity] = {
     Severity.ERROR: lsp.DiagnosticSeverity.Error,
@@ -65,7 +66,7 @@ class Question(Protocol):
 
 
 class UnreadMessage(NamedTuple):
-    """A message that cannot be read: the number of the request, if it has one, and the reason."""
+    """A message that cannot be read. It has the number of the request, if there is one, and the reason."""
 
     number: int | str | None
     error: lsp.ResponseError
@@ -73,7 +74,7 @@ class UnreadMessage(NamedTuple):
 
 
 class AnsweringProtocol(LanguageServerProtocol):
-    """Answers every request, also a malformed one, and one before `initialize` or after `shutdown`."""
+    """Answers every request, even if it is malformed or arrives before `initialize` or after `shutdown`."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
@@ -104,24 +105,25 @@ class AnsweringProtocol(LanguageServerProtocol):
 
 
 class Val2Server(LanguageServer):
-    """The language server. It reads each version of a text once: open texts as the editor has them, others from the
-    disk.
-    """
+    """The language server. It reads each version of a text once. The text of an open file comes from the editor, that
+    of any other file from the disk."""
 
     def __init__(self, model: RobotModel) -> None:
         super().__init__("vrs", __version__, protocol_cls=AnsweringProtocol)
         self.files = Workspace(model)
         self._on_disk: dict[str, str] = {}
-        self._stamps: dict[str, tuple[object, str]] = {}  # stamps and texts of the files that were read
+        self._stamps: dict[str, tuple[object, str]] = {}  # the stamps and the texts of the files that were read
         self._waiting: dict[str, asyncio.TimerHandle] = {}
-        logging.getLogger(json_rpc.__name__).addFilter(  # what is refused has been answered, and is no fault of ours
+        # a refused request has been answered and is not an error of the server, so it is not logged
+        logging.getLogger(json_rpc.__name__).addFilter(
             lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
         )
         for name, (feature, options) in _FEATURES.items():
             self.feature(name, options)(partial(feature, self))
 
     def document(self, uri: str) -> Document:
-        """Return a text: the editor's version if it is open, otherwise the file. Raises InvalidRequest."""
+        """Return a document with the editor's version of a text if it is open, otherwise with the text of the file.
+        Raises InvalidRequest."""
         texts = self._texts()
         if uri not in texts:
             try:
@@ -140,11 +142,12 @@ class Val2Server(LanguageServer):
 
     @property
     def open_texts(self) -> dict[str, TextDocument]:
-        """Return the texts that the editor has open, by address."""
+        """Return the texts that are open in the editor, by address."""
         return {document.uri: document for document in self.workspace.text_documents.values()}
 
     def look(self) -> None:
-        """Read the program files of the workspace, and those beside open files, that have changed on the disk."""
+        """Read the program files that have changed on the disk: those of the workspace, and those in the folders of
+        open files."""
         opened = {uris.to_fs_path(uri): uri for uri in self.open_texts}
         roots = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
         found = {path: uri for path, uri in opened.items() if path}
@@ -169,14 +172,15 @@ class Val2Server(LanguageServer):
     # --- places ---
 
     def locate(self, params: Question) -> tuple[str, Document, tuple[int, int]]:
-        """Return the text that a request is about, with the line and column of its position, from 1."""
+        """Return the address and the document of a request, with the line and column of its position, counted from
+        1."""
         uri = params.text_document.uri
         document = self.document(uri)
         found = self.workspace.position_codec.position_from_client_units([*document.lines, ""], params.position)
         return uri, document, (found.line + 1, found.character + 1)
 
     def range(self, uri: str, span: Span) -> lsp.Range:
-        """Return a span in the editor's units."""
+        """Convert a span to a range in the editor's units."""
         return lsp.Range(self._position(uri, span.line, span.column), self._position(uri, span.line, span.end))
 
     def _position(self, uri: str, line: int, column: int) -> lsp.Position:
@@ -187,7 +191,7 @@ class Val2Server(LanguageServer):
     # --- diagnostics ---
 
     def check_soon(self, uri: str) -> None:
-        """Check a text after a pause in the typing."""
+        """Check a text after a pause in typing."""
         self.forget(uri)
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
 
@@ -197,7 +201,7 @@ class Val2Server(LanguageServer):
             return
         self.document(uri)
         for one in self.files.project(uri):
-            if one in self.open_texts:  # a change shows in the files that belong to it, too
+            if one in self.open_texts:  # a change can also affect files of the same name space
                 found = [self.diagnostic(one, wrong) for wrong in self.files.diagnostics(one)]
                 self.publish(one, found, self.open_texts[one].version)
 
@@ -210,11 +214,11 @@ class Val2Server(LanguageServer):
         return lsp.Diagnostic(place, one.message, severity, code=one.code, source="vrs")
 
     def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
-        """Replace the diagnostics that the editor shows for a text."""
+        """Replace the diagnostics of a text that the editor shows."""
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def forget(self, uri: str) -> None:
-        """Cancel the check of a text that is due."""
+        """Cancel the check of a text that is scheduled."""
         waiting = self._waiting.pop(uri, None)
         if waiting is not None:
             waiting.cancel()
@@ -226,7 +230,7 @@ class Val2Server(LanguageServer):
         self.publish(uri, [])
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Answer a message that is not JSON; let the editor show other errors."""
+        """Answer a message that is not JSON. The editor shows other errors."""
         if isinstance(error, ValueError):
             protocol = cast(AnsweringProtocol, self.protocol)
             protocol.refuse(None, JsonRpcParseError(str(error)).to_response_error())
@@ -234,7 +238,7 @@ class Val2Server(LanguageServer):
             super().report_server_error(error, source)
 
     def location(self, place: FileSpan) -> lsp.Location:
-        """Return a span in the editor's units."""
+        """Convert a span to a location in the editor's units."""
         return lsp.Location(place.uri, self.range(place.uri, place.span))
 
     # --- symbols ---
@@ -250,7 +254,7 @@ class Val2Server(LanguageServer):
 
 
 def _program_files(roots: Iterable[str], opened: Iterable[str]) -> Iterator[str]:
-    """Yield the program files below some folders, and those beside open files, without hidden ones."""
+    """Yield the program files below the `roots`, and those in the folders of open files, without hidden files."""
     for folder in sorted({os.path.dirname(path) for path in opened}):
         with suppress(OSError):
             yield from (os.path.join(folder, name) for name in sorted(os.listdir(folder)) if _is_program(name))
@@ -293,7 +297,7 @@ def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Locatio
 
 
 def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
-    """Return one edit of the whole text; None if it is canonical already or cannot be read."""
+    """Return one edit that formats the whole text; None if the text is already canonical or cannot be read."""
     uri = params.text_document.uri
     document = server.document(uri)
     text = document.canonical()
@@ -340,7 +344,7 @@ def _prepare_rename(server: Val2Server, params: lsp.PrepareRenameParams) -> lsp.
 
 
 def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    """Rename the name at a position. Raises InvalidRequest for a name that cannot be used."""
+    """Rename the name at a position. Raises InvalidRequest if the new name cannot be used."""
     server.look()
     uri, _, place = server.locate(params)
     try:
@@ -368,7 +372,8 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
 
 
 def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.CodeAction]:
-    """Return the corrections for findings in these lines, and one action with all sure corrections of the text."""
+    """Return the corrections for findings in these lines, and one action that makes all certain corrections of the
+    text."""
     uri, document = params.text_document.uri, server.document(params.text_document.uri)
     wanted, lines = params.context.only, range(params.range.start.line + 1, params.range.end.line + 2)
     found = []
@@ -384,7 +389,8 @@ def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.C
 
 
 def _is_wanted(kind: lsp.CodeActionKind, wanted: Sequence[lsp.CodeActionKind | str] | None) -> bool:
-    """Return whether the editor asks for actions of a kind, or of a more general kind: source for source.fixAll."""
+    """Return whether the editor asks for actions of this kind or of a more general kind: source includes
+    source.fixAll."""
     asked = [one.value if isinstance(one, lsp.CodeActionKind) else one for one in wanted or ()]
     return wanted is None or any(kind.value == one or kind.value.startswith(f"{one}.") for one in asked)
 
@@ -404,9 +410,8 @@ LEGEND = lsp.SemanticTokensLegend([one.value for one in Colour], [one.value for 
 
 
 def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-    """Return five numbers for each piece: line and column relative to the piece before, length, kind, modifiers as
-    bits.
-    """
+    """Return five numbers for each piece: its line and column relative to the previous piece, its length, its kind, and
+    its modifiers as bits."""
     uri = params.text_document.uri
     kinds, modifiers = ({one: place for place, one in enumerate(of)} for of in (Colour, Modifier))
     data, line, column = list[int](), 0, 0
@@ -421,7 +426,8 @@ def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.Semant
     return lsp.SemanticTokens(data)
 
 
-_FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # each with its options
+# the features of the server, each with its options
+_FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {
     lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.on_open(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_DID_SAVE: (lambda server, params: server.on_open(params.text_document.uri), None),
     lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: (lambda server, _params: server.look(), None),

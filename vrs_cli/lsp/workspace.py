@@ -1,6 +1,7 @@
-"""Find which program files of a workspace belong together, and all occurrences of a name in them. Files are one name
-space if one names the other in a comment (`; with: lib.v2`), or calls a program that it does not have and exactly one
-other file of its folder has. Each text has an address (URI).
+"""Find the program files of a workspace that belong together, and all occurrences of a name in them.
+
+Two files are in one name space if one names the other in a comment (`; with: lib.v2`), or calls a program that it does
+not have and that exactly one other file of its folder has. Each text has an address (URI).
 """
 
 from __future__ import annotations
@@ -20,22 +21,21 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.lsp.document import Document, Symbol, SymbolKind
 from vrs_cli.values.diagnostics import Diagnostic, Span
 
-MAX_SYMBOLS = 500  # maximum number of symbols found for a query
+MAX_SYMBOLS = 500  # maximum number of symbols that a query returns
 _CALLS = re.compile(r"(?i)\b(?:CALLP?|GOSUB|PRIME|(?:PC)?EXECUTE|REACT[IE]?)[ \t]([^;\n]*)")
 _NAME = re.compile(r"[A-Za-z][\w.]*")
 
 
 class FileSpan(NamedTuple):
-    """A span in the text with an address."""
+    """A span in the text with the given address."""
 
     uri: str
     span: Span
 
 
 class _Outline(NamedTuple):
-    """The links of a text to other texts, found without parsing: the keys of its programs, of those that it may call,
-    and the names of files in its comments.
-    """
+    """The links of a text to other texts, found without parsing: the keys of its own programs, the keys of programs
+    that it may call, and the names of files in its comments."""
 
     programs: frozenset[str]
     called: frozenset[str]
@@ -55,7 +55,7 @@ def _outline(text: str, name: str) -> _Outline:
 
 
 class Workspace:
-    """The present texts by address; `take` replaces the texts. A text that has not changed is not parsed again."""
+    """The present texts, by address. `take` replaces the texts. A text that has not changed is not parsed again."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -71,7 +71,8 @@ class Workspace:
             self._inspectors.pop(gone, None)
 
     def document(self, uri: str) -> Document:
-        """Return a text, which is read once. Raises KeyError for an unknown address."""
+        """Return the document for an address; each version is parsed only once. Raises KeyError for an unknown
+        address."""
         known, text = self._documents.get(uri), self._texts[uri]
         if known is None or known.text != text:
             inspector = self._inspectors.setdefault(uri, Inspector(self._model))
@@ -81,12 +82,12 @@ class Workspace:
     # --- which files belong together ---
 
     def project(self, uri: str) -> tuple[str, ...]:
-        """Return the URIs of all documents that share a name space with this document: this document first, then the
+        """Return the addresses of all documents in the name space of this document: first this document, then the
         others in alphabetical order."""
         if self._links is None:
             self._links = self._find_links()
         found, waiting = {uri}, [uri]
-        for here in waiting:  # the list grows
+        for here in waiting:  # the loop also visits the items that it appends
             new = self._links.get(here, set()) - found
             found |= new
             waiting += new
@@ -112,21 +113,22 @@ class Workspace:
         return links
 
     def others(self, uri: str) -> list[Document]:
-        """Return the other files of its name space."""
+        """Return the other files in the name space of a file."""
         return [self.document(other) for other in self.project(uri)[1:]]
 
     def _near(self, uri: str) -> list[Document]:
-        """Return the other files whose programs may be called: those of its name space, then of its folder."""
+        """Return the other files whose programs may be called: first those of the name space, then those of the
+        folder."""
         project = self.project(uri)[1:]
         folder = sorted(
             one for one in self._texts if _folder(one) == _folder(uri) and one not in project and one != uri
         )
         return [self.document(other) for other in (*project, *folder)]
 
-    # --- what is wrong ---
+    # --- mistakes ---
 
     def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
-        """Return what `vrs check` finds in a text within its name space."""
+        """Return the findings of `vrs check` for a text, which is checked together with its name space."""
         document, others, project = self.document(uri), self.others(uri), self.project(uri)
         first = (self.document(other) for other in project[1:] if other < uri)
         near = frozenset(
@@ -147,7 +149,7 @@ class Workspace:
     # --- names in all files ---
 
     def definition(self, uri: str, line: int, column: int) -> FileSpan | None:
-        """Return where a name is defined: in its own file, or in another one of the name space."""
+        """Return where a name is defined: in its own file, or in another file of the name space."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         span = document.definition(line, column)
@@ -159,7 +161,7 @@ class Workspace:
         return None
 
     def references(self, uri: str, line: int, column: int) -> Iterator[FileSpan]:
-        """Yield all spans of a name, first those in its own file."""
+        """Yield all spans of a name, beginning with those in its own file."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         yield from (FileSpan(uri, span) for span in document.references(line, column))
@@ -168,9 +170,8 @@ class Workspace:
                 yield from (FileSpan(other, span) for span in self.document(other).places(asked))
 
     def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
-        """Return the new name as it will be written, and the spans to replace by address. Raises UsageError,
-        InvalidName.
-        """
+        """Return the new name in the form in which it is written, and the spans to replace, by address. Raises
+        UsageError, InvalidName."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         new, spans = document.rename(line, column, name)
@@ -188,7 +189,8 @@ class Workspace:
         return new, found
 
     def symbols(self, query: str) -> Iterator[tuple[str, Symbol, str]]:
-        """Yield programs and variables of sections whose names contain a text, with their address and section."""
+        """Yield the programs, and the variables of sections, whose names contain a text, with their address and
+        section."""
         count, wanted = 0, query.lower()
         for uri in sorted(self._texts):
             for symbol in self.document(uri).symbols:
@@ -201,7 +203,7 @@ class Workspace:
                         if count == MAX_SYMBOLS:
                             return
 
-    # --- what is near ---
+    # --- files whose programs may be called ---
 
     def near(self, uri: str) -> tuple[Sequence[Document], Sequence[Document]]:
         """Return the other files of the name space, and all files whose programs may be called."""
@@ -209,7 +211,7 @@ class Workspace:
 
 
 def normal(path: str) -> str:
-    """Return the normal form of an address, in which addresses are compared."""
+    """Return an address in the normal form, so that addresses can be compared."""
     scheme, sign, rest = path.partition("://")
     return f"{scheme}{sign}{normpath(rest)}".lower() if sign else normpath(path).lower()
 
