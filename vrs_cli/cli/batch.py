@@ -1,6 +1,5 @@
 """Carry out batch runs (`vrs run`): the terminal of a run, the run, its reports (a JSON object, or the error of a
-program in words), and the runs of several files.
-"""
+program in words), and the runs of several files."""
 
 from __future__ import annotations
 
@@ -46,18 +45,17 @@ if TYPE_CHECKING:
 
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options that are also fields of Limits
-MAX_DIAGNOSTICS = 20  # maximum number of diagnostics printed for a file
+MAX_DIAGNOSTICS = 20  # maximum number of diagnostics that are printed for a file
 Object = dict[str, Any]
-ALONE = ("save", "csv", "plot", "report", "record_units")  # options with one output file: only for one run
-MAIN = "main"  # the program of a project that is executed
+ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one output file: allowed only for one run
+MAIN = "main"  # name of the program of a project that is executed
 BROKEN = "not executed"
 NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
 
 
 class BatchTerminal(Struct, frozen=True):
-    """The terminal of a run. It writes to `output`; `quiet` leaves out everything but the output of programs. `lines`:
-    the input of PROMPT. Other questions get no answer.
-    """
+    """The terminal of a run. It writes to `output`; with `quiet` it writes only the output of programs. `lines`: the
+    input of PROMPT. Other questions get no answer."""
 
     output: TextIO
     alive: RunProgress
@@ -71,7 +69,7 @@ class BatchTerminal(Struct, frozen=True):
             self.alive(doing.clock)
 
     def type(self, text: str, newline: bool) -> None:
-        """Write the output of TYPE as it happens."""
+        """Write the output of TYPE at once."""
         self._write(f"{text}\n" if newline else text)
 
     def show(self, reply: replies.Reply) -> None:
@@ -82,16 +80,15 @@ class BatchTerminal(Struct, frozen=True):
             self._write(plain_text(reply))
 
     def ask(self, question: questions.Question) -> questions.Answer:
-        """Return one line of standard input. Other questions than PROMPT are not answered. Raises EndOfInput, which
-        names the PROMPT.
-        """
+        """Return one line of standard input as the answer to PROMPT; leave other questions without an answer. Raises
+        EndOfInput, which names the PROMPT."""
         if not isinstance(question, questions.LineWanted) or (question.wrong and not sys.stdin.isatty()):
             return None
         self._write(f"{question.wrong}\n" if question.wrong else "")
         self._write(question.text)
         line = next(self.lines, "")
         if not sys.stdin.isatty():
-            self._write("\n")  # end the line: no terminal has echoed it
+            self._write("\n")  # end the line, because no terminal has echoed the input
         if not line:
             raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give its answers on standard input")
         return line.rstrip("\r\n")
@@ -106,15 +103,17 @@ class BatchTerminal(Struct, frozen=True):
 
 
 class Heard(Struct, frozen=True):
-    """Callbacks of one run of several. `ended` gets its result, `printed` its object of --json."""
+    """Callbacks of one run among several. `ended` receives the result of the run, `printed` the object of --json."""
 
     ended: Callable[[RunResult], None]
     printed: Callable[[Object], None]
 
 
 class Batch(Struct, frozen=True):
-    """One run: the options, the files to load, which are one name space, and the callbacks if there are several runs.
-    `owners`: the file of each program, by key.
+    """One run.
+
+    The fields are the options, the files to load (which share one name space), and the callbacks if there are several
+    runs. `owners`: the file of each program, by the program's key.
     """
 
     options: Namespace
@@ -125,22 +124,22 @@ class Batch(Struct, frozen=True):
 
     @property
     def source(self) -> Source:
-        """The first file."""
+        """Return the first file."""
         return self.sources[0]
 
     @property
     def aside(self) -> bool:
-        """Whether standard output has only the result of the run, so that messages go to standard error."""
+        """Return whether standard output contains only the result of the run, so that messages go to standard error."""
         return self.options.json or self.outputs.takes_standard_output
 
     def run(self) -> int:
-        """Load and execute; return the exit status."""
+        """Load the files and execute; return the exit status."""
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
-        live = options.realtime is not None or options.allow_net or options.serial  # time passes as on a wall clock
+        live = options.realtime is not None or options.allow_net or options.serial  # in real time
         with fence.memory(options.max_memory) as enough, running as progress, self._folder() as folder:
             lines = piped.lines_of_pipe(sys.stdin) if live else None
-            output = sys.stderr if self.aside else sys.stdout  # where TYPE and PROMPT write
+            output = sys.stderr if self.aside else sys.stdout  # the stream for the output of TYPE and PROMPT
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)
             end_by = station.driver.end_by
@@ -155,7 +154,7 @@ class Batch(Struct, frozen=True):
                         print(source.diagnostics_text(diagnostics, most=MAX_DIAGNOSTICS), end="", file=sys.stderr)
                     stop = interrupt.Stoppable(station.interrupt)
                     result, sound = self._execute(station, progress, stop, enough)
-            except LimitReached as error:  # raised before the program began
+            except LimitReached as error:  # raised before the program started
                 if options.json:
                     self._print_json(
                         station, None, [_object(Severity.ERROR, error.code, str(error), numbers=error.numbers)]
@@ -168,9 +167,8 @@ class Batch(Struct, frozen=True):
         return status
 
     def _load(self, station: Station) -> dict[Source, tuple[Diagnostic, ...]]:
-        """Load the files and return the diagnostics of each. If no file has an error, add warnings of surprises in the
-        run.
-        """
+        """Load the files and return the diagnostics of each. If no file has an error, add warnings of surprises during
+        the run."""
         found: dict[Source, tuple[Diagnostic, ...]] = {}
         loaded = station.load_texts([(source.text, source.name) for source in self.sources])
         for source, one in zip(self.sources, loaded, strict=True):
@@ -184,7 +182,7 @@ class Batch(Struct, frozen=True):
         return found
 
     def _isolation(self, station: Station) -> AbstractContextManager[object]:
-        """Return a context in which, with --sandbox, programs reach no network and start no process."""
+        """Return a context in which programs cannot reach a network or start a process, if --sandbox is given."""
         if self.options.sandbox is None:
             return nullcontext()
         station.contacts.prepare()
@@ -193,9 +191,8 @@ class Batch(Struct, frozen=True):
     def _execute(
         self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, enough: fence.Enough
     ) -> tuple[RunResult, bool]:
-        """Execute a program. Return its result, and whether the file of --save is complete. A limit that is reached
-        within a step ends the program too.
-        """
+        """Execute a program. Return its result, and whether the file of --save is complete. If a limit is reached
+        within a step, the program ends as well."""
         program, engine = self._program(station), station.engine
         engine.clock.set(0.0)
         durable = self.options.realtime is not None
@@ -212,11 +209,12 @@ class Batch(Struct, frozen=True):
 
     @contextmanager
     def _folder(self) -> Iterator[opening.Folder]:
-        """Yield the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
+        """Yield the folder in which programs read and write files: the folder of the program file, the sandbox, or a
+        working folder of this run."""
         from vrs_cli.files.disk import working_folder
 
         options, given = self.options, self.options.file == commands.STANDARD_STREAM
-        beside, box = Path(options.file).parent, options.sandbox  # the current folder for a sample program
+        beside, box = Path(options.file).parent, options.sandbox  # a sample program uses the current folder
         if not options.apart:
             yield opening.Folder(beside) if box is None else opening.Folder(Path(box), closed=True)
             return
@@ -249,7 +247,7 @@ class Batch(Struct, frozen=True):
         return station
 
     def _limits(self) -> Limits:
-        """Return the limits of the options; for options that are not given, the usual limits."""
+        """Return the limits that the options set; options that are not given set the usual limits."""
         options = self.options
         own = OWN if options.realtime is None else ATTENDED
         if options.allow_net or options.serial:
@@ -260,7 +258,7 @@ class Batch(Struct, frozen=True):
         )
 
     def _program(self, station: Station) -> str:
-        """Return the wanted program, or the first of the file. Raises CommandLineError."""
+        """Return the program that the options name, or the first one of the file. Raises CommandLineError."""
         environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
@@ -277,7 +275,7 @@ class Batch(Struct, frozen=True):
             raise CommandLineError(what, hint) from None
 
     def _main(self, station: Station) -> str:
-        """Return the program main, or the only one that no other program calls. Raises CommandLineError."""
+        """Return the program main, or else the only program that no other program calls. Raises CommandLineError."""
         programs = station.environment.programs
         called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
         free = [one.name for key, one in programs.items() if key not in called]
@@ -286,10 +284,10 @@ class Batch(Struct, frozen=True):
         listed = ", ".join(free[:MAX_DIAGNOSTICS])
         raise CommandLineError("which program of the project?", f"name one behind the folder: {listed}")
 
-    # --- what is told -----------------------------------------------------------------------------------
+    # --- messages ---------------------------------------------------------------------------------------
 
     def _refuse(self, station: Station, found: Mapping[Source, Sequence[Diagnostic]]) -> int:
-        """Report the errors of files that are not executed; return the exit status."""
+        """Report the errors of files that cannot be executed; return the exit status."""
         if self.options.json:
             objects = [
                 _object(one.severity, one.code, one.message, line=one.span.line) | self._file(source)
@@ -302,14 +300,15 @@ class Batch(Struct, frozen=True):
         return FAILED
 
     def _file(self, source: Source) -> Object:
-        """Return the file of an error as JSON, if there are several files."""
+        """Return the file of an error for JSON; only runs of several files name it."""
         return {"file": source.path} if len(self.sources) > 1 else {}
 
     def _owner(self, program: str) -> Source:
         return self.owners.get(key_of(program), self.source)
 
     def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
-        """Report how the run ended, and write the files. After an error they contain the trajectory up to the error."""
+        """Report how the run ended, and write the files. After an error the files contain the trajectory up to the
+        error."""
         if self.heard is not None:
             self.heard.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
@@ -326,18 +325,18 @@ class Batch(Struct, frozen=True):
         else:
             print(for_stream(self._fault_text(result.fault), sys.stderr), file=sys.stderr)
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
-            for sentence in sentences(displaced):  # name the motions that begin at other times than asked
+            for sentence in sentences(displaced):  # name the motions that begin at other times than requested
                 print(sentence, file=sys.stderr)
         self._tell_world(station, wrong)
         try:
             self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path, station.driver.world)
-        except FileError as error:  # probably a full disk: the path was checked at the start
+        except FileError as error:  # probably the disk is full: the path was checked at the start
             print(f"vrs run: {error}", file=sys.stderr)
             return FAILED
         return FAILED if faults else OK
 
     def _tell_world(self, station: Station, wrong: Iterable[Untrue]) -> None:
-        """Report what happened around the robot, and readings of programs that later edits made wrong (`wrong`)."""
+        """Report the events around the robot, and readings of programs that later edits made wrong (`wrong`)."""
         if self.options.quiet:
             return
         course = station.driver.course
@@ -350,7 +349,7 @@ class Batch(Struct, frozen=True):
         return fault_text(self._owner(fault.program).path, fault)
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
-        """Report that another task has stopped with an error."""
+        """Report that another task stopped with an error."""
         said = f"{self._fault_text(one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
 
@@ -367,7 +366,8 @@ class Batch(Struct, frozen=True):
 
 
 def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield diagnostics. If a program is not in memory, but a file beside has it, the hint names the file."""
+    """Yield the diagnostics. If a program is missing in memory, but a file in the same folder has it, the hint names
+    that file."""
     beside: Mapping[str, str] | None = None
     for one in found:
         if source.is_file and one.code == UndefinedName.code:
@@ -381,7 +381,7 @@ def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[
 
 
 def _advice(option: str) -> str:
-    """Return the advice for a program that was stopped by the limit of an option."""
+    """Return the hint for a program that reached the limit of an option."""
     if option == "signals":
         return "--signals FILE says when inputs change"
     return f"give it more with --{option.replace('_', '-')}"
@@ -391,9 +391,8 @@ def _advice(option: str) -> str:
 
 
 def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
-    """Return the object of `--json`. `result`: None if nothing could be executed. `segments` counts the segments of
-    motions, without the initial pose.
-    """
+    """Return the object of `--json`. `result`: None if nothing could be executed. `segments` is the number of segments
+    of motions, without the initial pose."""
     return {
         "program": result.program if result else None,
         "cycles": result.cycles if result else 0,
@@ -403,7 +402,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
             {
                 "text": record.text,
                 "t_iss": record.issued,
-                "t_asked": record.asked,  # None for a motion that follows another
+                "t_asked": record.asked,  # None for a motion that follows another one
                 "t_exec": record.executed,
                 "t_end": record.end,
             }
@@ -416,8 +415,10 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
 
 
 def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
-    """Return the facts of the world for `--json`: `parts` at the end and `notes` of a cell with parts or sensors;
-    `no_longer_true`, the readings of programs that later edits made wrong (`wrong`), if there are any.
+    """Return the facts about the cell for `--json`.
+
+    `parts` (at the end) and `notes` exist for a cell with parts or sensors. `no_longer_true` has the readings of
+    programs that later edits made wrong (`wrong`), if there are any.
     """
     found, course, engine = Object(), station.driver.course, station.engine
     if course is not None and course.parts():
@@ -454,7 +455,7 @@ def _contact_object(motion: str, contact: world.Contact) -> Object:
 
 
 def _part_object(course: WorldCourse, name: str, t: float) -> Object:
-    """Return a part at a time [s] for `--json`; a falling part counts as landed."""
+    """Return the state of a part at a time [s] for `--json`; a falling part is reported where it lands."""
     last = course.spans(name, t)[-1]
     state = course.state(name, max(t, last.end) if last.end < inf else t)
     place = pose_object(state.pose) if state.exists else {"xyz_mm": None, "oat_deg": None}
@@ -476,7 +477,7 @@ def _object(
 
 
 def fault_text(path: str, fault: ProgramFault) -> str:
-    """Return where a program stopped and why, with its line and a caret."""
+    """Describe where and why a program stopped, with the line and a caret below it."""
     place = f"{path}:{fault.line}: " if fault.line else ""
     source = fault.source.strip()
     lines = [f"{place}{fault.message}"]
@@ -485,11 +486,11 @@ def fault_text(path: str, fault: ProgramFault) -> str:
     return "\n".join([*lines, f"Program {fault.program} stopped at step {fault.step}"])
 
 
-# --- several files: each by itself, one after the other, and one summary of all -----------------------------------
+# --- several files: each runs by itself, one after the other; one summary of all ----------------------------------
 
 
 class FileSummary(Struct, frozen=True):
-    """A row of the summary of several files. `seconds`: in the robot's time."""
+    """A row of the summary of several files. `seconds`: the duration on the robot's clock."""
 
     path: str
     status: int
@@ -538,7 +539,7 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
 
 
 def _tell(rows: Sequence[FileSummary]) -> None:
-    """Print the summary on standard error, apart from the output of programs."""
+    """Print the summary on standard error, separate from the output of programs."""
     width = max(len(row.path) for row in rows)
     for row in rows:
         seconds = "" if row.seconds is None else f"{row.seconds:.3f} s"

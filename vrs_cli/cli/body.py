@@ -1,4 +1,4 @@
-"""`vrs body`: this process is the body of a served robot, or represents it."""
+"""Carry out `vrs body`: this process acts as the body of a served robot, or connects a body to it."""
 
 from __future__ import annotations
 
@@ -28,12 +28,13 @@ if TYPE_CHECKING:
 
 MAX_TOLD = 5  # maximum number of wrong lines that are reported
 MAX_LINE_CHARS = 1 << 16
-MAX_JUMP = 5.0  # [s] a longer jump of the clock makes a new simulated arm
+MAX_JUMP = 5.0  # [s] maximum jump of the clock; after a longer one a new simulated arm starts
 Tell = Callable[[str], None]
 
 
 def body(options: Namespace) -> int:
-    """Be the body until Ctrl-C, or until the robot gets another body. Raises the robot's refusals."""
+    """Act as the body until Ctrl-C, or until the robot gets another body. Raises the errors with which the robot
+    refuses a request."""
     kind = next((kind for kind in KINDS if getattr(options, kind)), None)
     if kind is None:
         raise CommandLineError("which body?", f"give --{' or --'.join(KINDS)}")
@@ -44,7 +45,7 @@ def body(options: Namespace) -> int:
 
 
 async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
-    """Do the work until it ends, or a signal comes. Return the exit status and the number of the signal, or 0."""
+    """Run a coroutine until it ends or a signal arrives. Return the exit status, and the number of the signal or 0."""
     working, heard = asyncio.create_task(work), asyncio.create_task(remote.signal_comes())
     done, _ = await asyncio.wait({working, heard}, return_when=asyncio.FIRST_COMPLETED)
     if working in done:
@@ -57,7 +58,7 @@ async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
 
 
 def _client(options: Namespace) -> BodyClient:
-    """Return the client of the body. Raises CommandLineError for a wrong address, FileError."""
+    """Return the client of the body. Raises CommandLineError for a wrong address, or FileError."""
     token, tell = remote.token_of(options.token_file), teller(options.prog)
     try:
         return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
@@ -72,7 +73,7 @@ def _tell_begun(tell: Tell, body: BodyClient, what: str) -> None:
 
 
 def _read_input(take: Callable[[str], None], end: Callable[[], object]) -> None:
-    """Let a thread read standard input; call `take` with each line in the event loop, and `end` after the last."""
+    """Read standard input in a thread. In the event loop call `take` with each line, and `end` after the last line."""
     loop = asyncio.get_running_loop()
 
     def read() -> None:
@@ -89,9 +90,8 @@ def _read_input(take: Callable[[str], None], end: Callable[[], object]) -> None:
 
 
 async def _simulate(options: Namespace) -> int:
-    """Be the body with a simulated arm of MuJoCo. Raises CommandLineError without MuJoCo, NotAvailable for a robot
-    without known masses, and errors of the scenario.
-    """
+    """Act as the body with a simulated arm of MuJoCo. Raises CommandLineError without MuJoCo, NotAvailable for a robot
+    whose masses are unknown, and errors of the scenario."""
     try:
         from vrs_cli.bodies.mujoco_arm import ArmSettings, MujocoArm
     except ImportError:
@@ -133,9 +133,8 @@ async def _move(
     make_arm: Callable[[Joints, float], MujocoArm],
     commands: asyncio.Queue[Disturbance | Release],
 ) -> None:
-    """Let an arm follow the timeline, and report its measurements. If the robot's clock jumps, as with another server,
-    the arm goes on from its present pose.
-    """
+    """Let an arm follow the timeline, and report its measurements. If the robot's clock jumps, for instance because the
+    server has changed, the arm continues from its present pose."""
 
     def setpoint(t: float) -> JointState:
         return body.setpoint(t)
@@ -209,9 +208,8 @@ async def _stream(options: Namespace) -> int:
 
 
 async def _follow_by_ros(options: Namespace) -> int:
-    """Be the body with an arm of ros2_control behind a rosbridge server. Raises CommandLineError for wrong names of
-    joints, FileError, and RequestRefused if no rosbridge answers.
-    """
+    """Act as the body with an arm of ros2_control behind a rosbridge server. Raises CommandLineError for wrong joint
+    names, FileError, and RequestRefused if no rosbridge answers."""
     from vrs_cli.bodies.joint_trajectory import read_joints
     from vrs_cli.bodies.rosbridge import RosSettings, follow
 

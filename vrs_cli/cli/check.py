@@ -1,4 +1,4 @@
-"""`vrs check` and `vrs fmt`: find mistakes in program files, and format them. Nothing is run."""
+"""Carry out `vrs check` and `vrs fmt`: find mistakes in program files, and format them. No program is executed."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Diagnostic, Dialect
 
 
-LOOKED_EVERY = 0.25  # [s] between two looks at the files, with --watch
-ROUNDS = 10  # maximum number of rounds of mends: a mend may uncover another
+LOOKED_EVERY = 0.25  # [s] time between two checks for changed files, with --watch
+ROUNDS = 10  # maximum number of rounds of corrections; a correction may uncover another mistake
 
 
 class Finding(Struct, frozen=True):
-    """The diagnostics of a file, in the order of its lines, and how many were mended before."""
+    """The diagnostics of a file, sorted by line, and the number of mistakes that were corrected before."""
 
     source: Source
     diagnostics: tuple[Diagnostic, ...]
@@ -49,7 +49,7 @@ class Finding(Struct, frozen=True):
 
 
 def _text(findings: Sequence[Finding]) -> None:
-    """Print all diagnostics and their number, in colours on a terminal; nothing for files without mistakes."""
+    """Print all diagnostics and their number, in colours on a terminal. Print nothing about files without mistakes."""
     for finding in findings:
         if sys.stdout.isatty():
             from vrs_cli.render.console import TerminalRenderer
@@ -95,7 +95,7 @@ def _object(one: Diagnostic) -> dict[str, Any]:
 
 
 def _github(findings: Sequence[Finding]) -> None:
-    """Print diagnostics as workflow commands, which GitHub Actions reads from the output of a step."""
+    """Print diagnostics as workflow commands; GitHub Actions reads these from the output of a step."""
     for finding in findings:
         for one in finding.diagnostics:
             properties = {
@@ -121,11 +121,12 @@ def _escape(text: str, table: Mapping[str, str]) -> str:
 FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "json": _json, "github": _github}
 
 
-# --- mending: what can surely be mended is written into the file, all of it or nothing ------------------------------
+# --- corrections: only certain ones are written into the file, all of them or none ----------------------------------
 
 
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
-    """Mend a text; return the remaining diagnostics. A mend may uncover another mistake, so `find` is called again."""
+    """Correct a text; return the text and the remaining diagnostics. A correction may uncover another mistake, so
+    `find` is called again."""
     now = finding
     for _ in range(ROUNDS):
         mends = tuple(_apart(now.diagnostics))
@@ -135,7 +136,7 @@ def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Fin
 
 
 def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield mends that do not overlap; of two overlapping ones, only the one that begins first."""
+    """Yield corrections that do not overlap; of two overlapping ones, yield only the one that begins first."""
     line, end = 0, 0
     for one in found:
         span = one.span
@@ -170,7 +171,7 @@ def check(options: Namespace) -> int:
 
 
 def _cell(options: Namespace, source: Source) -> Cell:
-    """Return the cell of a program, or an empty one if it has none."""
+    """Return the cell of a program, or an empty cell if the program names none."""
     found = cell_file(options, source)
     if found is None:
         from vrs_cli.language.run.signals import NO_CELL
@@ -219,7 +220,7 @@ class Unreadable(Struct, frozen=True):
 
 
 def _groups(options: Namespace) -> Iterable[tuple[Source, ...] | Unreadable]:
-    """Return the name spaces: each file with those that it names (`; with: lib.v2`), or all files together."""
+    """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together."""
     files = program_files(options.files)
     groups, unreadable = list[tuple[Source, ...]](), list[Unreadable]()
     for path in files:
@@ -237,7 +238,7 @@ def _groups(options: Namespace) -> Iterable[tuple[Source, ...] | Unreadable]:
 def _findings(
     group: Sequence[Source], wanted: Sequence[Source], options: Namespace, model: RobotModel
 ) -> Iterator[Finding]:
-    """Yield the findings of the wanted files of a name space."""
+    """Yield the findings of the files in a name space that are to be checked."""
     from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
 
@@ -256,7 +257,8 @@ def _findings(
 def _find(
     source: Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
-    """Return the errors in a text and the wanted warnings. Programs of files beside it may be called."""
+    """Return the errors in a text, and the warnings that the options select. Programs of files in the same folder may
+    be called."""
     parts = inspector.read(text, source.name)
     everything = inspector.inspect(parts, beside)
     if source.is_file and any(one.code == UndefinedName.code for one in everything):
@@ -278,7 +280,7 @@ def _show_mends(findings: Iterable[Finding], before: Mapping[str, str]) -> None:
 
 
 def _write_mends(findings: Iterable[Finding]) -> None:
-    """Write mended files. Raises FileError."""
+    """Write the corrected files. Raises FileError."""
     from vrs_cli.files.atomic import write_atomically
 
     for one in findings:
@@ -307,7 +309,7 @@ def _watch(options: Namespace, model: RobotModel) -> int:
 
 
 def _state(named: Sequence[str]) -> object:
-    """Return a value that changes when a file changes."""
+    """Return a value that changes when one of the files changes."""
     try:
         files = [(path, stamp(Path(path))) for path in program_files(named)]
         return [(path, stamp(Path(path))) for file in files for path in (file[0], *_files_named_in(*file))]
@@ -317,7 +319,8 @@ def _state(named: Sequence[str]) -> object:
 
 @cache
 def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the files that a file names (`; with: lib.v2`). They are read again when it has changed."""
+    """Return the files that a file names (`; with: lib.v2`). If the file has changed (`_stamp`), its text is read
+    again."""
     with suppress(FileError):
         return tuple(source.path for source in sources_of((path,), samples=False)[1:])
     return ()
@@ -327,7 +330,8 @@ def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def fmt(options: Namespace) -> int:
-    """Print, rewrite or compare files. Return 1 if a file has mistakes, or with --check or --diff would change."""
+    """Print, rewrite or compare files. Return 1 if a file has mistakes, or if it would change (with --check or
+    --diff)."""
     if options.write and commands.STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     dialect = chosen_dialect(options)
@@ -360,7 +364,7 @@ def _tell(source: Source, text: str, options: Namespace) -> None:
 
 
 def _difference(path: str, before: str, after: str) -> Iterable[str]:
-    """Yield the lines of `diff -u`, which `patch -p0` takes."""
+    """Yield the lines of a diff in the format of `diff -u`, which `patch -p0` accepts."""
     from difflib import unified_diff
 
     for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):
@@ -384,7 +388,7 @@ def _show(lines: Iterable[str]) -> None:
 
 
 def _canonical(source: Source, dialect: Dialect) -> str | None:
-    """Return the canonical text, or None for a file with mistakes, which are printed on standard error."""
+    """Return the canonical text. For a file with mistakes print them on standard error and return None."""
     from vrs_cli.language.analysis.structure import canonical_text
 
     text = canonical_text(source.text, dialect, source.name)

@@ -1,6 +1,5 @@
-"""`vrs class` and `vrs class token`: make the folder of a class that works in browsers, its links and tokens, collect
-programs, remove students.
-"""
+"""Carry out `vrs class` and `vrs class token`: make the folder of a class that works in browsers with its links and
+tokens, collect programs, remove students."""
 
 from __future__ import annotations
 
@@ -53,7 +52,7 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
     folder.make(names)
     try:
         TokenFile(folder.tokens, (), OWN_ROBOTS)
-    except FileDamaged as error:  # two students would share a robot: undo
+    except FileDamaged as error:  # undo, because two students would share a robot
         if before is None:
             folder.tokens.unlink()
         else:
@@ -63,12 +62,12 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
 
 
 def _names_in(path: Path) -> list[str]:
-    """Read names, one in each line. Raises FileError."""
+    """Read the names in a file with one name per line. Raises FileError."""
     return [line.strip() for line in opening.text_at(str(path), 100_000).splitlines() if line.strip()]
 
 
 def _print_links(folder: ClassFolder, options: Namespace) -> None:
-    """Print a line for each person: the name and the link."""
+    """Print a line for each person: the name and the link to the robot."""
     at = urlsplit(options.at or "http://127.0.0.1:8765")
     if at.scheme not in ("http", "https") or not at.netloc or at.path.strip("/") or at.query or at.fragment:
         raise CommandLineError(f"--at {options.at}", "https://HOST:PORT, as students reach the server")
@@ -82,7 +81,7 @@ def _print_links(folder: ClassFolder, options: Namespace) -> None:
 
 
 def _collect(folder: ClassFolder, options: Namespace) -> None:
-    """Copy the newest program of each student, and name those who have handed in nothing."""
+    """Copy the newest program of each student, and print the names of students without a program."""
     if options.students:
         raise CommandLineError("collect takes the programs of all", f"vrs class collect {folder.root}")
     target = Path(options.to) if options.to else folder.collected_folder

@@ -1,6 +1,5 @@
-"""Read the arguments of subcommands by their table, and what several subcommands share: robot, dialect, clock,
-devices.
-"""
+"""Read the arguments of subcommands by their table. Also read what several subcommands share: robot, dialect, clock,
+devices."""
 
 from __future__ import annotations
 
@@ -24,18 +23,18 @@ if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Dialect
 
 
-DEFAULT_RATE = 100.0  # [Hz]
+DEFAULT_RATE = 100.0  # [Hz] samples per second if --rate is not given
 USUAL_ROBOT = "puma560"
 
 
 class CommandLineError(UsageError):
-    """The error for a wrong command line. Its message has no VAL-II text, because no VAL-II was typed."""
+    """A mistake in the command line. Its message has no VAL-II text, because no VAL-II was typed."""
 
     def __str__(self) -> str:
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
 
 
-_WRITING = {  # the option for a file, by its ending
+_WRITING = {  # suffix of a file: the option that writes such a file
     ".csv": "--csv",
     ".vrst": "--save",
     ".html": "--report",
@@ -48,9 +47,8 @@ _NEGATIVE = re.compile(r"-\d+|-\d*\.\d+")
 
 
 class OptionReader:
-    """Reads the arguments of a subcommand by its row of the table. It raises CommandLineError, and suggests the option
-    that was probably meant. `prog`: the name of the subcommand in messages.
-    """
+    """Reads the arguments of a subcommand as its row of the table describes them. For an unknown option it suggests the
+    option that was probably meant. `prog`: the name of the subcommand in messages."""
 
     def __init__(self, name: str, prog: str) -> None:
         self._name, self._prog = name, prog
@@ -86,10 +84,10 @@ class OptionReader:
         return Namespace(**self._values)
 
     def _read_option(self, word: str, words: deque[str], arguments: Sequence[str]) -> None:
-        """Read an option, and its values among the words after it."""
+        """Read an option, and its values from the words that follow it."""
         name, equals, text = word.partition("=")
         if name not in self._options and not name.startswith("--") and word[:2] in self._options:
-            name, equals, text = word[:2], "=", word[2:]  # -oOUT
+            name, equals, text = word[:2], "=", word[2:]  # the form -oOUT
         if name in HELPS:
             from vrs_cli.cli.help_page import SubcommandHelp
 
@@ -113,7 +111,7 @@ class OptionReader:
         self._take(form, texts)
 
     def _read_arguments(self, found: list[str]) -> list[str]:
-        """Give the words that belong to no option to the arguments, in order. Return the words that are left."""
+        """Assign the words that belong to no option to the arguments, in order. Return the words that remain."""
         forms = [form for form in self._forms if not form.is_option]
         for place, form in enumerate(forms):
             later = sum(not one.optional for one in forms[place + 1 :])
@@ -127,13 +125,14 @@ class OptionReader:
         return found
 
     def _is_value(self, word: str) -> bool:
-        """Return whether a word is no option: it has no dash, is `-` alone, a negative number, or has a blank."""
+        """Return whether a word is a value and not an option: it has no leading dash, is `-` alone, is a negative
+        number, or contains a blank."""
         if not word.startswith("-") or word == "-" or _NEGATIVE.fullmatch(word):
             return True
         return " " in word and word.partition("=")[0] not in self._options
 
     def _take(self, form: commands.OptionForm, texts: Sequence[str]) -> None:
-        """Set the value of an option or an argument from its texts."""
+        """Set the value of an option or an argument from the texts given for it."""
         row, values = form.row, [self._value(form, text) for text in texts]
         value: Any = True if not form.takes_value else values if form.several else values[0] if values else row.const
         if row.repeats:
@@ -169,7 +168,7 @@ class OptionReader:
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
-    """Return a hint: the known word or option that is similar, or where all are listed."""
+    """Return a hint: the most similar known word or option, or where all are listed."""
     names = {one.lstrip("-"): one for one in known}  # compare options without their dashes
     near = nearest(word.lstrip("-"), names)
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
@@ -183,9 +182,8 @@ def chosen_dialect(options: Namespace) -> Dialect:
 
 
 def chosen_robot(options: Namespace, named: str | None = None) -> RobotModel:
-    """Return the robot of `--robot`, else the one that a program file names (`named`), else the usual one. Decisions
-    that its file leaves open are told on standard error. Raises VrsError.
-    """
+    """Return the robot of `--robot`, else the robot that a program file names (`named`), else the usual one. Report
+    decisions that the robot's file leaves open on standard error. Raises VrsError."""
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
     model = load_robot(options.robot or named or USUAL_ROBOT, Ends(options.base, options.tip), options.task)
@@ -212,7 +210,7 @@ def teller(prog: str) -> Callable[[str], None]:
 
 
 def clock_of(rate: float | None) -> WallClock | None:
-    """Return a clock that keeps real time; None for the robot's own time."""
+    """Return a clock that runs in real time; None for the robot's own time."""
     if rate is None:
         return None
     import time
@@ -222,13 +220,12 @@ def clock_of(rate: float | None) -> WallClock | None:
     return WallClock(time.monotonic, time.sleep, rate)
 
 
-SCRIPT_WAIT_S = 60.0  # maximum time that a unit waits for a scripted peer [s]
+SCRIPT_WAIT_S = 60.0  # [s] maximum time that a unit waits for a scripted peer
 
 
 def chosen_outside(options: Namespace) -> Outside:
-    """Return the devices that programs may attach, by the options UNITS. Real devices set `options.realtime`. Raises
-    CommandLineError, FileError.
-    """
+    """Return the devices that programs may attach, as the options UNITS describe them. Real devices set
+    `options.realtime`. Raises CommandLineError, FileError."""
     live = options.allow_net or options.serial
     if live and getattr(options, "sandbox", None) is not None:
         raise CommandLineError("--sandbox has no connections", "leave out --allow-net and --serial")

@@ -1,7 +1,7 @@
-"""The subcommands of `vrs` in one table: their modules, arguments and options with kinds of values, defaults and help.
+"""The table of the subcommands of `vrs`: their modules, arguments and options with kinds of values, defaults and help.
 
-`command_line.py` makes the parsers from it, `main.py` the page of `vrs --help`; the examples of the help pages are in
-`examples.py`.
+`command_line.py` reads command lines by this table, and `main.py` makes the page of `vrs --help` from it. The examples
+of the help pages are in `examples.py`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from vrs_cli.cli import kinds
 
 
 class OptionRow(Struct, frozen=True):
-    """An option or an argument. `form` is how the help shows it: "-o --output OUT"; an option without a value is true
-    or false; brackets mean that a value may be left out, dots that several may be given; the first word of an argument
-    is its attribute: "files FILE.v2 ...". `const`: the value of an option whose value is left out. `repeats`: the
-    option may be given several times. `dest`: its attribute, if not its name. Only `--help-all` shows a `rare` one.
+    """An option or an argument.
+
+    `form` is the text that the help shows: "-o --output OUT". An option without a value is true or false; brackets mean
+    that a value may be left out, and dots that several may be given. The first word of an argument is its attribute:
+    "files FILE.v2 ...". `const`: the value of an option whose value is left out. `repeats`: the option may be given
+    several times. `dest`: its attribute, if that differs from its name. `rare`: only `--help-all` shows it.
     """
 
     form: str
@@ -35,13 +37,13 @@ class OptionRow(Struct, frozen=True):
 
 
 class OneOf(Struct, frozen=True):
-    """Options of which a command line has at most one."""
+    """Options of which a command line may contain at most one."""
 
     options: tuple[OptionRow, ...]
 
 
 class Group(Struct, frozen=True):
-    """Options that stand together in the help, under a title and a sentence `about` them."""
+    """Options that the help shows together, below a title and a sentence `about` them."""
 
     title: str
     options: tuple[OptionRow | OneOf, ...]
@@ -49,9 +51,11 @@ class Group(Struct, frozen=True):
 
 
 class OptionForm(Struct, frozen=True):
-    """The parts of the form of an option or an argument. `value`: the name of its value in the help; "" for none.
-    `optional`: the value may be left out; `several`: several values may be given. `group`: the options of which a
-    command line has at most one. `dest`: the attribute of the value. `shown`: the name in messages.
+    """The parts of the form of an option or an argument.
+
+    `value`: the name of its value in the help; "" if it has none. `optional`: the value may be left out. `several`:
+    several values may be given. `group`: the options of which a command line may contain at most one. `dest`: the
+    attribute that holds the value. `shown`: the name in messages.
     """
 
     row: OptionRow
@@ -88,7 +92,7 @@ def form_of(row: OptionRow, group: OneOf | None = None) -> OptionForm:
 
 
 def forms_of(rows: Iterable[OptionRow | OneOf | Group], group: OneOf | None = None) -> Iterator[OptionForm]:
-    """Yield the forms of options, also of those in groups."""
+    """Yield the forms of options, including options in groups."""
     for row in rows:
         if isinstance(row, OptionRow):
             yield form_of(row, group)
@@ -97,9 +101,11 @@ def forms_of(rows: Iterable[OptionRow | OneOf | Group], group: OneOf | None = No
 
 
 class Subcommand(Struct, frozen=True):
-    """A row of the table. `vrs --help` shows `arguments` and `summary`; the subcommand's own help begins with the
-    `description`. For `where` the module has a function `where(options)`, which returns the exit status, or None for 0;
-    for `lab steer` it is `steer`, and for `class`, a keyword of Python, `class_`.
+    """A row of the table of subcommands.
+
+    `vrs --help` shows `arguments` and `summary`; the subcommand's own help begins with the `description`. The module
+    has a function with the name of the subcommand: for `where` it is `where(options)`, which returns the exit status,
+    or None for 0. For `lab steer` it is `steer`; for `class` it is `class_`, because `class` is a keyword of Python.
     """
 
     module: str
@@ -127,7 +133,7 @@ def subcommand(
 
 
 STANDARD_STREAM = "-"
-TASKS = ("pose", "pointing", "upright", "steady", "position", "plane", "point")  # names of ArmTask
+TASKS = ("pose", "pointing", "upright", "steady", "position", "plane", "point")  # names of the members of ArmTask
 SERVED = "ws://HOST:PORT or ws://HOST:PORT/robots/NAME; wss:// too"
 
 # --- options of several subcommands -----------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""`vrs convert`: execute a program in virtual time, and write its steps in the language of another robot."""
+"""Carry out `vrs convert`: execute a program in virtual time, and write its steps in the language of another robot."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class Conversion(batch.Batch, frozen=True):
 
     @property
     def aside(self) -> bool:
-        """Whether standard output has only the converted program, so that messages go to standard error."""
+        """Return whether standard output contains only the converted program, so that messages go to standard error."""
         return bool(self.options.output == commands.STANDARD_STREAM)
 
     def _station(self, terminal: batch.BatchTerminal, folder: opening.Folder) -> Station:
-        """Return the station. Raises CommandLineError for a robot that the target cannot have."""
+        """Return the station. Raises CommandLineError for a robot that the target language does not support."""
         station = super()._station(terminal, folder)
         try:
             writers.TARGETS[self.options.to].check(station.engine.model)
@@ -37,11 +37,11 @@ class Conversion(batch.Batch, frozen=True):
     def _execute(
         self, station: Station, progress: RunProgress, stop: Stoppable, enough: fence.Enough
     ) -> tuple[RunResult, bool]:
-        self.options.given = station.environment.copy()  # before the program changes it
+        self.options.given = station.environment.copy()  # copied before the program changes the variables
         return super()._execute(station, progress, stop, enough)
 
     def _finish(self, station: Station, terminal: batch.BatchTerminal, result: RunResult) -> int:
-        """Report how the run ended, and write its steps until then."""
+        """Report how the run ended, and write the steps that were executed."""
         status, options, engine = super()._finish(station, terminal, result), self.options, station.engine
         run, path = steps.executed_run(engine.arm, engine.timeline), PurePath(self.source.path)
         tell, text = teller(options.prog), ""
@@ -67,7 +67,8 @@ class Conversion(batch.Batch, frozen=True):
 
 
 def convert(options: Namespace) -> int:
-    """Execute and write; return 1 if the file has errors or the program stopped with one."""
+    """Execute a program and write it in another language; return 1 if the file has errors or the program stopped with
+    one."""
     if options.to not in writers.TARGETS:
         known = f"known: {', '.join(writers.TARGETS)}"
         raise CommandLineError(f"unknown target {options.to}", did_you_mean(options.to, writers.TARGETS, known))

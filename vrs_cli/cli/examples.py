@@ -1,7 +1,5 @@
-"""The examples and explanations below the options in the help of each subcommand.
-
-What follows a form feed is in `--help-all` alone.
-"""
+"""The examples and explanations that the help of each subcommand shows below its options. Only `--help-all` shows the
+text after a form feed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""`vrs lab experiment`: measure the effect of delays on commands, and on the view of a remote robot. This module has
-`delays`; `other_experiments.py` has the others.
-"""
+"""Carry out `vrs lab experiment`: measure the effect of delays on commands, and on the view of a remote robot. This
+module has the experiment `delays`; `other_experiments.py` has the others."""
 
 from __future__ import annotations
 
@@ -27,21 +26,20 @@ from vrs_cli.render.chart import WIDTH, chart
 from vrs_cli.render.plots import Curves, check_plot, plot_panels
 from vrs_cli.values import numbers, replies
 
-LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
+LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s] leads that are tried if --lead is not given
 POLICIES = ("ABORT", "POSTPONE")
 
 
 class Experiment(NamedTuple):
-    """An experiment: `run_NAME(options)` of `other_experiments.py` does it (None: this module). `options`: its own
-    options. `defaults`: where they differ from the usual ones.
-    """
+    """An experiment. The function `run_NAME(options)` of `other_experiments.py` runs it (None: this module). `options`:
+    its own options. `defaults`: default values that differ from the usual ones."""
 
     name: str | None
     options: tuple[str, ...]
     defaults: Mapping[str, object]
 
 
-OWN_DEFAULTS: dict[str, object] = {  # defaults of options that only some experiments have
+OWN_DEFAULTS: dict[str, object] = {  # default values of options that only some experiments have
     "lead": LEADS,
     "policy": POLICIES,
     "seeds": 20,
@@ -75,7 +73,7 @@ CHARTED = {
     "deltas": "d",
     "ahead": "a",
     "preview": "w",
-}  # without plain frames: their error is much larger
+}  # curves that a plot shows; plain frames are left out, because their error is much larger
 
 
 def experiment(options: Namespace) -> int:
@@ -101,7 +99,7 @@ def experiment(options: Namespace) -> int:
 
 
 def _delays(options: Namespace) -> int:
-    """Try all cases and print tables. Return 1 if the flags disagree with the logs, or miss an error."""
+    """Try all cases and print tables. Return 1 if the flags differ from the logs, or do not cover an error."""
     picture = options.plot if options.plot != commands.STANDARD_STREAM else None
     if picture is not None:
         check_plot(picture)
@@ -116,7 +114,7 @@ def _delays(options: Namespace) -> int:
     return main.OK if all(row.sound for row in rows) else main.FAILED
 
 
-# --- what is tried -----------------------------------------------------------------------------------------------
+# --- trials ------------------------------------------------------------------------------------------------------
 
 
 class ExperimentRow(Struct, frozen=True):
@@ -128,13 +126,13 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def sound(self) -> bool:
-        """Whether the flags equal those of both logs, and no error of deltas is outside the flagged times."""
+        """Return whether the flags agree with both logs, and no error of deltas is outside the flagged times."""
         outside = self.outcome.outside
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 
     @property
     def has_moved(self) -> bool:
-        """Whether the robot has moved, that is, at least one command was not aborted."""
+        """Return whether the robot has moved, that is, whether at least one command was not aborted."""
         return self.outcome.aborted < self.outcome.commands
 
 
@@ -159,9 +157,8 @@ def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
 
 
 def _outcome(trial: Trial) -> TrialOutcome:
-    """Return the outcome of a trial. Garbage collection is off meanwhile: a trial makes no garbage, and looking for it
-    takes a tenth of the time.
-    """
+    """Return the outcome of a trial. Garbage collection is off during the trial: a trial makes no garbage, and
+    searching for it takes a tenth of the time."""
     gc.disable()
     try:
         return outcome_of(trial)
@@ -170,7 +167,7 @@ def _outcome(trial: Trial) -> TrialOutcome:
         gc.collect()
 
 
-# --- what is told ------------------------------------------------------------------------------------------------
+# --- tables ------------------------------------------------------------------------------------------------------
 
 
 def _report(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
@@ -218,17 +215,16 @@ def _shares(row: ExperimentRow) -> tuple[str, ...]:
 
 
 def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
-    """Return the errors of each strategy as text; dashes if the robot has not moved."""
+    """Return the errors of each strategy as text, or dashes if the robot has not moved."""
     return tuple(f"{of(error):.3f}" if row.has_moved else "-" for error in row.outcome.errors.values())
 
 
-# --- what is drawn -----------------------------------------------------------------------------------------------
+# --- plots -------------------------------------------------------------------------------------------------------
 
 
 def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
-    """Yield curves of mean errors [deg] over the lead [s], for each policy and line, for leads at which the robot
-    moved.
-    """
+    """Yield curves of the mean error [deg] over the lead [s], one for each policy and line. They contain only leads at
+    which the robot moved."""
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
         some = sorted((row for row in group if row.has_moved), key=lambda row: row.trial.lead)
         errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
@@ -257,7 +253,7 @@ def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: 
 
 
 def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
-    """Draw the curves. Raises UsageError without two leads at which the robot moved, FileError."""
+    """Draw the curves. Raises UsageError if the robot moved at fewer than two leads, or FileError."""
     drawings = list(_drawings(rows))
     if not drawings:
         raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")

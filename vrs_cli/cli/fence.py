@@ -1,6 +1,5 @@
-"""Limit the time and the memory of a run by means of the operating system. The steps of programs are counted elsewhere
-(`Limits`).
-"""
+"""Limit the time and the memory of a run by means of the operating system. Another module counts the steps of programs
+(`Limits`)."""
 
 from __future__ import annotations
 
@@ -16,20 +15,22 @@ from types import FrameType
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import LimitReached
 
-GRACE = 2.0  # [s] for the step to end; then it is broken off
+GRACE = 2.0  # [s] time in which the current step may end before it is interrupted
 LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and numpy need
 
-LAST_BYTES = 16_000_000  # bytes kept free: without them CPython 3.11 may loop in an exception handler
-LOOK = 0.02  # [s] of CPU between two looks at the memory: a program takes less than LAST_BYTES in this time
-STATM = Path("/proc/self/statm")  # of Linux
+LAST_BYTES = 16_000_000  # bytes that stay free; without them CPython 3.11 may loop in an exception handler
+LOOK = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
+STATM = Path("/proc/self/statm")  # file of Linux with the memory size of this process
 
 Enough = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
 
 
 @contextmanager
 def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
-    """Let `end_by` end the running program after so many seconds. If none runs, or it has not ended some seconds later,
-    LimitReached is raised in the main thread. Raises CommandLineError if the system has no such alarm.
+    """Let `end_by` end the running program after this many seconds.
+
+    If no program runs, or it has not ended GRACE seconds later, LimitReached is raised in the main thread. Raises
+    CommandLineError if the system has no such alarm.
     """
     if seconds is None:
         yield
@@ -56,7 +57,9 @@ def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Itera
 
 @contextmanager
 def memory(most: int | None) -> Iterator[Enough]:
-    """Limit the address space of the process. The yielded context is for code that may need more: then it lifts the
+    """Limit the address space of the process.
+
+    The yielded context is for code that may need more memory than the limit. When memory runs out in it, it lifts the
     limit and lets `end_by` end the program, or raises LimitReached if no program runs. Raises CommandLineError if the
     system has no such limit.
     """
@@ -95,7 +98,7 @@ def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached]
             if not end_by(reached):
                 raise reached
 
-    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # ignore MemoryError in closing code
+    def tell(unraisable: sys.UnraisableHookArgs) -> None:  # ignore MemoryError in code that closes things
         if not isinstance(unraisable.exc_value, MemoryError):
             told(unraisable)
 

@@ -1,4 +1,4 @@
-"""`vrs grade`: grade submissions for an exercise, and write the marks for teachers and students."""
+"""Carry out `vrs grade`: grade submissions for an exercise, and write the marks for teachers and students."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ MAX_NAME_CHARS = 200
 
 
 def find_submissions(named: Iterable[str]) -> tuple[Submission, ...]:
-    """Read the submissions that files, folders and patterns name, each once, in the order of their students.
+    """Read the submissions that files, folders and patterns name, each once, sorted by student.
 
     A file has the name of its student, and so has a folder with one program file. In any other folder each program file
     and each folder is a submission. Submissions of the same name also get the names of their folders. Raises
-    NonexistentFile for a name without submissions.
+    NonexistentFile for an argument that names no submission.
     """
     found = dict[str, Path]()
     for name in named:
@@ -65,7 +65,7 @@ def _order(one: Submission) -> tuple[str, str]:
 
 
 def _places(name: str) -> Iterable[Path]:
-    """Return the files and folders of one student that an argument of the command line names."""
+    """Return the files and folders, one for each student, that an argument of the command line names."""
     path = Path(name)
     if not os.path.lexists(path) and set(name) & set("*?["):
         found = [one for each in sorted(glob(name, recursive=True)) for one in _places(each)]
@@ -79,12 +79,12 @@ def _places(name: str) -> Iterable[Path]:
     inside = [one for one in sorted(path.iterdir()) if not one.name.startswith(".")]
     programs, folders = [one for one in inside if sources.is_program(one.name)], [one for one in inside if one.is_dir()]
     if (len(programs) == 1 and not any(_programs_below(one) for one in folders)) or not (programs or folders):
-        return (path,)  # the folder of one student, perhaps without a program
+        return (path,)  # a folder of one student, perhaps without a program
     return [*programs, *folders]
 
 
 def _programs_below(folder: Path) -> list[Path]:
-    """Return the program files of a student's folder; links to folders are not followed."""
+    """Return the program files of a student's folder, without following links to folders."""
     return sorted(
         Path(here, name)
         for here, _, names in os.walk(folder)
@@ -94,7 +94,7 @@ def _programs_below(folder: Path) -> list[Path]:
 
 
 def _students(paths: list[Path]) -> list[str]:
-    """Return a name for each path, as short as possible, so that no two are equal."""
+    """Return a name for each path. The names are as short as possible, and no two are equal."""
     depth, names = 1, list[str]()
     while depth <= 64:
         names = ["/".join((*path.parts[-depth:-1], _own_name(path))) for path in paths]
@@ -102,7 +102,7 @@ def _students(paths: list[Path]) -> list[str]:
             break
         depth += 1
     last = {name.rpartition("/")[2] for name in names}
-    if depth > 1 and len(last) == 1:  # ann/robot.v2, bob/robot.v2
+    if depth > 1 and len(last) == 1:  # such as ann/robot.v2 and bob/robot.v2
         names = [name.rpartition("/")[0] for name in names]
     return [_text_of_name(name) for name in names]
 
@@ -112,12 +112,12 @@ def _own_name(path: Path) -> str:
 
 
 def _text_of_name(name: str) -> str:
-    """Return a file name as text; bytes that are no characters are escaped."""
+    """Return a file name as text; bytes that are not valid characters are escaped."""
     return os.fsencode(name).decode(errors="backslashreplace")[-MAX_NAME_CHARS:]
 
 
 def _read(student: str, path: Path) -> Submission:
-    """Read a submission. A link is not followed, because it could lead to a file of somebody else."""
+    """Read a submission. Links are not followed, because a link could lead to a file of another person."""
     if path.is_dir() and not path.is_symlink():
         programs = _programs_below(path)
         if len(programs) != 1:
@@ -126,7 +126,7 @@ def _read(student: str, path: Path) -> Submission:
         path = programs[0]
     name = _text_of_name(path.name)
     try:
-        # The text of a file
+        # Read the text of the file
         with opening.Folder(path.parent, closed=True).open_to_read(path) as stream:
             if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
                 raise FileError("it is no file")
@@ -143,14 +143,13 @@ def _read(student: str, path: Path) -> Submission:
     return Submission(student, name, "", f"the file cannot be read: {why}")
 
 
-FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name a file
-FOR_ONE = ("gradescope", "check50")  # of these each file is about one submission
+FILES = ("json", "junit", "csv", "gradescope", "check50")  # options that name an output file
+FOR_ONE = ("gradescope", "check50")  # options whose file is about one submission
 
 
 def grade(options: Namespace) -> int:
-    """Grade all submissions, or check an exercise. Return 1 if a submission could not be graded, or the exercise is
-    wrong.
-    """
+    """Grade all submissions, or check an exercise. Return 1 if a submission could not be graded, or if the exercise has
+    mistakes."""
     if options.check is not None:
         if options.exercise is not None:
             raise CommandLineError("--check grades no submissions", f"vrs grade --check {options.check}")
@@ -235,7 +234,7 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
 
 
 def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submission]) -> Generator[Graded, None, None]:
-    """Yield the gradings, made on this machine or on those of a Dask scheduler."""
+    """Yield the gradings, which are made on this machine or on the workers of a Dask scheduler."""
     replays = options.html is not None
     if options.dask is None:
         return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)
@@ -244,7 +243,7 @@ def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submissi
 
 
 def _texts_of_exercise(exercise: Exercise) -> Iterator[str]:
-    """Yield the program texts that students get with an exercise."""
+    """Yield the program texts that students receive with an exercise."""
     for name in ("given.v2", "start.v2"):
         path = Path(exercise.folder, "exercise", name)
         if path.is_file():
@@ -255,7 +254,7 @@ def _texts_of_exercise(exercise: Exercise) -> Iterator[str]:
 
 
 def _check_outputs(options: Namespace, several: bool) -> None:
-    """Raise the errors that writing would have later: CommandLineError, FileError, PageError."""
+    """Raise the errors that writing would raise later: CommandLineError, FileError, PageError."""
     named = {name: path for name in FILES if (path := getattr(options, name)) is not None}
     if list(named.values()).count(commands.STANDARD_STREAM) > 1:
         raise CommandLineError("two outputs want standard output", "write one into a file")
@@ -307,7 +306,7 @@ def _make_folder(path: str) -> None:
 
 
 def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> None:
-    """Print a table of all gradings, and similar submissions."""
+    """Print a table of all gradings, and the pairs of similar submissions."""
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else PIPE.width
     for block in _blocks(exercise, gradings, alike):
         for part in split(block, width) if isinstance(block, Grid) else (block,):
@@ -333,7 +332,7 @@ def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Lik
 
 
 def _reason(grading: Grading) -> str:
-    """Return why points were lost, in one line: the check that lost most, the first of equals."""
+    """Return the reason of the check that lost most points (the first of equal ones), in one line."""
     if grading.lost:
         return f"not graded: {grading.lost}"
     if grading.stopped:

@@ -1,4 +1,5 @@
-"""Format the help of a subcommand by its row of the table, with argparse; the completion of shells reads it too."""
+"""Format the help of a subcommand by its row of the table, with argparse. The completion script of shells is made from
+the same parser."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from vrs_cli.cli.examples import EXAMPLES
 
 
 class SubcommandHelp(argparse.ArgumentParser):
-    """The help of a subcommand. `prog`: the name of the subcommand in it."""
+    """The help of a subcommand. `prog`: the name of the subcommand in the help."""
 
     def __init__(self, name: str, prog: str) -> None:
         row = commands.SUBCOMMANDS[name]
@@ -23,7 +24,7 @@ class SubcommandHelp(argparse.ArgumentParser):
             _add(self, one)
 
     def format_help(self, *, rare: bool = False) -> str:
-        """Return the help, as wide as the terminal. `rare`: with rare options, and with all examples."""
+        """Return the help, as wide as the terminal. `rare`: include rare options and all examples."""
         formatter = argparse.RawDescriptionHelpFormatter(self.prog)
         needed = [action for action in self._actions if action.required or not action.option_strings]
         formatter.add_usage(None, needed, ())
@@ -41,7 +42,7 @@ class SubcommandHelp(argparse.ArgumentParser):
 
 
 def _add(container: argparse._ActionsContainer, row: commands.OptionRow | commands.OneOf | commands.Group) -> None:
-    """Add an option, or several, to a parser or to a group of its help."""
+    """Add an option or several options to a parser, or to a group of its help."""
     if isinstance(row, commands.OptionRow):
         form = commands.form_of(row)
         described: dict[str, Any] = {"help": row.help, "action": "store_true"}
@@ -52,7 +53,7 @@ def _add(container: argparse._ActionsContainer, row: commands.OptionRow | comman
             described |= {"default": row.default, "nargs": count[form.optional, form.several]}
         if row.required:
             described["required"] = True
-        if isinstance(container, SubcommandHelp):  # groups do not format each option as a test
+        if isinstance(container, SubcommandHelp):  # a parser, unlike a group, formats each option as a test
             container = container._optionals if form.is_option else container._positionals
         container.add_argument(*form.names, **described).rare = row.rare  # type: ignore[attr-defined]
         return

@@ -22,16 +22,16 @@ T = TypeVar("T")
 
 LOOPBACK = "127.0.0.1"
 MAX_PORT = 65535
-MAX_RATE = 100_000.0  # [Hz]
+MAX_RATE = 100_000.0  # [Hz] maximum sampling rate
 FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
 
 
 class WrongValue(Exception):
-    """Raised for a text that is no value of its kind; the reader of options adds the name of the option."""
+    """A text is not a valid value of its kind. The reader of options adds the name of the option."""
 
 
 def float_of(text: str) -> float:
-    """Return the number in a text, or nan if it is no number."""
+    """Return the number in a text, or nan if the text is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -39,7 +39,7 @@ def float_of(text: str) -> float:
 
 
 def number(text: str) -> float:
-    """Return any finite number."""
+    """Read a finite number."""
     value = float_of(text)
     if not isfinite(value):
         raise WrongValue(f"{text!r} is not a number")
@@ -47,7 +47,7 @@ def number(text: str) -> float:
 
 
 def positive(text: str) -> float:
-    """Return a number above zero."""
+    """Read a number above zero."""
     value = number(text)
     if not value > 0.0:
         raise WrongValue(f"{text} is not above 0")
@@ -55,7 +55,7 @@ def positive(text: str) -> float:
 
 
 def whole(text: str) -> int:
-    """Return a whole number."""
+    """Read a whole number."""
     try:
         return int(text)
     except ValueError:
@@ -63,7 +63,7 @@ def whole(text: str) -> int:
 
 
 def size(text: str) -> int:
-    """Return a number of things or of bytes, above zero: 500, 64K, 1.5M, 2G."""
+    """Read a number of things or of bytes above zero: 500, 64K, 1.5M, 2G."""
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
     value = positive(digits) * FACTORS[factor]
     if value != int(value) or value > 2**62:
@@ -72,7 +72,7 @@ def size(text: str) -> int:
 
 
 def percent(text: str) -> float:
-    """Return a share of full speed [%]."""
+    """Read a percentage of full speed [%]."""
     value = positive(text)
     if value > 100.0:
         raise WrongValue(f"{text} % is more than full speed")
@@ -80,7 +80,7 @@ def percent(text: str) -> float:
 
 
 def sampling_rate(text: str) -> float:
-    """Return samples per second [Hz]."""
+    """Read a sampling rate, in samples per second [Hz]."""
     value = positive(text)
     if value > MAX_RATE:
         raise WrongValue(f"{text} Hz is more than {MAX_RATE:g} Hz")
@@ -88,7 +88,7 @@ def sampling_rate(text: str) -> float:
 
 
 def clock_rate(text: str) -> float:
-    """Return how many seconds of the robot's time pass in one second."""
+    """Read the rate of a clock: how many seconds of the robot's time pass in one second of wall time."""
     from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE
 
     rate = positive(text)
@@ -98,19 +98,19 @@ def clock_rate(text: str) -> float:
 
 
 def _within(lowest: float, highest: float, unit: str, text: str) -> float:
-    """Return a number between two bounds."""
+    """Read a number between two bounds."""
     value = positive(text)
     if not lowest <= value <= highest:
         raise WrongValue(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
     return value
 
 
-trial_seconds = partial(_within, 5.0, 1e4, "s")  # the length of a trial of an experiment
-look_rate = partial(_within, 1.0, 200.0, "Hz")  # how often an experiment looks at the robot
+trial_seconds = partial(_within, 5.0, 1e4, "s")  # reads the duration of a trial of an experiment
+look_rate = partial(_within, 1.0, 200.0, "Hz")  # reads the rate at which an experiment samples the robot
 
 
 def cycles(text: str) -> int:
-    """Return the number of times that a program is executed."""
+    """Read the number of times that a program is executed."""
     from vrs_cli.language.run.runtime import MAX_CYCLES
 
     value = whole(text)
@@ -120,7 +120,7 @@ def cycles(text: str) -> int:
 
 
 def codes(text: str) -> tuple[str, ...]:
-    """Return the codes of diagnostics, or their beginnings: V401,V05."""
+    """Read codes of diagnostics, or their first characters: V401,V05."""
     found = tuple(code.strip().upper() for code in text.split(","))
     wrong = next((code for code in found if not re.fullmatch("V[0-9]{0,4}", code)), None)
     if wrong is not None:
@@ -129,7 +129,7 @@ def codes(text: str) -> tuple[str, ...]:
 
 
 def expiry(text: str) -> date:
-    """Return the day or the instant at which a token expires."""
+    """Read the day or the time at which a token expires."""
     from datetime import date, datetime
 
     for read in (date.fromisoformat, datetime.fromisoformat):
@@ -144,7 +144,7 @@ def expiry(text: str) -> date:
 
 
 def named_robot(text: str) -> tuple[str, str]:
-    """Return the name of a served robot, and the robot: `cell1=puma560`. A robot alone keeps its own name."""
+    """Read the name of a served robot and its model: `cell1=puma560`. A model alone serves as the name too."""
     from vrs_cli.net.tokens import NAME_RULE, good_name
 
     name, equals, robot = text.partition("=")
@@ -156,9 +156,8 @@ def named_robot(text: str) -> tuple[str, str]:
 
 
 def named_cell(text: str) -> tuple[str, str]:
-    """Return the name of a served robot, and its cell file: `cell1=pick.toml`. Without a name ("") the file is for all
-    robots.
-    """
+    """Read the name of a served robot and its cell file: `cell1=pick.toml`. A cell file without a name (returned as "")
+    is for all robots."""
     from vrs_cli.net.tokens import good_name
 
     name, equals, file = text.partition("=")
@@ -166,7 +165,7 @@ def named_cell(text: str) -> tuple[str, str]:
 
 
 def serial_line(text: str) -> tuple[str, str]:
-    """Return the number of a serial line, and its device: `1=/dev/ttyUSB0,9600`."""
+    """Read the number of a serial line and its device: `1=/dev/ttyUSB0,9600`."""
     number, equals, device = text.partition("=")
     if not (number.isdigit() and equals and device):
         raise WrongValue(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
@@ -174,7 +173,7 @@ def serial_line(text: str) -> tuple[str, str]:
 
 
 def host_address(text: str) -> str:
-    """Return a numeric address."""
+    """Read a numeric IP address."""
     import ipaddress
 
     try:
@@ -184,7 +183,7 @@ def host_address(text: str) -> str:
 
 
 def port(text: str) -> int:
-    """Return the number of a TCP port."""
+    """Read the number of a TCP port."""
     value = whole(text)
     if not 0 <= value <= MAX_PORT:
         raise WrongValue(f"{text} is no port (0 to {MAX_PORT})")
@@ -192,7 +191,7 @@ def port(text: str) -> int:
 
 
 def endpoint(text: str) -> Endpoint:
-    """Return an address with its port: HOST:PORT, [IPv6]:PORT, or PORT of this machine."""
+    """Read an address with its port: HOST:PORT, [IPv6]:PORT, or PORT of this machine."""
     from vrs_cli.net.delay_line import Endpoint
 
     host, _, number = text.rpartition(":")
@@ -205,12 +204,12 @@ def endpoint(text: str) -> Endpoint:
 
 
 def idle_time(text: str) -> float:
-    """Return how long a robot may work without users [s]; 0 means for ever (infinity)."""
+    """Read how long a robot keeps working without users [s]; 0 means forever (infinity)."""
     return positive(text) if number(text) else inf
 
 
 def _read(parse: Callable[[str], T], text: str) -> T:
-    """Return the value that `parse` makes of a text."""
+    """Return the value that `parse` reads from the text. Raises WrongValue."""
     try:
         return parse(text)
     except VrsError as error:
@@ -218,14 +217,14 @@ def _read(parse: Callable[[str], T], text: str) -> T:
 
 
 def duration(text: str) -> float:
-    """Return a time [s]: 200ms, 0.2s, 0.2."""
+    """Read a duration [s]: 200ms, 0.2s, 0.2."""
     from vrs_cli.net.delay_line import parse_duration
 
     return _read(parse_duration, text)
 
 
 def ahead(text: str) -> float | Ahead:
-    """Return how far ahead a robot is shown: a time [s], or `auto`."""
+    """Read how far ahead of now a robot is shown: a duration [s], or `auto`."""
     from vrs_cli.net.far_end import Ahead
 
     if text == Ahead.AUTO.value:
@@ -244,7 +243,7 @@ def delays(text: str) -> tuple[str, Delays]:
 
 
 def loss(text: str) -> float:
-    """Return a share of lost packets: 1%, 0.01."""
+    """Read the share of lost packets: 1%, 0.01."""
     from vrs_cli.net.delay_line import parse_loss
 
     return _read(parse_loss, text)

@@ -1,4 +1,4 @@
-"""`vrs learn`: lessons at the prompt."""
+"""Carry out `vrs learn`: lessons at the prompt."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PROGRESS = "learn.json"
 
 
 def learn(options: Namespace) -> int:
-    """Lead through lessons until the learner leaves; return the exit status. Raises VrsError."""
+    """Lead a learner through lessons until the learner leaves; return the exit status. Raises VrsError."""
     if options.check is not None:
         return _check(Path(options.check))
     course = _Course(options.lesson, _progress_file())
@@ -47,7 +47,7 @@ def learn(options: Namespace) -> int:
 
 
 def _progress_file() -> Path | None:
-    """Return the file with the learner's progress; None if there is no home."""
+    """Return the file with the learner's progress; None if the user has no home folder."""
     try:
         return config.state_folder(os.environ) / PROGRESS
     except RuntimeError:
@@ -55,7 +55,7 @@ def _progress_file() -> Path | None:
 
 
 class _Course:
-    """The lessons that the command line names: those of vrs, or those of a folder."""
+    """The lessons that the command line names: the lessons of vrs, or those of a folder."""
 
     def __init__(self, word: str | None, progress_file: Path | None) -> None:
         self._file = progress_file
@@ -70,7 +70,7 @@ class _Course:
         self._asked = None if word is None or folder is not None else chosen_folder(word, self.folders)
 
     def reset(self) -> None:
-        """Forget the learner's progress."""
+        """Delete the learner's progress."""
         if self._file is None or not self._file.exists():
             print("There is nothing to forget")
         elif self._asked is None:
@@ -88,7 +88,7 @@ class _Course:
             print(f"{number:3}  {lesson.title:40} {standing.summary():>8}  {lesson.summary}")
 
     def run(self, options: Namespace) -> int:
-        """Lead through lessons until the learner leaves; return the exit status."""
+        """Lead the learner through lessons until the learner leaves; return the exit status."""
         progress = self._progress()
         folder, first, status = self._asked or self._next(progress), True, OK
         if folder is None:
@@ -100,14 +100,14 @@ class _Course:
         return status
 
     def _next(self, progress: LearnerRecord) -> Path | None:
-        """Return the first unfinished lesson from the latest one on; None if all are finished."""
+        """Return the first unfinished lesson, searching from the latest one on; None if all are finished."""
         keys = [progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]
         return next((one for key, one in order[start:] + order[:start] if not progress.of(key).is_finished), None)
 
     def _progress(self) -> LearnerRecord:
-        """Read the learner's progress. A file that is no such record is reported, and stays as it is."""
+        """Read the learner's progress. A file that does not hold such a record is reported, and is not changed."""
         try:
             return LearnerRecord(self._file)
         except FileError as error:
@@ -117,7 +117,8 @@ class _Course:
     def _lesson(
         self, options: Namespace, lesson: Lesson, progress: LearnerRecord, *, first: bool
     ) -> tuple[int, Path | None]:
-        """Lead through one lesson. Return the exit status, and the lesson to which the learner goes on."""
+        """Lead the learner through one lesson. Return the exit status, and the next lesson that the learner has
+        chosen."""
         from vrs_cli.teach.classroom import Classroom, LessonPlace
 
         tell, attended = teller(options.prog), shell.on_terminal()
@@ -133,7 +134,7 @@ class _Course:
             course = {folder: _title(folder) for folder in self.folders}
             learner = Learner(lesson, classroom.look, _text_shower(attended), progress, course, begin)
             if self._page is not None and classroom.local_robot is not None:
-                self._page = self._page.at_port(classroom.local_robot.port)  # all lessons use this port
+                self._page = self._page.at_port(classroom.local_robot.port)  # later lessons use the same port
                 if first:
                     from vrs_cli.cli.view import tell_page
 
@@ -159,7 +160,7 @@ def _read(folder: Path) -> Lesson:
 
 
 def _text_shower(attended: bool) -> Callable[[str], None]:
-    """Return a function that shows the Markdown of a lesson: in colours on a terminal, as text in a pipe."""
+    """Return a function that shows the Markdown of a lesson: in colours on a terminal, as plain text in a pipe."""
     if not attended:
         return lambda text: print(f"{text}\n", flush=True)
 

@@ -1,4 +1,4 @@
-"""Find and run a subcommand; turn errors into one message on standard error and an exit status."""
+"""Find and run a subcommand. An error becomes one message on standard error and an exit status."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from vrs_cli.repl.interrupt import Ended, ending
 
 OK, FAILED, USAGE = 0, 1, 2
 INTERNAL_ERROR = 70  # EX_SOFTWARE of sysexits.h
-INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
-BROKEN_PIPE = 141  # 128 + SIGPIPE
+INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+BROKEN_PIPE = 141  # 128 + SIGPIPE, as shells report it
 
 
 HELPS = (["--help"], ["-h"], ["--help-all"])
-FAMILIES = ("class", "lab", "tools")  # first words of names of two words
-MOVED: Mapping[str, str] = {  # old names, and the new commands
+FAMILIES = ("class", "lab", "tools")  # first words of subcommands whose name has two words
+MOVED: Mapping[str, str] = {  # old name of a subcommand: its new form
     **{name.split()[1]: f"vrs {name}" for name in SUBCOMMANDS if " " in name},
     "put": "vrs connect URL --put FILE",
     "get": "vrs connect URL --get NAME",
 }
 
-MEANT: Mapping[str, str] = {  # words of other tools and of the prompt, and our subcommands
+MEANT: Mapping[str, str] = {  # words of other tools and of the prompt: the subcommand that was probably meant
     **dict.fromkeys(("execute", "exec", "start", "simulate", "play", "go"), "run"),
     **dict.fromkeys(("lint", "test", "validate", "compile"), "check"),
     **dict.fromkeys(("load", "open", "edit"), "shell"),
@@ -42,7 +42,7 @@ FILE_COMMANDS: Mapping[str, str] = {
     ".v2": "shell",
     ".pg": "shell",
     ".vrst": "replay",
-}  # the subcommand for a file without one
+}  # suffix of a file that is given without a subcommand: the subcommand to run
 
 HELP = """\
 usage: vrs [SUBCOMMAND] [ARGUMENTS]
@@ -72,7 +72,7 @@ def run(arguments: Sequence[str]) -> int:
     return _run_guarded(prog, partial(_subcommand, name, prog, rest))
 
 
-STREAMS = (  # name, error handler for bytes that are not UTF-8, line ends
+STREAMS = (  # name, treatment of bytes that are not UTF-8, line ends
     ("stdin", "replace", None),
     ("stdout", "backslashreplace", "\n"),
     ("stderr", "backslashreplace", "\n"),
@@ -80,18 +80,19 @@ STREAMS = (  # name, error handler for bytes that are not UTF-8, line ends
 
 
 def _prepare_streams() -> None:
-    """Set the standard streams to UTF-8 with line ends of POSIX. A closed stream becomes an empty one."""
+    """Set the standard streams to UTF-8 with line ends of POSIX. A closed stream is replaced by an empty one."""
     for name, errors, newline in STREAMS:
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 (for the whole process)
         elif isinstance(stream, TextIOWrapper):
-            with suppress(UnsupportedOperation):  # the stream was already read
+            with suppress(UnsupportedOperation):  # raised if the stream was already read
                 stream.reconfigure(encoding="utf-8", errors=errors, newline=newline)
 
 
 def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
-    """Return the subcommand, its name in messages, and its arguments. Options without a subcommand are the shell's."""
+    """Return the subcommand, its name in messages, and its arguments. Options without a subcommand belong to the
+    shell."""
     if not arguments or arguments[0].startswith("-"):
         return "shell", "vrs", arguments
     name = arguments[0]
@@ -151,12 +152,12 @@ PAGES: Mapping[str, Callable[[], int]] = {
 
 
 def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
-    """Run a subcommand; return its exit status, however it ends."""
+    """Run a subcommand; return an exit status even if it raises an exception."""
     try:
         with ending():
             status = subcommand()
             sys.stdout.flush()
-    except SystemExit as exit_:  # argparse, after --help
+    except SystemExit as exit_:  # raised after --help
         return exit_.code if isinstance(exit_.code, int) else OK
     except VrsError as error:
         return _tell_error(prog, str(error), status_of(error))
@@ -168,7 +169,7 @@ def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
         _abandon_output()
         return BROKEN_PIPE
     except Exception as error:
-        if isinstance(error, OSError) and error.filename is None:  # a stream: errors of files have a name
+        if isinstance(error, OSError) and error.filename is None:  # an error of a stream: errors of files have a name
             _abandon_output()
             return _tell_error(prog, f"standard output cannot be written: {error.strerror}", FAILED)
         from vrs_cli.interfaces.dialogue import internal_error
@@ -178,7 +179,7 @@ def _run_guarded(prog: str, subcommand: Callable[[], int]) -> int:
 
 
 def status_of(error: VrsError) -> int:
-    """Return 1 for mistakes in files and things that a robot cannot do, 2 for mistakes in the command line."""
+    """Return 1 for mistakes in files and requests that a robot cannot execute, 2 for mistakes in the command line."""
     if isinstance(error, FileDamaged):
         return FAILED
     return USAGE if isinstance(error, UsageError | FileError) else FAILED
@@ -195,6 +196,7 @@ def _tell_error(prog: str, message: str, status: int) -> int:
 
 
 def _abandon_output() -> None:
-    """Redirect standard output to nowhere: nobody reads it, so the rest of the buffer must not be written at exit."""
+    """Redirect standard output to the null device. Nobody reads it, so the rest of the buffer must not be written at
+    exit."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

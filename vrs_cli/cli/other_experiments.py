@@ -1,5 +1,5 @@
-"""`vrs lab experiment methods`, `twin` and `study`: try viewers and controllers written by users, disturb a simulated
-body, and let people drive under delays."""
+"""Carry out `vrs lab experiment methods`, `twin` and `study`: try viewers and controllers written by users, disturb a
+simulated body, and let people drive under delays."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ VIEWED, FOLLOWED = "What is seen, beside the robot", "The robot, beside its goal
 
 
 class MethodRows(NamedTuple):
-    """The scores over one line in one scenario, by the names of viewers and controllers."""
+    """The scores over one line with delays in one scenario, by the names of viewers and controllers."""
 
     delays: str
     scenario: str
@@ -53,7 +53,7 @@ class MethodRows(NamedTuple):
 
 
 def run_methods(options: Namespace) -> int:
-    """Try all methods, and print tables. Raises MethodError for a class that fails, CommandLineError."""
+    """Try all methods, and print tables. Raises MethodError for a class that fails, or CommandLineError."""
     for name in options.viewer:
         methods.load_method(name, methods.Predictor)
     for name in options.controller:
@@ -95,7 +95,8 @@ def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
 
 
 def _cases_methods(options: Namespace) -> Iterator[tuple[str, MethodTrial]]:
-    """Yield the name of each line, and a trial without its seed. Viewers are tried with the first controller."""
+    """Yield the name of each line, and a trial whose seed is not set yet. Viewers are tried with the first
+    controller."""
     robot = chosen_robot(options)
     for scenario in options.scenario or ():
         if scenario not in SCENARIOS:
@@ -152,7 +153,7 @@ def _row_object_methods(row: MethodRows) -> dict[str, object]:
     }
 
 
-LOOK = 0.05  # [s] between two looks at the robot
+LOOK = 0.05  # [s] time between two samples of the robot
 MAX_PARTICIPANTS = 1000
 ENDS_WITH_PARENT = """\
 import os, sys, threading
@@ -195,7 +196,7 @@ def run_study(options: Namespace) -> int:
 
 
 def _tell_results(path: Path, *, as_json: bool) -> None:
-    """Print a row for each condition, over all participants."""
+    """Print a row for each condition, with results over all participants."""
     from vrs_cli.lab.study import results_summary
 
     rows = list(results_summary(path))
@@ -222,9 +223,8 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
 
 @contextmanager
 def _live(study: Study, total: int, tell: Callable[[str], None]) -> Iterator[Callable[[StudyTrial], StudyResult]]:
-    """Serve the robot, and yield a function that lets a person do one trial. The server and the delay line end with the
-    block.
-    """
+    """Serve the robot, and yield a function that lets a person do one trial. The server and the delay line stop when
+    the block ends."""
     with ExitStack() as stack:
         pages = ("--pages",) if BUILT_PAGE.exists() else ()
         server = stack.enter_context(
@@ -249,7 +249,7 @@ class _People:
         self._condition: Condition | None = None
 
     def do(self, trial: StudyTrial) -> StudyResult:
-        """Let a person do one trial. Raises KeyboardInterrupt, also at the end of the input."""
+        """Let a person do one trial. Raises KeyboardInterrupt for Ctrl-C, and at the end of the input."""
         from vrs_cli.lab.study import Judge
 
         if trial.condition != self._condition:
@@ -279,7 +279,8 @@ class _People:
         return found
 
     def _connect(self, trial: StudyTrial) -> None:
-        """Put the delays of the trial's condition between robot and participant, at the same port as before."""
+        """Start a proxy with the delays of the trial's condition between robot and participant, at the same port as
+        before."""
         condition, self._condition = trial.condition, trial.condition
         self._line.close()
         ways = ("--forward", condition.forward, "--backward", condition.backward, "--seed", str(self._study.seed))
@@ -297,7 +298,7 @@ class _People:
 
 @contextmanager
 def _child(*words: str, end: Callable[[Popen[str]], None] = Popen.terminate) -> Iterator[Popen[str]]:
-    """Run vrs as another process until the block ends, and then `end` it."""
+    """Run vrs as another process; when the block ends, call `end` to stop it."""
     child = Popen([sys.executable, "-c", ENDS_WITH_PARENT, *words], stdin=PIPE, stdout=PIPE, text=True)
     try:
         yield child
@@ -310,7 +311,8 @@ def _child(*words: str, end: Callable[[Popen[str]], None] = Popen.terminate) -> 
 
 
 def _first_line(child: Popen[str]) -> str:
-    """Return the first line that a process prints. Raises RequestRefused if the process has ended; it has said why."""
+    """Return the first line that a process prints. Raises RequestRefused if the process has ended; the process has
+    printed why."""
     assert child.stdout is not None
     line = child.stdout.readline()
     if not line:
@@ -318,13 +320,12 @@ def _first_line(child: Popen[str]) -> str:
     return line
 
 
-PANELS = 8  # maximum number of drawn panels
+PANELS = 8  # maximum number of panels of the plot
 
 
 class TwinRows(NamedTuple):
-    """A case: the names of its line and scenario, its trial, the curves of the first seed, and the outcome over all
-    seeds.
-    """
+    """The result of a case: the names of its line and scenario, its trial, the curves of the first seed, and the
+    outcome over all seeds."""
 
     delays: str
     scenario: str
@@ -334,7 +335,7 @@ class TwinRows(NamedTuple):
 
 
 def run_twin(options: Namespace) -> int:
-    """Try all cases, print a table and draw. Return 1 if something wrong is shown without a flag."""
+    """Try all cases, print a table and draw. Return 1 if a wrong position is shown without a flag."""
     if options.plot is not None:
         if options.plot == commands.STANDARD_STREAM or Path(options.plot).suffix.lower() != ".svg":
             raise CommandLineError("--plot of twin wants a picture", "--plot OUT.svg")
@@ -359,13 +360,13 @@ def run_twin(options: Namespace) -> int:
 
 
 def _with_seed(it: TwinTrial, number: int) -> TwinTrial:
-    """Return a trial with another seed."""
+    """Return the trial with another seed."""
     ways = structs.replace(it.trial.ways, seed=it.trial.ways.seed + number)
     return structs.replace(it, trial=structs.replace(it.trial, ways=ways))
 
 
 def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
-    """Yield the names of line and scenario, and the trial."""
+    """Yield the names of the line and the scenario, and the trial, of each case."""
     robot = chosen_robot(options)
     scenarios = [(name, _scenario(options, robot, name)) for name in options.scenario or twin.SCENARIOS]
     for name, forward, backward in lines_of(options):
@@ -375,7 +376,7 @@ def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
 
 
 def _scenario(options: Namespace, robot: RobotModel, name: str) -> tuple[Disturbance, ...]:
-    """Return the disturbances of a scenario by its name, or of a file. Raises CommandLineError, FileError."""
+    """Return the disturbances of a scenario, which is a built-in name or a file. Raises CommandLineError, FileError."""
     if name in twin.SCENARIOS:
         return tuple(structs.replace(one, at=twin.BEGINS * options.seconds) for one in twin.SCENARIOS[name])
     if not name.endswith(".toml"):
@@ -434,7 +435,7 @@ def _row_object_twin(it: TwinRows) -> dict[str, object]:
 
 
 def _draw(path: str, rows: Sequence[TwinRows]) -> None:
-    """Draw the errors of the first seed of each case over time. Raises FileError."""
+    """Draw the errors of each case over time, for its first seed. Raises FileError."""
     panels = [
         Curves(
             f"{scenario}, lead {lead} s, {policy}: error [deg]",
@@ -454,11 +455,11 @@ A = TypeVar("A")
 B = TypeVar("B")
 
 
-USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
+USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s] mean and deviation of the delay in each direction
 
 
 def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
-    """Yield the name and the delays of both ways of each line. Raises CommandLineError."""
+    """Yield the name of each line, and its delays in both directions. Raises CommandLineError."""
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:
         if options.delay or options.jitter:
@@ -475,7 +476,7 @@ def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
 
 
 def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -> list[B]:
-    """Return the outcome of each trial. Processes compute them: `jobs`, or one for each core."""
+    """Return the outcome of each trial. The trials run in `jobs` processes (None: one for each core)."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     jobs = min(jobs or cores, len(trials))
     if jobs == 1:
@@ -489,6 +490,6 @@ def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -
 
 
 def _leave_signals() -> None:
-    """Ignore Ctrl-C in this process: the process that waits for it handles the signal."""
+    """Ignore Ctrl-C in this process, because the parent process handles the signal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -1,6 +1,4 @@
-"""Write the files that a subcommand makes of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ`, `--plot OUT` and
-`--report OUT`.
-"""
+"""Write the output files of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ`, `--plot OUT` and `--report OUT`."""
 
 from __future__ import annotations
 
@@ -29,8 +27,8 @@ if TYPE_CHECKING:
 
 
 PAGES = (".html", ".htm")
-MAX_COMMANDS = 1000  # maximum number of rows of the table of a report
-HALF_DIGIT = 0.0005  # [s]: messages round the end to three decimals, perhaps up
+MAX_COMMANDS = 1000  # maximum number of rows in the table of a report
+HALF_DIGIT = 0.0005  # [s] tolerance: messages round the end of a trajectory to three decimals, possibly up
 STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "img,svg{max-width:100%;height:auto}table{border-collapse:collapse}td,th{padding:.1rem .8rem;text-align:left}"
@@ -39,7 +37,7 @@ STYLE = (
 
 
 class Outputs(Struct, frozen=True):
-    """The files to write: paths, or None."""
+    """The files to write, each a path or None."""
 
     csv: str | None
     rate: float
@@ -50,8 +48,10 @@ class Outputs(Struct, frozen=True):
 
     @staticmethod
     def of(options: Namespace) -> Outputs:
-        """Read the options, and raise the errors that `write` would have later. Raises CommandLineError for options
-        that exclude each other, or one file for two outputs; FileError, UsageError.
+        """Read the options, and raise the errors that `write` would raise later.
+
+        Raises CommandLineError for options that exclude each other, or if two outputs share a file; FileError,
+        UsageError.
         """
         if options.rate is not None and options.csv is None:
             raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")
@@ -89,7 +89,7 @@ class Outputs(Struct, frozen=True):
         return any(path is not None for path in (self.csv, self.plot, self.report))
 
     def write(self, arm: RobotArm, timeline: Timeline, title: str, world: World | None = None) -> None:
-        """Write all files. `world`: the cell in the picture of a report. Raises FileError."""
+        """Write all files. `world`: the cell that the picture of a report shows. Raises FileError."""
         if self.csv is not None:
             from vrs_cli.files.exports import EXPORTERS
 
@@ -112,14 +112,14 @@ def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timelin
 
 
 def check_moment(option: str, t: float, timeline: Timeline) -> None:
-    """Raise CommandLineError if a moment [s] is not in a trajectory."""
+    """Raise CommandLineError if a time [s] is outside a trajectory."""
     if not timeline.start <= t <= timeline.end + HALF_DIGIT:
         span = f"{timeline.start:.3f} to {timeline.end:.3f} s"
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
 def check_distinct(paths: Iterable[str]) -> None:
-    """Raise CommandLineError if two paths are one file; a device may be named twice."""
+    """Raise CommandLineError if two paths are the same file; a device may be named twice."""
     for one, other in combinations(paths, 2):
         path = os.path.realpath(one)
         if path == os.path.realpath(other) and (os.path.isfile(path) or not os.path.exists(path)):
@@ -130,8 +130,10 @@ def check_distinct(paths: Iterable[str]) -> None:
 def journal(
     path: str | None, engine: Engine, tell: Callable[[str], None], *, durable: bool
 ) -> Iterator[Callable[[], bool]]:
-    """Write every change of the timeline to a file, if one is named. `durable`: each change is on the disk before it
-    happens. Yield a function that returns whether the file is complete. Raises FileError if the file cannot be begun.
+    """Write every change of the timeline to a file, if one is named.
+
+    `durable`: each change is on the disk before it takes effect. Yield a function that returns whether the file is
+    complete. Raises FileError if the file cannot be started.
     """
     if path is None:
         yield lambda: True
@@ -148,11 +150,11 @@ def journal(
             tell(str(error))
 
 
-# --- `--report OUT.html`: a trajectory in one page to read ------------------------------------------------------------
+# --- `--report OUT.html`: a page about a trajectory -------------------------------------------------------------------
 
 
 def _check_report(path: str) -> None:
-    """Raise the errors that `_write_report` would have later: UsageError, FileError."""
+    """Raise the errors that `_write_report` would raise later: UsageError, FileError."""
     if Path(path).suffix.lower() not in PAGES:
         raise UsageError(f"{path} is no page", f"its name ends in {PAGES[0]}")
     from vrs_cli.files.atomic import check_writable
@@ -163,8 +165,10 @@ def _check_report(path: str) -> None:
 def _write_report(
     path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None, world: World | None
 ) -> None:
-    """Write figures, a picture of the arm, curves and commands. A browser takes some seconds for the picture; without
-    one the page says so. `t`: the moment of the picture [s], None for the end. Raises FileError.
+    """Write a page with figures, a picture of the arm, curves and commands.
+
+    A browser takes some seconds to draw the picture; if the machine has no browser, the page says so. `t`: the time [s]
+    that the picture shows; None: the end. Raises FileError.
     """
     from html import escape
 
@@ -192,7 +196,7 @@ def _write_report(
 
 
 def _or_why(what: str, make: Callable[[], str]) -> str:
-    """Return a part of the page, or a sentence with the reason why this machine cannot make that part."""
+    """Return a part of the page, or a sentence that says why this machine cannot make the part."""
     from html import escape
 
     try:
@@ -215,7 +219,7 @@ def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -
 
 
 def _commands(timeline: Timeline) -> Iterator[tuple[int, str, float, float]]:
-    """Yield the number and the text of each command, and when its motion begins and ends [s]."""
+    """Yield the number and the text of each command, and the start and the end of its motion [s]."""
     for place, segments in groupby(timeline, lambda segment: segment.motion.number):
         first, *others = segments
         if first.motion.text:

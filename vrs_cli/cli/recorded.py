@@ -1,4 +1,4 @@
-"""`vrs where`, `verify`, `replay` and `export`: subcommands about saved trajectories."""
+"""Carry out `vrs where`, `verify`, `replay` and `export`, the subcommands about saved trajectories."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def where(options: Namespace) -> None:
 
 
 def _where_measured(options: Namespace, recording: Recording) -> None:
-    """Print where the robot was measured. Raises CommandLineError for a file without reports."""
+    """Print the measured positions of the robot at the given times. Raises CommandLineError for a file without
+    reports."""
     from vrs_cli.engine.comparison import measured_position, why_unknown
     from vrs_cli.render.text import plain_text
     from vrs_cli.values.replies import MeasuredWhereabouts
@@ -79,7 +80,7 @@ def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:
 
 
 def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
-    """Return the reported motion as a timeline. Raises CommandLineError if there are no reports, or too many."""
+    """Return the measured motion as a timeline. Raises CommandLineError if there are no reports, or too many."""
     measured = _reports(options, recording)
     if len(measured) > MAX_MEASURED:
         what = f"{options.file} has {len(measured)} reports, and {MAX_MEASURED} are played at most"
@@ -95,7 +96,7 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
 
 
 def verify(options: Namespace) -> int:
-    """Print the mistakes of a file, line by line, or that there are none; return the exit status."""
+    """Print the mistakes of a file, each with its line, or that the file has none; return the exit status."""
     recording = sources.read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.rebuild import in_lines
@@ -119,7 +120,7 @@ def verify(options: Namespace) -> int:
 # --- vrs replay -----------------------------------------------------------------------------------------------------
 
 
-DEFAULT_STEP = 0.1  # [s] between the rows of the table
+DEFAULT_STEP = 0.1  # [s] time between the rows of the table
 MAX_TABLE_ROWS = 100_000
 
 
@@ -148,7 +149,7 @@ def replay(options: Namespace) -> None:
         from vrs_cli.render.text import plain_text
         from vrs_cli.values.replies import WhereaboutsTable
 
-        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())  # including the exact end
+        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())  # include the exact end
         rows = tuple(position_at(arm, timeline, t) for t in times)
         print(plain_text(WhereaboutsTable(rows, arm.model.units)), end="")
 
@@ -199,7 +200,7 @@ def export(options: Namespace) -> None:
 
 
 def formats() -> Mapping[str, Exporter]:
-    """Return all formats by name."""
+    """Return all formats by their names."""
     from vrs_cli.files.exports import EXPORTERS
     from vrs_cli.render.pictures import PICTURES
 
@@ -207,7 +208,8 @@ def formats() -> Mapping[str, Exporter]:
 
 
 def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
-    """Return the wanted format, or the one of the file's ending. Raises CommandLineError."""
+    """Return the format that the options name, or the one that belongs to the file's ending. Raises
+    CommandLineError."""
     if asked is not None:
         if asked not in formats:
             raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(formats)}")

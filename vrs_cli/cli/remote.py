@@ -1,6 +1,5 @@
-"""`vrs connect` and `vrs lab delay`; and what other subcommands use of a network: clients, tokens, waiting for
-signals.
-"""
+"""Carry out `vrs connect` and `vrs lab delay`. Also provide what other subcommands need of a network: clients, tokens,
+waiting for signals."""
 
 from __future__ import annotations
 
@@ -24,13 +23,12 @@ from vrs_cli.repl import connection, interrupt
 from vrs_cli.repl.shell import at, on_terminal
 
 TOKEN = "VRS_TOKEN"
-TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # a line of `vrs class token`: NAME TOKEN
+TOLD = re.compile(r"[\w.-]+ ([\w-]{32})")  # a line as `vrs class token` prints it: NAME TOKEN
 
 
 def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
-    """Return a client that is not open yet. News of its connection go to standard error. Raises CommandLineError for a
-    wrong address, FileError.
-    """
+    """Return a client that is not open yet. Messages about its connection go to standard error. Raises CommandLineError
+    for a wrong address, or FileError."""
     hello = hello_of(token_of(options.token_file), name=options.name, behind=behind, attended=attended)
     try:
         return Client(options.url, hello, ca=options.ca, told=teller(options.prog))
@@ -39,7 +37,8 @@ def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0
 
 
 def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
-    """Connect, send one request, and disconnect; return the answer. Raises the robot's refusal."""
+    """Connect, send one request, and disconnect; return the answer. Raises an error if the robot refuses the
+    request."""
 
     async def once() -> messages.ServerMessage:
         client = client_of(options)
@@ -53,9 +52,8 @@ def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> mes
 
 
 def token_of(file: str | None) -> str:
-    """Return the token of a file, which has it alone or as `vrs class token` prints it; without a file that of the
-    environment. Raises CommandLineError.
-    """
+    """Return the token in a file, which contains the token alone or as `vrs class token` prints it. Without a file
+    return the token in the environment. Raises CommandLineError."""
     if file is None:
         return os.environ.get(TOKEN, "")
     try:
@@ -66,20 +64,21 @@ def token_of(file: str | None) -> str:
     return told.group(1) if told else text
 
 
-# --- signals that end a subcommand which serves until then ------------------------------------------------------------
+# --- signals that end a subcommand which runs until a signal arrives --------------------------------------------------
 
 
 async def signal_comes() -> int:
-    """Wait for Ctrl-C, or a signal that ends the process, and return its number. Ignored signals stay ignored.
+    """Wait for Ctrl-C, or another signal that ends the process, and return its number. Ignored signals stay ignored.
 
-    The event loop handles the signals: a handler of Python may not run before something else wakes the loop.
+    The event loop handles the signals, because a signal handler of Python may not run until something else wakes the
+    loop.
     """
     loop, came = asyncio.get_running_loop(), asyncio.Queue[int]()
     heard = [number for number in interrupt.SAID if signal.getsignal(number) is not signal.SIG_IGN]
     try:
         for number in heard:
             loop.add_signal_handler(number, came.put_nowait, number)
-    except NotImplementedError:  # Windows: Ctrl-C raises KeyboardInterrupt
+    except NotImplementedError:  # on Windows Ctrl-C raises KeyboardInterrupt
         heard = []
     try:
         return await came.get()
@@ -95,7 +94,8 @@ async def signal_comes() -> int:
 
 
 def connect(options: Namespace) -> int:
-    """Run the shell at a served robot, or put or get a file; return the exit status. Raises the robot's refusals."""
+    """Run the shell at a served robot, or put or get a file; return the exit status. Raises an error if the robot
+    refuses a request."""
     needed = {"called": "put", "output": "get"}
     wrong = next(
         (name for name, action in needed.items() if getattr(options, name) and not getattr(options, action)), ""
@@ -120,8 +120,8 @@ def connect(options: Namespace) -> int:
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:
-    """Return a function that reports texts, but not the same text twice in a row: failed attempts to connect repeat
-    theirs."""
+    """Return a function that reports texts, but not the same text twice in a row, because repeated attempts to connect
+    fail with the same text."""
     last = ""
 
     def tell(text: str) -> None:
@@ -137,7 +137,7 @@ def once(told: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def _put(options: Namespace) -> None:
-    """Put a file into the robot's folder. Raises FileError, and the robot's refusals."""
+    """Put a file into the robot's folder. Raises FileError, or an error if the robot refuses it."""
     try:
         data = options.put.read_bytes()
     except OSError as error:
@@ -147,7 +147,8 @@ def _put(options: Namespace) -> None:
 
 
 def _get(options: Namespace) -> None:
-    """Get a file, which is written whole or not at all. Raises FileError, and the robot's refusals."""
+    """Get a file. The local file is written completely or not at all. Raises FileError, or an error if the robot
+    refuses it."""
     path = Path(options.output or Path(options.get).name)
     if options.output != STANDARD_STREAM and path.exists() and not options.replace:
         raise FileExists(str(path), "--replace overwrites it, -o names another")
@@ -166,14 +167,15 @@ def _get(options: Namespace) -> None:
 
 
 def delay(options: Namespace) -> None:
-    """Serve a line with delays until Ctrl-C."""
+    """Run a proxy with delays until Ctrl-C."""
     number = asyncio.run(_serve(options))
-    if number in interrupt.ENDINGS:  # Ctrl-C only stops the line, other signals end the process
+    if number in interrupt.ENDINGS:  # Ctrl-C only stops the proxy; other signals end the process
         raise interrupt.Ended(number)
 
 
 async def _serve(options: Namespace) -> int:
-    """Serve until a signal comes; return its number. Raises CommandLineError if the address cannot be used."""
+    """Run the proxy until a signal arrives; return its number. Raises CommandLineError if the address cannot be
+    used."""
     none, tell = ("0", delay_line.Constant(0.0)), partial(print, flush=True)
     (there, forward), (back, backward) = (way or none for way in (options.forward, options.backward))
     ways = delay_line.DelayWays(

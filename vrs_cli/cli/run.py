@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 
 UNWATCHED_LIMITS: Mapping[str, float] = {  # limits for programs that nobody watches, on systems that have them
-    "max_wall": 300.0,  # [s] counted limits are reached earlier, except on a very slow machine
-    "max_memory": 4_000_000_000,  # bytes of address space; numpy takes some for each core
+    "max_wall": 300.0,  # [s] limits of counted steps are reached earlier, except on a very slow machine
+    "max_memory": 4_000_000_000,  # bytes of address space; numpy needs some for each core
 }
 
 
@@ -58,8 +58,10 @@ def run(options: Namespace) -> int:
 
 
 def _files(options: Namespace) -> list[str]:
-    """Return the named files. The last of several words is the name of a program, unless it is a program file, a folder
-    or a pattern. Raises CommandLineError.
+    """Return the files that the command line names.
+
+    The last of several words is the name of a program, unless it is a program file, a folder or a pattern. Raises
+    CommandLineError.
     """
     for name in options.files:
         if (kind := _NO_PROGRAMS.get(os.path.splitext(name)[1].lower())) is not None:
@@ -76,7 +78,7 @@ def _files(options: Namespace) -> list[str]:
     return files
 
 
-_NO_PROGRAMS = {  # the kind of a file and its subcommand, by its ending
+_NO_PROGRAMS = {  # suffix of a file: the kind of file, and the command that uses it
     ".py": ("a Python program", "python {name} runs it"),
     ".csv": ("a table", "vrs lab steer {name} follows joints over time"),
     ".vrst": ("a trajectory", "vrs replay {name} plays it"),
@@ -84,7 +86,7 @@ _NO_PROGRAMS = {  # the kind of a file and its subcommand, by its ending
 
 
 def _fence_in(options: Namespace) -> None:
-    """Set the limits that are not given, and make the folder of --sandbox. Raises CommandLineError."""
+    """Set the limits that the options do not give, and make the folder of --sandbox. Raises CommandLineError."""
     missing = {
         "max_wall": options.realtime is not None or not hasattr(signal, "setitimer"),
         "max_memory": find_spec("resource") is None,
@@ -116,17 +118,18 @@ def shell(options: Namespace) -> int:
 
 
 def _source(options: Namespace) -> Source | None:
-    """Return the program file to load first; None if it cannot be read."""
+    """Return the program file to load first; None if there is none or it cannot be read."""
     if options.file is None:
         return None
     try:
         return read_source(options.file)
-    except FileError:  # the error is told when the file is loaded
+    except FileError:  # the error is reported when the file is loaded
         return None
 
 
 def _robot(options: Namespace, source: Source | None) -> RobotModel | None:
-    """Return the wanted robot; None to take that of the file of --save, or the usual one."""
+    """Return the robot that the options or the program file name. None: the robot in the file of --save, or the usual
+    one."""
     if options.robot is not None:
         return chosen_robot(options)
     if options.base is not None or options.tip is not None:

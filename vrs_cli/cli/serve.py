@@ -1,4 +1,4 @@
-"""`vrs serve`: serve robots over the network."""
+"""Carry out `vrs serve`: serve robots over the network."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, TokenFile
 from vrs_cli.render.text import styled_lines
 from vrs_cli.teach.served_lessons import ServedLessons
 
-SWITCHED = 0.001  # [s] switch interval of threads while the server starts: Python's 5 ms would delay lines
+SWITCHED = 0.001  # [s] switch interval of threads while the server starts; Python's 5 ms would delay lines
 
 
-TURN = 0.0005  # [s] switch interval of threads: with Python's 5 ms many onlookers delay each line
-OWN_IDLE = 600.0  # [s] after which a robot of a token is paused if nobody looks
+TURN = 0.0005  # [s] switch interval of threads; with Python's 5 ms many observers would delay each line
+OWN_IDLE = 600.0  # [s] a robot that belongs to a token is paused after this time without users
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
 
 def serve(options: Namespace) -> int:
-    """Serve until a signal comes; return the exit status."""
+    """Serve robots until a signal arrives; return the exit status."""
     folder_of_class = _take_class(options)
     _check(options)
     from tempfile import TemporaryDirectory
@@ -70,7 +70,7 @@ def serve(options: Namespace) -> int:
             server.board.lessons, hub.planned = lessons, lessons.plan
             server.opened.append(lessons.start_at)
         at_end.callback(hub.close)
-        # Load what the first line of the first user would wait for
+        # Load the modules that the first line of the first user would otherwise wait for
         session = Session(Notes())
         for line in WARM:
             session.perform(line)
@@ -80,7 +80,7 @@ def serve(options: Namespace) -> int:
 
 
 def _take_class(options: Namespace) -> ClassFolder | None:
-    """Set the options of a class: its tokens, folders, and the page. Raises CommandLineError."""
+    """Set the options for a class: its tokens, its folders, and the page. Raises CommandLineError."""
     if options.class_folder is None:
         return None
 
@@ -131,13 +131,12 @@ async def _run_server(options: Namespace, server: Server, hub: room.Hub, tell: C
     return main.OK
 
 
-# --- what is wrong with a command line ---
+# --- mistakes in a command line ---
 
 
 def _check(options: Namespace) -> None:
-    """Raise CommandLineError for options that would let others in without a token, or let others read the
-    connection.
-    """
+    """Raise CommandLineError for options that would admit other people without a token, or let them read the
+    connection."""
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
@@ -167,7 +166,7 @@ def _check(options: Namespace) -> None:
         raise CommandLineError(what, "--tls-cert and --tls-key, or --insecure if you know the network")
 
 
-# --- what is made of it ---
+# --- reading the options ---
 
 
 def _tls(options: Namespace) -> ssl.SSLContext | None:
@@ -178,7 +177,7 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
         context.load_cert_chain(options.tls_cert, options.tls_key)
-    except OSError as error:  # also SSLError
+    except OSError as error:  # SSLError is an OSError too
         files = " and ".join(filter(None, (options.tls_cert, options.tls_key)))
         raise CommandLineError(f"{files}: {error.strerror or error}", "a certificate and its key, in PEM") from None
     return context

@@ -1,4 +1,4 @@
-"""Find and read program and trajectory files that command lines name, and write positions as JSON objects."""
+"""Find and read the program and trajectory files that command lines name, and write positions as JSON objects."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from vrs_cli.values.results import Position
 
 
-PROGRAMS = (".v2", ".pg")  # endings of program files
+PROGRAMS = (".v2", ".pg")  # suffixes of program files
 
 
 class Source(Struct, frozen=True):
-    """The text of a program file, and its name in messages."""
+    """A program file: its text, and its name in messages."""
 
     path: str
     text: str
@@ -36,29 +36,27 @@ class Source(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The name of the file without its folder and ending; "" for standard input."""
+        """Return the name of the file without its folder and suffix; "" for standard input."""
         return os.path.splitext(os.path.basename(self.path))[0] if self.is_file else ""
 
     def diagnostics_text(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
-        """Return diagnostics in the order of their lines, each with its line and a caret. `most`: how many; errors come
-        before warnings, and the last line says how many more there are.
-        """
+        """Return diagnostics as text, sorted by line, each with its line and a caret. `most`: the maximum number;
+        errors have priority over warnings, and the last line says how many are left out."""
         from vrs_cli.values.diagnostics import in_order, show
 
         everything = in_order(diagnostics)
         chosen = everything
         if most is not None:  # errors before warnings
             chosen = in_order(sorted(everything, key=lambda one: not has_errors([one]))[:most])
-        lines = ["", *self.text.split("\n"), ""]  # counted from 1; a diagnostic may be behind the last line
+        lines = ["", *self.text.split("\n"), ""]  # counted from 1; a diagnostic may be after the last line
         told = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
         rest = len(everything) - len(chosen)
         return f"{told}{rest} more (vrs check {self.path} shows all)\n" if rest else told
 
 
 def read_source(path: str, *, samples: bool = True) -> Source:
-    """Return a program file, or standard input for `-`. `samples`: if no such file is here, the name of a sample
-    program of vrs counts too. Raises NonexistentFile, FileError, FileDamaged.
-    """
+    """Return a program file, or standard input for `-`. `samples`: if the file does not exist, the name may be that of
+    a sample program of vrs. Raises NonexistentFile, FileError, FileDamaged."""
     from vrs_cli.files.opening import FREE
     from vrs_cli.files.program_file import decode_program, find_program_file, read_program_file
 
@@ -70,8 +68,11 @@ def read_source(path: str, *, samples: bool = True) -> Source:
 
 
 def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = True) -> tuple[Source, ...]:
-    """Return the files of one name space, each once: those of the paths, and those that comments in them name (`; with:
-    lib.v2`). `closed`: the latter are in the folder of the file. `samples`: as in `read_source`. Raises FileError.
+    """Return the files of one name space, each once: the given paths, and the files that comments in them name (`;
+    with: lib.v2`).
+
+    `closed`: a named file must be in the folder of the file that names it. `samples`: as in `read_source`. Raises
+    FileError.
     """
     from vrs_cli.files.program_file import project_of
 
@@ -84,16 +85,14 @@ def sources_of(paths: Iterable[str], *, closed: bool = False, samples: bool = Tr
 
 
 def are_together(named: Sequence[str], files: Sequence[str], project: bool) -> bool:
-    """Return whether the files of a command line are one name space: several named files, or all with --project. The
-    files of a folder or a pattern are independent.
-    """
+    """Return whether the files of a command line share one name space: several named files do, and with --project all
+    do. The files of a folder or a pattern are independent."""
     return project or (len(set(named)) > 1 and set(files) == set(named))
 
 
 def robot_of(prog: str, source: Source) -> str | None:
-    """Return the built-in robot that a program file names (`; robot: cobra600`). For any other name tell a note: files
-    of robots are named by the command line alone.
-    """
+    """Return the built-in robot that a program file names (`; robot: cobra600`). For any other name report that only
+    the command line can name files of robots."""
     from vrs_cli.kinematics.robot_file import robot_names
     from vrs_cli.language.text.parser import named_above
 
@@ -107,9 +106,8 @@ def robot_of(prog: str, source: Source) -> str | None:
 
 
 def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
-    """Return the file of the cell of a run, and who names it: --cell, or the program. With --sandbox a program names
-    only files of its own folder. Raises FileOutside.
-    """
+    """Return the cell file of a run, and who names it: --cell, or the program. With --sandbox a program may name only
+    files of its own folder. Raises FileOutside."""
     from vrs_cli.files.opening import Folder
     from vrs_cli.files.program_file import cell_of_program
 
@@ -123,8 +121,10 @@ def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:
-    """Return the files that a command line names, each once: a file, all program files in a folder and below it, or all
-    that fit a pattern (`cell/*.v2`, `**/*.pg`). Raises NonexistentFile for a folder or a pattern without any.
+    """Return the program files that a command line names, each once.
+
+    A word is a file, a folder (all program files in it and below it), or a pattern (`cell/*.v2`, `**/*.pg`). Raises
+    NonexistentFile for a folder or a pattern without program files.
     """
     return tuple(dict.fromkeys(path for name in named for path in _meant(name)))
 
@@ -141,7 +141,7 @@ def _meant(name: str) -> Iterable[str]:
 
 
 def _below(folder: str) -> Iterator[str]:
-    """Yield the program files below a folder, without hidden ones."""
+    """Yield the program files in and below a folder, without hidden files and folders."""
     for here, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".")]
         for name in names:
@@ -154,12 +154,12 @@ def _none(detail: str) -> NoReturn:
 
 
 def is_program(name: str) -> bool:
-    """Return whether a name is that of a program file, and not an address."""
+    """Return whether a word is the name of a program file, and not an address."""
     return name.lower().endswith(PROGRAMS) and "://" not in name
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
-    """Return whether there is an error among diagnostics."""
+    """Return whether one of the diagnostics is an error."""
     from vrs_cli.values.diagnostics import first_error
 
     return first_error(diagnostics) is not None
@@ -168,18 +168,17 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 # --- trajectory files -----------------------------------------------------------------------------------------------
 
 
-DIGITS = 12  # decimals of degrees and millimetres in JSON: enough to hide only noise
+DIGITS = 12  # decimals of degrees and millimetres in JSON: enough to hide only the noise of floats
 
 
 def is_recording(name: str) -> bool:
-    """Return whether a name is that of a trajectory file, and not an address."""
+    """Return whether a word is the name of a trajectory file, and not an address."""
     return name.endswith(".vrst") or (os.path.exists(name) and not is_program(name))
 
 
 def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = True) -> Recording:
-    """Return the trajectory of a file, with a progress bar on a terminal. `told`: print its mistakes on standard error.
-    Raises FileError.
-    """
+    """Return the trajectory in a file; show a progress bar on a terminal. `told`: print the file's mistakes on standard
+    error. Raises FileError."""
     from vrs_cli.files.trajectory_file import read_trajectory
     from vrs_cli.render.progress import reading
 
@@ -210,5 +209,5 @@ def pose_object(T: Transform) -> dict[str, list[float]]:
 
 
 def tidy(value: float) -> float:
-    """Return a number without the noise of its last bits, and never -0.0."""
+    """Return a number without the noise of its last bits. The result is never -0.0."""
     return round(value, DIGITS) + 0.0

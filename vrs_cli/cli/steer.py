@@ -1,4 +1,4 @@
-"""`vrs lab steer`: let the robot follow a stream of targets from a file or another program."""
+"""Carry out `vrs lab steer`: let the robot follow a stream of targets from a file or another program."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.numbers import count
 
 KEPT = 1000  # number of targets between two calls of gc.freeze
-MAX_COMPLAINTS = 5  # maximum number of reported lines that hold no target, or a target out of reach
-MAX_LINE_CHARS = 1 << 16  # maximum length of a line; a longer one is cut and is not a target
+MAX_COMPLAINTS = 5  # maximum number of reported lines, which contain no target or a target out of reach
+MAX_LINE_CHARS = 1 << 16  # maximum length of a line in characters; a longer one is cut and is not a target
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
 READ_AHEAD = 1000  # maximum number of targets that are read ahead
 TRIES = 3  # number of measured round trips
-ALLOWANCE = 0.1  # [s] for varying delays and for planning
+ALLOWANCE = 0.1  # [s] allowance for varying delays and for planning
 
 
 def steer(options: Namespace) -> int:
-    """Follow a stream to its end. Return 1 if some lines were no targets, or out of reach."""
+    """Follow a stream to its end. Return 1 if some lines contained no target or a target out of reach."""
     outputs = Outputs.of(options)
 
     run = _Run if _takes_address(options) is None else _ServedRun
@@ -58,8 +58,9 @@ def steer(options: Namespace) -> int:
 
 
 def _takes_address(options: Namespace) -> str | None:
-    """Find the address of a served robot among the arguments, put it into `options.url`, and return it. Raises
-    CommandLineError for other arguments there, and for options that a served robot does not have.
+    """Find the address of a served robot among the arguments, put it into `options.url`, and return it.
+
+    Raises CommandLineError for other arguments in its position, and for options that a served robot does not support.
     """
     if options.file.startswith(ADDRESSES):
         options.url, options.file = options.file, options.url or STANDARD_STREAM
@@ -80,7 +81,7 @@ def _takes_address(options: Namespace) -> str | None:
 
 @contextmanager
 def _lines(path: str) -> Iterator[Iterable[str]]:
-    """Yield the lines of a file, or of standard input as they come. Raises NonexistentFile."""
+    """Yield the lines of a file, or of standard input as they arrive. Raises NonexistentFile."""
     try:
         stdin = path == STANDARD_STREAM
         opened = nullcontext(sys.stdin) if stdin else open(path, encoding="utf-8", errors="replace")  # noqa: SIM115
@@ -91,13 +92,13 @@ def _lines(path: str) -> Iterator[Iterable[str]]:
 
 
 def _read(stream: TextIO) -> Iterator[str]:
-    """Yield line by line to the end, also if the terminal goes away."""
+    """Yield line by line to the end, also if the terminal is closed."""
     with suppress(OSError):
         yield from iter(partial(stream.readline, MAX_LINE_CHARS), "")
 
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
-    """Return the joints of a target at time 0; None (READY) if the stream does not begin so."""
+    """Return the joints of a target at time 0; None (READY) if the stream does not begin with joints at time 0."""
     joints = first.target
     if first.t > 0.0 or isinstance(joints, Transform) or joints_outside(joints, model.lower, model.upper):
         return None
@@ -105,7 +106,8 @@ def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
 
 
 def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[str, float, float]]:
-    """Return unit, root mean square and maximum of the errors, for each kind of joint that the robot has [deg, mm]."""
+    """Return the unit, the root mean square and the maximum of the errors, for each kind of joint that the robot has
+    [deg, mm]."""
     told = (
         (JointKind.REVOLUTE, "deg", degrees(1.0), following.turning),
         (JointKind.PRISMATIC, "mm", 1e3, following.sliding),
@@ -115,7 +117,7 @@ def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[st
 
 @dataclass(slots=True)
 class _Run:
-    """One stream: the options, and how many of its lines were no targets, or out of reach."""
+    """The run of one stream: the options, and the number of lines that contained no target or a target out of reach."""
 
     options: Namespace
     outputs: Outputs
@@ -129,7 +131,7 @@ class _Run:
 
     @property
     def source(self) -> str:
-        """The name of the stream in messages."""
+        """Return the name of the stream in messages."""
         return "standard input" if self.live else str(self.options.file)
 
     def run(self) -> int:
@@ -154,7 +156,8 @@ class _Run:
         return main.FAILED if failed or self.unreached or self.skipped else main.OK
 
     def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
-        """Return the first target. Raises CommandLineError, or FileDamaged for a stream with only wrong lines."""
+        """Return the first target. Raises CommandLineError for an empty stream, or FileDamaged if all lines are
+        wrong."""
         first = next(targets, None)
         if first is None:
             kind = FileDamaged if self.skipped else CommandLineError
@@ -168,9 +171,8 @@ class _Run:
         return Steering(engine, speed=self.options.speed / 100.0)
 
     def _follow_and_record(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
-        """Follow the targets. Return whether part of the motion is missing in the file of --save. If that cannot be
-        written, the stream ends and the robot brakes.
-        """
+        """Follow the targets. Return whether part of the motion is missing in the file of --save. If that file cannot
+        be written, the stream ends and the robot brakes."""
         failed, durable = False, self.options.realtime is not None
         with journal(self.options.save, steering.engine, self._say, durable=durable) as sound:
             try:
@@ -182,10 +184,10 @@ class _Run:
         return failed or not sound()
 
     def _follow(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> None:
-        """Follow the targets to the end of the stream, or until a signal."""
+        """Follow the targets to the end of the stream, or until a signal arrives."""
         for number, it in enumerate(_until_stopped(targets, stop, steering.engine.clock)):
             if number % KEPT == 0:
-                gc.freeze()  # the timeline only grows, so collections would take longer and longer
+                gc.freeze()  # the timeline only grows, so garbage collection would take longer and longer
             try:
                 steering.to(it.target, it.t)
             except MotionError as error:
@@ -194,7 +196,7 @@ class _Run:
             self.progress(steering.engine.now)
         steering.finish()
 
-    # --- what is told -----------------------------------------------------------------------------------
+    # --- messages ---------------------------------------------------------------------------------------
 
     def _skip(self, wrong: VrsError) -> None:
         self.skipped += 1
@@ -245,7 +247,7 @@ class _Run:
 
 
 class _ServedRun(_Run):
-    """One stream for a served robot."""
+    """The run of one stream at a served robot."""
 
     def run(self) -> int:
         """Follow the stream and report; return the exit status."""
@@ -276,9 +278,8 @@ class _ServedRun(_Run):
     def _send(
         self, steering: ChunkSteering, targets: Queue[TimedTarget | VrsError | None], clock: RobotClock, stop: Stoppable
     ) -> None:
-        """Send each target at its time, to the end of the stream, until a signal, or until the robot refuses. In a
-        pause of the stream the robot comes to the last target.
-        """
+        """Send each target at its time, until the stream ends, a signal arrives, or the robot refuses a target. In a
+        pause of the stream the robot stops at the last target."""
         while stop.number is None and steering.refused is None:
             it: TimedTarget | VrsError | None = None
             with stop.broken_off():
@@ -303,7 +304,7 @@ class _ServedRun(_Run):
             self.progress(it.t)
 
     def _lead(self, robot: Supervisor) -> float:
-        """Return --lead, or the longest of some round trips plus the duration of a chunk [s]."""
+        """Return --lead, or the longest of some measured round trips plus the duration of a chunk [s]."""
         if self.options.lead is not None:
             return float(self.options.lead)
         times = [monotonic()]
@@ -349,7 +350,7 @@ class _ServedRun(_Run):
 
 
 def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError | None]:
-    """Read targets in a thread. Return a queue of them, which ends with None or with the error of the stream."""
+    """Read targets in a thread. Return a queue of the targets; it ends with None or with the error of the stream."""
     found: Queue[TimedTarget | VrsError | None] = Queue(READ_AHEAD)
 
     def read() -> None:
@@ -365,7 +366,7 @@ def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError
 
 
 def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: RobotClock) -> Iterator[TimedTarget]:
-    """Yield each target when its time has come, until a signal."""
+    """Yield each target when its time has come, until a signal arrives."""
     while stop.number is None:
         it = None
         with stop.broken_off():

@@ -1,4 +1,4 @@
-"""`vrs tools` (settings of the shell, `completion` of shells, `lsp` for editors) and `vrs robots`."""
+"""Carry out `vrs tools` (settings of the shell, `completion` of shells, `lsp` for editors) and `vrs robots`."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def config(options: Namespace) -> int:
 
 
 SHELLS = ("bash", "zsh", "fish", "powershell")
-FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # parts of a placeholder that mean a file
+FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # words of a placeholder that stand for a file
 FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
 
 def completion(options: Namespace) -> None:
-    """Print the completion script of a shell, made of one parser of the whole command line."""
+    """Print the completion script of a shell. One parser of the whole command line is made for it."""
     import shtab
 
     whole = ArgumentParser(prog="vrs")
@@ -69,7 +69,7 @@ def completion(options: Namespace) -> None:
 
 
 def _teach(action: Action, file: object, folder: object) -> None:
-    """Set the shell's completion of an argument."""
+    """Set how a shell completes the value of an argument."""
     from vrs_cli.cli.recorded import formats
     from vrs_cli.kinematics.robot_file import robot_names
 
@@ -86,12 +86,12 @@ def _teach(action: Action, file: object, folder: object) -> None:
 
 
 def lsp(options: Namespace) -> None:
-    """Serve one editor over standard input and output until it ends the session."""
+    """Serve one editor over standard input and output until the editor ends the session."""
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
     from vrs_cli.lsp.server import Val2Server
 
-    output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
+    output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes the stream to which it writes
     Val2Server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
 
 

@@ -1,4 +1,5 @@
-"""`vrs view` and `vrs demo`: watch and drive a robot in a browser or on the terminal, or watch a saved trajectory."""
+"""Carry out `vrs view` and `vrs demo`: watch and drive a robot in a browser or on the terminal, or watch a saved
+trajectory."""
 
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ def view(options: Namespace) -> int:
 
 
 def _world(options: Namespace, arm: RobotArm) -> World | None:
-    """Return the world of --cell for pictures on the terminal. Raises FileError."""
+    """Return the world of --cell, for pictures on the terminal. Raises FileError."""
     if options.cell is None:
         return None
 
@@ -69,7 +70,7 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
 
 
 async def _watch(options: Namespace) -> None:
-    """Watch a served robot on the terminal. Raises RequestRefused, and the server's refusals."""
+    """Watch a served robot on the terminal. Raises RequestRefused, or the error with which the server refuses."""
     client = remote.client_of(options)
     news, predicted = News(), far_end.Predicted(client.far)
     client.far.ahead = far_end.Ahead.PRESENT if options.ahead is None else options.ahead
@@ -97,7 +98,7 @@ def _abort(client: Client, news: News) -> None:
 
 
 class News:
-    """Collects news of a robot for one line: who drives, what runs, and whether the connection is up."""
+    """Collects news about a robot for one line: who drives it, what runs, and whether the connection is up."""
 
     def __init__(self) -> None:
         self._activity = self._cut = self._said = ""
@@ -115,7 +116,7 @@ class News:
         self._cut = why
 
     def keep_answer(self, message: messages.ServerMessage) -> None:
-        """Keep the answer to ABORT."""
+        """Keep the answer to ABORT, so that it can be shown."""
         match message:
             case messages.Told(reply):
                 self._said = plain_text(reply).strip()
@@ -130,9 +131,8 @@ class News:
 
 
 def show(options: Namespace) -> int:
-    """Serve the page until a signal, or until the user of the shell beside it leaves; return the exit status. Raises
-    VrsError.
-    """
+    """Serve the page until a signal arrives, or until the user leaves the shell that runs with the page; return the
+    exit status. Raises VrsError."""
     at_page, url = page_place(options), options.url or ""
     cell = None if is_program(url) or options.cell is None else read_cell(options.cell)
     with ExitStack() as stack:
@@ -149,7 +149,7 @@ def show(options: Namespace) -> int:
 
 
 def run_beside(options: Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
-    """Run the shell beside the page. On a pipe, the page stays after the last line."""
+    """Run the shell while the page is served. If the shell reads from a pipe, the page stays after the last line."""
     connection = socket_port.SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
@@ -158,7 +158,7 @@ def run_beside(options: Namespace, stack: ExitStack, local_robot: LocalRobot) ->
     return status
 
 
-DATA = "?recording"  # in the address of a page that shows data instead of a robot
+DATA = "?recording"  # path in the address of a page that shows data instead of a robot
 
 
 @contextmanager
@@ -171,29 +171,29 @@ def said_of_command_line() -> Iterator[None]:
 
 
 def page_place(options: Namespace) -> PagePlace:
-    """Return the address and the secret of a page, from the options `--host` and `--port`. A chosen port keeps its
-    secret, so that an open page goes on. Raises CommandLineError, and NonexistentFile if the page is not built.
-    """
+    """Return the address and the secret of a page, from the options `--host` and `--port`. A port that the user chooses
+    keeps its secret, so that an open page stays valid. Raises CommandLineError, or NonexistentFile if the page is not
+    built."""
     from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
 
     with said_of_command_line():
         address = ListenAddress(checked_host(options.host), options.port)
     secret = new_secret()
-    with suppress(RuntimeError):  # there is no home
+    with suppress(RuntimeError):  # there is no home folder
         if options.port:
             secret = kept_secret(config.state_folder(os.environ) / "view" / str(options.port))
     return PagePlace(address, secret, http.ServedPage.read())
 
 
 def tell_page(options: Namespace, address: str) -> None:
-    """Print the address of a page, and open it."""
+    """Print the address of a page, and open the page in a browser."""
     print(f"{options.prog}: {address}", flush=True)
     if not options.no_open:
         Thread(target=_open_browser, args=(address,), daemon=True).start()
 
 
 def _open_browser(address: str) -> None:
-    """Open a browser. Without one the printed address is enough."""
+    """Open a browser. If there is none, the printed address is enough."""
     with suppress(webbrowser.Error):
         webbrowser.open(address)
 
@@ -204,7 +204,7 @@ def _open_browser(address: str) -> None:
 def host_robot(
     options: Namespace, stack: ExitStack, at: PagePlace, model: RobotModel, cell: Cell | None, program: Define | None
 ) -> LocalRobot:
-    """Serve a new robot with its page until the stack is left. Raises the errors of the program."""
+    """Serve a new robot with its page until the stack is closed. Raises the errors of the program."""
     from vrs_cli.net.local_server import LocalRobot
 
     with said_of_command_line():
@@ -225,9 +225,8 @@ def host_robot(
 
 
 def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRobot:
-    """Serve a new robot with the programs of a file and its cell. The first page executes the first program. Raises
-    FileError, and the errors of the file.
-    """
+    """Serve a new robot with the programs of a file and its cell. The first program starts when the first page
+    connects. Raises FileError, and the errors of the file."""
     source = read_source(options.url)
     found = cell_file(options, source)
     cell = None if found is None else read_cell(found[0])
@@ -237,11 +236,11 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRo
     return host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
 
 
-# --- what others did, or do -------------------------------------------------------------------------------------------
+# --- recordings, and robots that are served elsewhere -----------------------------------------------------------------
 
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
-    """Serve a saved trajectory. Raises FileError."""
+    """Serve a page with a saved trajectory. Raises FileError."""
     from vrs_cli.net.local_server import LocalServer
 
     recording = read_recording(options.prog, options.url, lenient=options.lenient)
@@ -255,9 +254,8 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
 
 
 def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
-    """Serve the page of a robot that is served elsewhere. `cell`: shown if its server has none. Raises the server's
-    refusals.
-    """
+    """Serve the page of a robot that is served elsewhere. `cell`: shown if the robot's server has none. Raises the
+    error with which the server refuses."""
     from vrs_cli.net.local_server import BROWSER, LocalServer
 
     token, called = remote.token_of(options.token_file), options.name or BROWSER
@@ -297,8 +295,9 @@ Try these lines:
 
 
 def demo(options: Namespace) -> int:
-    """Show the sample, and run the shell until the user leaves; return the exit status. Without a terminal run the
-    program as `vrs run` does. Raises VrsError.
+    """Show the sample program, and run the shell until the user leaves; return the exit status.
+
+    Without a terminal run the program as `vrs run` does. Raises VrsError.
     """
     if not on_terminal():
         return run.run(OptionReader("run", options.prog).read([SAMPLE]))
@@ -319,7 +318,7 @@ def demo(options: Namespace) -> int:
 
 
 def has_browser() -> bool:
-    """Return whether the page would open in its own window. Browsers that work in the terminal cannot show it."""
+    """Return whether the page would open in its own window; browsers that run in the terminal cannot show it."""
     try:
         found = webbrowser.get()
     except webbrowser.Error:
@@ -328,7 +327,7 @@ def has_browser() -> bool:
 
 
 class DemoPlace(Local):
-    """A robot in this process. The first lines are entered for the user."""
+    """A robot in this process; the first lines are entered in place of the user."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         front_end = super().front_end(terminal)
