@@ -50,7 +50,7 @@ class Replies(tuple[Reply, ...]):
 
     @property
     def ok(self) -> bool:
-        """Return False if one of the replies is an error."""
+        """Return True if none of the replies is an error."""
         return not any(map(is_error, self))
 
     def __repr__(self) -> str:
@@ -71,7 +71,7 @@ class Explanation(Replies):
     """
 
     __slots__ = ()
-    _repr_html_ = None  # type: ignore[assignment]  # so that a notebook shows the Markdown, which has formulas
+    _repr_html_ = None  # type: ignore[assignment]  # so that a notebook shows the Markdown with its formulas
 
     def _repr_markdown_(self) -> str:
         return markdown(chain.from_iterable(blocks(reply, PIPE) for reply in self))
@@ -81,7 +81,7 @@ class Explanation(Replies):
 
 
 class Picture(Replies):
-    """A plot: `times` [s], and `curves` with a label and values each. A notebook draws it."""
+    """A plot: `times` [s], and `curves`, the values of each curve by its label. A notebook draws it."""
 
     __slots__ = ()
 
@@ -107,11 +107,12 @@ class Picture(Replies):
 
 
 class Run(RunResult, frozen=True):
-    """The result of a program: `typed` is a tuple of lines, `started` and `ended` are times [s], `fault` the error."""
+    """The result of a program: `typed` is a tuple of the typed lines, `started` and `ended` are times [s], `fault` is
+    the error that stopped the program, or None."""
 
     @property
     def ok(self) -> bool:
-        """Return True if the program came to its end without an error."""
+        """Return True if the program reached its end without an error."""
         return self.outcome is RunOutcome.COMPLETED
 
     @property
@@ -209,17 +210,17 @@ class Change(Struct, frozen=True):
 
 
 def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change], object]) -> Callable[[], None]:
-    """Call `callback` for every change, in a new thread. Return a function that ends the calls after the changes so
-    far.
+    """Call `callback` for every change, in a new thread. Return a function that stops the calls, after those for all
+    changes so far.
 
-    If the callback raises an error, the thread reports it and ends.
+    If the callback raises an error, the thread reports the error and ends.
     """
 
     def listen() -> None:
         timeline: Timeline | None = None
-        while (event := subscription.take()) is not None:  # after the end of the subscription: what is still in it
+        while (event := subscription.take()) is not None:  # after the end: what still waits
             if isinstance(event, MissedEvents):
-                continue  # the next event has the whole timeline
+                continue  # the next event contains the whole timeline
             if isinstance(event, TimelineDelta):
                 assert timeline is not None
                 timeline = timeline.apply(event)

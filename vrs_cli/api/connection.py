@@ -81,7 +81,8 @@ def load_ipython_extension(shell: Any) -> None:
 
 
 def _robot(names: MutableMapping[str, object], name: str) -> Robot:
-    """Return the robot of a variable; make the usual one. Raises TypeError if the variable is no Robot."""
+    """Return the Robot that a variable holds; if the usual variable does not exist, make a Robot for it. Raises
+    TypeError if the variable holds something else."""
     if name == USUAL_NAME and name not in names:
         names[name] = Robot()
     robot = names.get(name)
@@ -101,11 +102,11 @@ def _timeline_html(timeline: Timeline) -> str:
     return table(repr(timeline), columns, len(timeline), row)
 
 
-MOTORS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")  # of an SO-100, base to hand
+MOTORS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")  # motors of an SO-100
 GRIPPER = "gripper"
-FULL_RANGE = 100.0  # the value of a motor at the upper end of its range, and of an open gripper
-RATE = 30.0  # actions a second, as LeRobot's own clients send them
-HAND_LEAD_S = 0.05  # from the begin of a chunk to the first command of the hand, so that it is not too late
+FULL_RANGE = 100.0  # value of a motor at the upper end of its range, and of an open gripper
+RATE = 30.0  # [1/s] actions per second, as LeRobot's own clients send them
+HAND_LEAD_S = 0.05  # [s] from the start of a chunk to the first command of the hand, to be in time
 
 
 class LeRobotArm:
@@ -140,7 +141,8 @@ class LeRobotArm:
         self._scale: Floats = scale * np.where([name in reversed_motors for name in self.motors], -1.0, 1.0)
 
     def observation(self, t: float | None = None) -> dict[str, float]:
-        """Return what a policy sees of the arm at a time [s], or now: the values of the motors and of the gripper."""
+        """Return what a policy observes of the arm at a time [s], or now: the values of the motors and of the
+        gripper."""
         posture = self.robot.where(t)
         values = ((posture.joints - self._middle) / self._scale).tolist()
         hand = FULL_RANGE if bool(posture.hand) else 0.0
@@ -189,7 +191,7 @@ class LeRobotArm:
         return rows
 
     def _move_hand(self, times: Floats, values: Floats) -> None:
-        """Open and close the hand at the times at which the gripper's values (N,) pass the half."""
+        """Open or close the hand at the times at which the gripper's values (N,) cross half of their range."""
         before = bool(self.robot.where(float(times[0])).hand)
         for t, value in zip(times.tolist(), values.tolist(), strict=True):
             state = value >= 0.5 * FULL_RANGE

@@ -97,22 +97,22 @@ def local_port(
 
 
 def _advice(option: str) -> str:
-    """Return the hint of the message for a limit that a program has reached."""
+    """Return the hint for a limit that a program has reached."""
     if option == "signals":
         return "signals= says when inputs change"
     return f"limits=Limits({option}=...) gives it more"
 
 
 class ProgramFolders(Struct):
-    """For each program the folder of the file that it was loaded from. `fixed`: all programs use the folder of the
-    robot instead.
-    """
+    """Keeps for each program the folder of the file that it was loaded from. `fixed`: all programs use the folder of
+    the robot instead."""
 
     fixed: bool
     _folders: dict[str, Folder] = field(default_factory=dict)
 
     def put(self, programs: Iterable[str], folder: Path | None) -> None:
-        """Note the folder of the file that these programs were loaded from; None: no file. Raises FileError."""
+        """Record the folder of the file from which these programs were loaded; None: they come from no file. Raises
+        FileError."""
         for name in programs:
             self._folders.pop(name.lower(), None)
             if folder is not None:
@@ -128,9 +128,9 @@ class ProgramFolders(Struct):
         return structs.replace(given or Conditions(), folder=own)
 
 
-RATES = 1.0 / STEERING.longest, 1000.0  # lowest and highest number of targets a second
-MAX_RATE_AT_REST = 1e-6  # a joint that moves less per step [rad, m], and is slower [rad/s, m/s], is at rest
-MAX_ARRIVAL_S = 10.0  # maximum time for a dragged tool to reach its last target [s of the robot's clock]
+RATES = 1.0 / STEERING.longest, 1000.0  # [1/s] minimum and maximum number of targets per second
+MAX_RATE_AT_REST = 1e-6  # maximum motion per step [rad, m] and maximum speed [rad/s, m/s] of a joint that is at rest
+MAX_ARRIVAL_S = 10.0  # [s] maximum time of the robot's clock for a dragged tool to reach its last target
 
 
 class Dragged(Struct, frozen=True):
@@ -177,12 +177,12 @@ class Streams:
 
     def __init__(self) -> None:
         self._last: tuple[float, Joints] | None = None  # time and joints of the last target
-        self._moves = False  # more than one target of joints was sent
+        self._moves = False  # whether more than one target of joints was sent
         self._wish: Transform | None = None  # the target of the dragged tool
-        self._wish_time = -inf  # the time at which that target was sent [s]
+        self._wish_time = -inf  # [s] the time at which that target was sent
 
     def steer(self, robot: Supervisor, joints: Joints, rate: float, speed: float | None) -> None:
-        """Send joints [rad, m], at the earliest 1 / `rate` [s] after the previous target. `speed`: 0 to 1."""
+        """Send joints [rad, m] as a target, at least 1 / `rate` [s] after the previous target. `speed`: 0 to 1."""
         step = 1.0 / rate
         if self._last is not None:
             self._pace(robot, self._last[0] + step)
@@ -192,12 +192,12 @@ class Streams:
         velocity = None
         if last is not None and self._moves:
             velocity = velocity_between(last[1], joints, since)
-        self._last = None  # if the robot refuses the target, the stream has ended
+        self._last = None  # remains None if the robot refuses the target, so that the stream ends
         robot.send(Steer(joints, velocity, step, speed))
         self._last = now, joints
 
     def drag(self, robot: Supervisor, T_world_tool: Transform) -> Shortfall:
-        """Send a target for the tool, at the earliest a DRAG_TICK after the previous one."""
+        """Send a target for the tool, at least DRAG_TICK [s] after the previous one."""
         self._pace(robot, self._wish_time + DRAG_TICK)
         self._last, self._wish = None, None
         self._wish_time = robot.now
@@ -221,7 +221,7 @@ class Streams:
             self.release(robot)
 
     def release(self, robot: Supervisor) -> None:
-        """End the streams."""
+        """End both streams, of joints and of the tool."""
         self._last = None
         if self._wish is not None:
             self._wish = None
@@ -237,14 +237,16 @@ class Streams:
 
 # --- streams in chunks, over delays -----------------------------------------------------------------------------------
 
-CHUNK_S = 0.25  # [s] of a stream that go to a served robot in one chunk
+CHUNK_S = 0.25  # [s] duration of the part of a stream that is sent in one chunk
 
 
 class FollowedChunks(Struct):
-    """Statistics on how a served robot follows: the number of targets that were sent, that arrived too late, that were
-    held at the end of a joint's range, and that were lost without a connection; the number of chunks that were
-    followed, and of their `samples`; and for turning and for sliding joints the sum of the errors at these samples, and
-    the largest error [rad, m].
+    """Statistics on how a served robot follows a stream.
+
+    `targets`, `late`, `held`, `lost`: numbers of targets that were sent, that arrived too late, that were held at the
+    end of a joint's range, and that were lost without a connection. `chunks`, `samples`: numbers of chunks that were
+    sent, and of samples at which errors were measured. `turning`, `sliding`: for turning and for sliding joints the sum
+    of the errors at these samples, and the largest error [rad, m].
     """
 
     targets: int = 0
@@ -257,9 +259,8 @@ class FollowedChunks(Struct):
     sliding: tuple[float, float] = (0.0, 0.0)
 
     def count(self, report: FollowReport, targets: int, sent_before: int, units: JointUnits) -> None:
-        """Add a chunk of `targets` new targets to the statistics; the errors of the chunk are the largest errors among
-        its joints.
-        """
+        """Add a chunk of `targets` new targets to the statistics. The errors of a chunk are those of the joint with the
+        largest errors."""
         self.late += max(report.late - sent_before, 0)
         self.held += report.held
         self.samples += targets
@@ -270,7 +271,7 @@ class FollowedChunks(Struct):
 def _add_errors(
     before: tuple[float, float], report: FollowReport, targets: int, units: JointUnits, *, slides: bool
 ) -> tuple[float, float]:
-    """Add the errors of the joints of one kind in a chunk to the sum and the maximum of the earlier errors."""
+    """Add the errors of a chunk, for joints of one kind, to the sum and the maximum of the earlier errors."""
     pairs = [
         (mean, worst)
         for joint, (mean, worst) in enumerate(zip(report.mean, report.worst, strict=True), 1)
@@ -289,19 +290,18 @@ class ChunkSteering:
     def __init__(self, robot: Supervisor, lead: float, *, speed: float = 1.0) -> None:
         self.robot, self.lead, self.speed = robot, lead, speed
         self.followed = FollowedChunks()
-        self._shift: float | None = None  # from times of the stream to the robot's clock [s]
+        self._shift: float | None = None  # [s] what to add to times of the stream to get the robot's clock
         self._times: list[float] = []
         self._joints: list[Joints] = []
-        self._new = 0  # the number of targets that were not sent yet
+        self._new = 0  # number of targets that were not sent yet
         self.refused: VrsError | None = None
         self._sent: SimpleQueue[tuple[int, int, Callable[[], FollowReport]] | None] = SimpleQueue()
         self._hearing = Thread(target=self._hear, name="vrs lab steer", daemon=True)
         self._hearing.start()
 
     def to(self, target: Joints | Transform, t: float) -> None:
-        """Add a target for time t [s] of the stream. Raises LocationOutOfRange and others for a pose that no
-        configuration reaches.
-        """
+        """Add a target for time t [s] of the stream. Raises LocationOutOfRange or another error for a pose that no
+        configuration reaches."""
         robot = self.robot
         if self._shift is None:
             begin = robot.timeline.end if robot.followed.rate is None else robot.now

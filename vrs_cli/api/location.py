@@ -52,10 +52,8 @@ class Units(Enum):
 
 
 def numbers(given: ArrayLike, what: str, *shape: int) -> Floats:
-    """Return finite numbers of a shape (..., *shape), as a new array. `what`: their name in messages.
-
-    Raises TypeError if they are no numbers, ValueError for another shape, and for nan and infinity.
-    """
+    """Return finite numbers as a new array of a shape (..., *shape). `what`: their name in messages. Raises TypeError
+    for values that are not numbers, ValueError for another shape, nan or infinity."""
     try:
         array = np.asarray(given)
     except ValueError:
@@ -166,7 +164,7 @@ class Location:
         return self.shape[0]
 
     def __getitem__(self, index: int | slice) -> Location:
-        """Return one of N locations by its number, or some by a slice. Raises IndexError, TypeError."""
+        """Return one of N locations by its index, or some of them by a slice. Raises IndexError, TypeError."""
         if not self.shape:
             raise TypeError("one location has no others in it")
         return Location(self.rows[index].copy(), self.units)

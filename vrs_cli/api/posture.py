@@ -189,7 +189,7 @@ class CellPart:
 
     @property
     def now(self) -> PartPlace:
-        """Return where the part is now."""
+        """Return where the part is at the present time."""
         return self._look(None)
 
     def __repr__(self) -> str:
@@ -374,7 +374,7 @@ class Model(Struct, frozen=True, eq=False):
 
     @classmethod
     def of(cls, model: RobotModel, units: Units) -> Model:
-        """Return the data of a model in these units."""
+        """Return the data of a robot model in these units."""
         scales = units.scales(model.units, model.joint_count)
         names = tuple([f"jt{joint}" for joint in range(1, model.joint_count + 1)])
         rates = (model.max_velocity, model.max_acceleration, model.max_jerk)
@@ -404,5 +404,5 @@ class Model(Struct, frozen=True, eq=False):
 
 
 def robots() -> tuple[str, ...]:
-    """Return the names of the built-in robots, each of which `Robot` takes."""
+    """Return the names of the built-in robots; `Robot` accepts each of them."""
     return robot_names()

@@ -66,12 +66,12 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord, FollowReport
 from vrs_cli.wire.messages import LeaseAct
 
-MIN_SPEED, MAX_SPEED = 0.01, 327.0  # range of the speed of all motions [%]
+MIN_SPEED, MAX_SPEED = 0.01, 327.0  # [%] minimum and maximum speed of all motions
 LEASE_ACTS = ("acquire", "ask", "give", "release")
 BRANCH_NAME = re.compile(r"[a-z][a-z0-9._]*", re.IGNORECASE)
-MAX_METRES = 3.0  # a target at most this far from the origin [mm] was probably meant in metres
-MAX_SMALL_TURN = 10.0  # [degrees] a change of the joints by less is no sign of radians
-MAX_SAMPLES = 5_000_000  # maximum number of samples, of 256 bytes each
+MAX_METRES = 3.0  # [mm] maximum distance from the origin of a target that was probably meant in metres
+MAX_SMALL_TURN = 10.0  # [degrees] maximum change of the joints that does not suggest radians
+MAX_SAMPLES = 5_000_000  # maximum number of samples; each needs 256 bytes
 
 
 class Robot:
@@ -168,7 +168,7 @@ class Robot:
         return self
 
     def _target(self, to: tuple[ArrayLike | Location, ...]) -> tuple[PoseTarget | JointTarget, str]:
-        """Return the target of a motion, and its text in VAL-II."""
+        """Return the target of a motion, and the text of the target in VAL-II."""
         given = self._location(to[0] if len(to) == 1 else to)
         if isinstance(given, Location):
             T = given.transform
@@ -182,22 +182,22 @@ class Robot:
         return JointTarget(joints), f"#PPOINT({shown})"
 
     def _location(self, given: object) -> object:
-        """Make a Location of a matrix (4, 4) or (N, 4, 4) [m]; return anything else unchanged."""
+        """Return a matrix (4, 4) or (N, 4, 4) [m] as a Location; return anything else unchanged."""
         if isinstance(given, np.ndarray) and given.ndim > 1 and given.shape[-2:] == (4, 4):
             return Location.from_matrix(given, self.units)
         return given
 
     def _one_location(self, given: object, what: str) -> Location:
-        """Return a Location, or a matrix as one. `what`: its name in the message. Raises TypeError otherwise."""
+        """Return a Location or a matrix as one Location. `what`: its name in the message. Raises TypeError for anything
+        else."""
         found = self._location(given)
         if not isinstance(found, Location):
             raise TypeError(f"{what}: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {given!r}")
         return found
 
     def _looks_like_radians(self, row: Floats) -> bool:
-        """Return whether joints seem to be radians: they were computed (more than three decimals), none is larger than
-        a turn in radians, and they are far from the present ones.
-        """
+        """Return whether joints seem to be given in radians: they were computed (more than three decimals), no joint
+        exceeds one turn in radians, and they are far from the present joints."""
         if self.units is Units.SI or not row.any() or np.abs(row).max() > 2.0 * np.pi:
             return False
         here = np.array(self._robot.at().joints) * self._scales
@@ -583,7 +583,7 @@ class Robot:
         return self._execute(program or names[0], cycles, answers, check, conditions)
 
     def _cell_of(self, file: str | Path) -> Path | None:
-        """Return the cell that a program file names, if the robot is in this process and has none."""
+        """Return the cell that a program file names, if the robot is in this process and has no cell."""
         port, path = self._robot.port, find_program_file(Path(file))
         if not isinstance(port, LocalPort) or port.session.driver.cell is not NO_CELL:
             return None
@@ -777,7 +777,8 @@ class Robot:
         return self.units.scales(self._model.units, self._model.joint_count)
 
     def _joints(self, given: object, what: str) -> Joints:
-        """Check one set of joints, and return it in [rad, m]. Degrees give exactly the bits that VAL-II computes."""
+        """Check one set of joints, and return it in [rad, m]. Degrees are converted to exactly the bits that VAL-II
+        computes."""
         row = numbers(given, what, self._model.joint_count)  # type: ignore[arg-type]
         if row.ndim != 1:
             raise ValueError(f"{what}: one set of joints is wanted, not {row.shape}")
@@ -827,7 +828,7 @@ def load(
 
 
 def _fraction(speed: float | None) -> float | None:
-    """Return percent of nominal speed as a fraction, 0 to 1. Raises ValueError."""
+    """Return a speed in percent of nominal as a fraction, 0 to 1. Raises ValueError."""
     fraction = None if speed is None else number(speed, "speed") / 100.0
     if fraction is not None and not 0.0 < fraction <= 1.0:
         raise ValueError(f"speed: percent of nominal are wanted, more than 0 and up to 100, not {speed}")
@@ -835,7 +836,7 @@ def _fraction(speed: float | None) -> float | None:
 
 
 def _in_order(answers: Iterable[str]) -> Answers:
-    """Return a function that gives these answers to questions, one after the other."""
+    """Return a function that answers each question with the next of these answers."""
     left = iter(answers)
     return lambda _question: next(left, None)
 
