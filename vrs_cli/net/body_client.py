@@ -36,12 +36,12 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
-SEND_EVERY = 0.02  # [s] between two messages with reports
-KEPT = 60.0  # [s] of reports kept to send them again after a cut
-MAX_KEPT = 100_000  # reports
+SEND_EVERY = 0.02  # [s] time between two messages with reports
+KEPT = 60.0  # [s] time for which reports are kept, to send them again after a cut
+MAX_KEPT = 100_000  # maximum number of kept reports
 MAX_WAITING_BYTES = 64 * 1024  # maximum bytes waiting for the socket; while more wait, reports stay here
-SETTLING = 3.0  # [s] for the first measurements of the robot's clock
-PAST = 10.0  # [s] of the timeline that are kept
+SETTLING = 3.0  # [s] time for the first measurements of the robot's clock
+PAST = 10.0  # [s] length of the past of the timeline that is kept
 
 log = logging.getLogger("vrs_cli")
 
@@ -68,7 +68,7 @@ class BodyClient:
         self.refusal: VrsError | None = None
         self.client = Client(url, hello_of(token, name), ca=ca, told=told)
         self.far = self.client.far
-        self._sent, self._fresh = deque[Report](), deque[Report]()  # reports already sent but kept, then new ones
+        self._sent, self._fresh = deque[Report](), deque[Report]()  # kept reports: first the sent, then the new ones
         self._first = 0  # the number of the first of these reports
         self.embodied, self._stirred = False, asyncio.Event()
         self.life = ""
@@ -107,7 +107,7 @@ class BodyClient:
         await self.client.close()
 
     async def _embody(self) -> None:
-        """Become the body once the robot's clock is known well, and find out which reports the server lacks."""
+        """Become the body as soon as the robot's clock is known well, and find out which reports the server lacks."""
         due = asyncio.get_running_loop().time() + SETTLING
         while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
             await asyncio.sleep(SEND_EVERY)
@@ -141,7 +141,7 @@ class BodyClient:
                     try:
                         await self._embody()
                     except VrsError as error:
-                        if self.far.open:  # otherwise the connection was cut again; the next welcome repeats this
+                        if self.far.open:  # else the connection was cut again; the next welcome repeats this
                             self._end(error)
 
                 self._asking = asyncio.create_task(embody_again())
@@ -254,7 +254,7 @@ class BodyClient:
             await self._stirred.wait()
             self._stirred.clear()
             if self.embodied and self.far.open:
-                with suppress(RequestRefused):  # after a cut they are sent again
+                with suppress(RequestRefused):  # they are sent again after a cut
                     self._send_batch(MAX_WAITING_BYTES)
             await asyncio.sleep(SEND_EVERY)
             if self.embodied and self._fresh:

@@ -31,11 +31,11 @@ from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
-MAX_SAMPLE_RATE = 200.0  # [1/s]
+MAX_SAMPLE_RATE = 200.0  # [1/s] maximum rate of samples
 MAX_WAITING_BYTES = 256 * 1024  # maximum bytes of changes waiting for one connection
 SLICE = 50  # maximum number of packets in one step (0.5 ms of CPU time)
 HOLD = 0.02  # [s] maximum time for which sending pauses while a user waits for an answer
-AGAIN = 0.05  # [s] between two attempts to send to a slow connection
+AGAIN = 0.05  # [s] time between two attempts to send to a slow connection
 
 
 Letter = Callable[[streams.MessageForm], streams.Packet]  # encodes one message in a requested form, once per form
@@ -51,7 +51,7 @@ class Sink(Protocol):
 
     @property
     def waiting(self) -> int:
-        """The number of bytes sent but not yet taken by the receiver."""
+        """Return the number of bytes that were sent and that the receiver has not taken yet."""
 
     def send(self, *packets: streams.Packet) -> None:
         """Send packets in one write."""
@@ -79,7 +79,7 @@ class Listener:
     def __init__(self, sink: Sink, form: streams.MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
         self.deflates = deflates
-        self.listening: streams.Listening | None = None  # form in which changes are sent; None: no changes
+        self.listening: streams.Listening | None = None  # form in which changes are sent; None: no changes are sent
         self.number, self.news = NOTHING, 0
         self.place: streams.DeflatedPlace | None = None
         self.heard: Heard | None = None  # part of the world's course already sent; None: no course
@@ -140,7 +140,7 @@ class Channel:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # times of cuts, and until which time samples report each cut [s]
+        self._wrong: list[tuple[float, float]] = []  # cuts [s], each with the last time [s] to report it
 
     def change(self, cut: float, applied: float) -> None:
         """Record that samples of times after the cut were wrong. All later samples mention the cut for as long as a
@@ -149,7 +149,7 @@ class Channel:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
     def show(self, position: Position, version: int, clock: float) -> None:
-        """Begin to send the next sample; listeners that have not received the previous one skip it."""
+        """Begin to send the next sample. Listeners that have not received the previous one skip that one."""
         self._wrong = [one for one in self._wrong if one[1] > clock]
         wrong = min((cut for cut, _ in self._wrong), default=None)
         self.sample = letter(messages.Sample(position.time, position.joints, version, clock, wrong))
@@ -202,7 +202,7 @@ class Broadcast:
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempt to send
         self._again = inf  # wall time [s] of the next attempt
         self._news: dict[type[messages.ServerMessage], tuple[int, Letter]] = {}
-        self._parcel = cache(self._pack)  # parcels by listener state, until something happens
+        self._parcel = cache(self._pack)  # parcels by the state of the listener; valid until the next event
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when sending is held, and may not be held again
         self._audience = Audience(watched, wall)
@@ -213,11 +213,11 @@ class Broadcast:
 
     @property
     def is_watched(self) -> bool:
-        """Whether the robot has a user, viewer or publisher."""
+        """Return whether the robot has a user, viewer or publisher."""
         return bool(len(self._everybody))
 
     def join(self, sink: Sink, form: streams.MessageForm, *, deflates: bool = False) -> Listener:
-        """Add a connection, which gets news only until it subscribes."""
+        """Add a connection, which gets only news until it subscribes."""
         listener = Listener(sink, form, deflates)
         self._everybody.add(listener)
         self._catch_up(listener)
@@ -232,8 +232,8 @@ class Broadcast:
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: messages.Subscribe) -> None:
-        """Subscribe a listener to what is described, replacing its earlier subscription. Raises IllegalValue for a
-        wrong rate or tolerance, RequestRefused for `world` without `deltas`."""
+        """Subscribe a listener as a message describes; this replaces its earlier subscription. Raises IllegalValue for
+        a wrong rate or tolerance, RequestRefused for `world` without `deltas`."""
         joints = None if wanted.joints is None else known_tolerance(wanted.joints)
         if wanted.rate:
             checked_rate(wanted.rate, "samples a second", MAX_SAMPLE_RATE)
@@ -309,7 +309,7 @@ class Broadcast:
         return shared
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
-        """Return a channel for one listener alone, which continues where its old channel is."""
+        """Return a channel for one listener alone. It continues where the listener's old channel is."""
         if len(channel.round) == 1 and channel not in self._shared.values():
             return channel
         own = self._channel(channel.viewer.rate, 0.0)
@@ -387,7 +387,7 @@ class Broadcast:
             self._held, self._free = wall + HOLD, wall + 2.0 * HOLD
 
     def release(self) -> None:
-        """Resume sending: the awaited answer was given."""
+        """Resume sending after the user got the answer."""
         wall = self._wall()
         if self._held > wall:
             self._held, self._free = wall, wall + HOLD - (self._held - wall)

@@ -21,7 +21,7 @@ class Lessons(Protocol):
     """The lessons of a class, for its board. `teach/`, which imports `net/`, implements them."""
 
     def enter(self, client: ClientSession) -> None:
-        """Send a client the present text of its lesson, if its robot has one."""
+        """Send a client the current text of its lesson, if its robot has a lesson."""
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
         """Carry out a line for the lesson; return False if it is for the robot. `done` answers the line."""
@@ -31,9 +31,11 @@ class Lessons(Protocol):
 
 
 class ClassBoard:
-    """Keeps the state of a class. `clients`: returns the clients of all robots. `grants`: returns the grants of all
-    tokens. `own`: returns the robots of a grant. `wall`: returns the seconds since 1970. Call all methods in the thread
-    of the connections."""
+    """Keeps the state of a class.
+
+    `clients` returns the clients of all robots, `grants` the grants of all tokens, `own` the robots of a grant, and
+    `wall` the seconds since 1970. Call all methods in the thread of the connections.
+    """
 
     def __init__(
         self,
@@ -55,7 +57,8 @@ class ClassBoard:
     # --- messages ---
 
     async def receive(self, client: ClientSession, message: messages.ClientMessage) -> bool:
-        """Carry out a message of a class, or refuse a command in a frozen class. Return False for other messages."""
+        """Carry out a message of a class, or refuse a command while the class is frozen. Return False for other
+        messages."""
         try:
             if isinstance(message, messages.OF_CLASS):
                 if isinstance(message, messages.TEACHING) and not _teaches(client):
@@ -152,7 +155,7 @@ class ClassBoard:
         return (grant for grant in self._grants() if not grant.teacher and not grant.body)
 
     def enter(self, client: ClientSession) -> None:
-        """Send a client on a new connection the state and the text of its lesson."""
+        """Send a client on a new connection the state of the class and the text of its lesson."""
         self._told.pop(client, None)
         if self.lessons is not None:
             self.lessons.enter(client)

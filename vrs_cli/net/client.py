@@ -37,9 +37,9 @@ from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.net.timesync import USUAL_PERCENTILE, Playout
 from vrs_cli.wire.codec import Encoding
 
-OPENING = 10.0  # [s] for each of two handshakes: of the socket, and hello
-KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until the socket of an unanswered one is cut
-CLOSING = 2.0  # [s] in which a socket is closed
+OPENING = 10.0  # [s] maximum time of each of two handshakes: of the socket, and hello
+KEEPALIVE, SILENT = 2.0, 10.0  # [s] time between two pings, and maximum wait for the answer
+CLOSING = 2.0  # [s] maximum time to close a socket
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
 TRUST = "name its file with --ca, in Python with ca="
@@ -49,13 +49,14 @@ MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_v
     62: "say the name that the certificate is for",
     64: "say the name that the certificate is for",
 }
-UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors of a connection that fails
+UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors with which a connection fails
 MAX_REASON_CHARS = 100  # maximum number of characters shown of a server's reason for refusing a connection
 FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # wait before the second attempt, and maximum wait before any attempt [s]
 
 
 def waits(attempt: int, random: Random) -> float:
-    """Return how long to wait before an attempt [s], counted from 1: up to twice as long each time."""
+    """Return the time to wait before an attempt [s]; attempts count from 1. The maximum of this random time doubles
+    with each attempt."""
     return random.uniform(0.0, min(MAX_WAIT_S, FIRST_WAIT_S * 2.0 ** min(attempt, 30)))
 
 
@@ -159,8 +160,8 @@ class Client:
     # --- asking ---
 
     async def open(self) -> messages.Welcome:
-        """Connect; call it once. Raises RequestRefused if no robot answers, or the error with which the server refused
-        it."""
+        """Connect; call this method once. Raises RequestRefused if no robot answers, or the error with which the server
+        refused the client."""
         self._opened = asyncio.get_running_loop().create_future()
         self._task = asyncio.create_task(self._run())
         done, _ = await asyncio.wait([self._opened], timeout=2.0 * OPENING)
@@ -172,9 +173,8 @@ class Client:
         return self.far.welcome
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Callable[[messages.ServerMessage], None]) -> int:
-        """Send a request; return its id. The outlet gets all answers, the final one last. Raises RequestRefused without
-        a connection.
-        """
+        """Send a request; return its id. The outlet gets all answers, the final answer last. Raises RequestRefused
+        without a connection."""
         id = self.far.ask(make, outlet)
         self._stirred.set()
         return id
@@ -243,7 +243,7 @@ class Client:
         self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
-            self.far.unmeasured = min(self.far.unmeasured, begin)  # only now: this call fetches them itself
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # set only now: this call fetches them itself
             await self._recall_measured()
         except RequestRefused:
             self.measures = False
@@ -296,7 +296,7 @@ class Client:
     async def close(self) -> None:
         """Leave the robot and close the connection."""
         self._leaves = True
-        with suppress(VrsError):  # the connection is gone already
+        with suppress(VrsError):  # the connection is already closed
             self.send(messages.Bye())
         self._stirred.set()
         if self._task is not None:
@@ -369,7 +369,7 @@ class Client:
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))
-            self._opened.exception()  # or asyncio complains if the caller of `open` was cancelled
+            self._opened.exception()  # without this asyncio complains if the caller of `open` was cancelled
             return False
         if self._leaves:
             return False
@@ -384,7 +384,7 @@ def no_answer(url: str, error: Exception) -> tuple[str, str]:
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:
         case InvalidStatus(response=response):
-            said = response.body.decode(errors="replace").strip()  # this product's servers send one line, others a page
+            said = response.body.decode(errors="replace").strip()  # servers of vrs send one line, others a page
             ours = 0 < len(said) <= MAX_REASON_CHARS and said.isprintable() and "<" not in said
             return f"{url} answers {response.status_code} {response.reason_phrase}", said if ours else A_ROBOT
         case ssl.SSLCertVerificationError():

@@ -1,5 +1,8 @@
-"""One user of a served robot, over all successive connections of this user. A message of the client becomes a request
-to the robot. The robot's answers become messages, in the order of the answers. Nothing here waits."""
+"""Represent one user of a served robot, over all successive connections of this user.
+
+A message of the client becomes a request to the robot. The robot's answers become messages, in the order of the
+answers. Nothing here waits.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +39,9 @@ from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, StyledLine
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding
 
-TYPING = messages.Complete | messages.Check  # requests that a client sends while the user types
+TYPING = messages.Complete | messages.Check  # requests that a client sends while its user types
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that never wait for a share of CPU time
-# acts that are checked here, by type: the name shown to users, and the required role
+# acts that are checked here, by type: the name that users see, and the required role
 CHECKED: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     StopProgram: ("ABORT", Role.DESIGNER),
@@ -66,9 +69,8 @@ class ClientSocket(Protocol):
 
 
 class ClientSession(UserSession):
-    """One user of a served robot. `users`: all users of the robot; `name` is unique among them. `link`: the user's
-    socket, None while that is cut.
-    """
+    """A user of a served robot. `users`: all users of the robot; `name` is unique among them. `link`: the user's
+    socket; None while the connection is cut."""
 
     def __init__(
         self,
@@ -99,15 +101,15 @@ class ClientSession(UserSession):
         self._robot, self._users, self._wall = robot, users, robot.wall
         self._listener: Listener | None = None
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # the target of a dragged tool, until the robot takes it
-        self._pulling: Pending | None = None  # the request that gives this target to the robot
-        self._drag_refused = False  # the user was told that the target is refused
-        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and the messages waiting behind it
+        self._pulling: Pending | None = None  # the pending request with which the robot takes this target
+        self._drag_refused = False  # whether the user was told that the target is refused
+        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and messages after it
         self._status: PromptStatus | None = None  # the status that was last sent
         self._columns: int | None = None  # width of the client's screen, for rendered replies
 
     @property
     def robot(self) -> str:
-        """The name of the robot."""
+        """Return the name of the robot."""
         return self._robot.name
 
     # --- connections ---
@@ -122,14 +124,14 @@ class ClientSession(UserSession):
         self.beat()
 
     def detach(self) -> None:
-        """Drop the closed socket; the client may come back with another one."""
+        """Drop the closed socket; the client may connect again with another one."""
         listener, self._listener, self.link = self._listener, None, None
         self.pace.waiting = 0
         if listener is not None:
             self._robot.broadcast.leave(listener)
 
     def beat(self) -> None:
-        """Note that a message of the client arrived."""
+        """Record that a message of the client has arrived."""
         self.heard_at = self._wall()
         self._robot.driving.beat(self.name)
 
@@ -161,7 +163,7 @@ class ClientSession(UserSession):
 
     @property
     def has_more(self) -> bool:
-        """Whether a long reply is being sent."""
+        """Return whether a long reply is being sent."""
         return bool(self._to_tell)
 
     def tell_more(self) -> None:
@@ -190,7 +192,7 @@ class ClientSession(UserSession):
         self.detach()
         super().leave()
 
-    # --- what comes ---
+    # --- messages of the client ---
 
     def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
         """Carry out a message, or send the client the reason for a refusal. A command that arrives after its `until` is
@@ -223,7 +225,7 @@ class ClientSession(UserSession):
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
                 joints = None if self._listener is None else self._listener.form.joints
-                part = stream.part(begin, end, joints)  # encoded now: a later change would make it out of date
+                part = stream.part(begin, end, joints)  # encoded now, because a later change would make it out of date
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder
@@ -242,7 +244,7 @@ class ClientSession(UserSession):
             case messages.Embody() | messages.Measured() | messages.MeasuredWindow():
                 self._use_body(message)
             case messages.Bye():
-                pass  # the connection closes itself
+                pass  # the connection closes itself after this message
             case _ if isinstance(message, messages.OF_CLASS):
                 raise RequestRefused("this server has no class", "vrs serve --class serves one")
             case _:
@@ -267,7 +269,7 @@ class ClientSession(UserSession):
         return self._share.wait(self._wall(), len(self._users), typing=isinstance(message, TYPING))
 
     def spend(self, seconds: float, *, typing: bool = False) -> None:
-        """Charge the user CPU time [s]. In any thread."""
+        """Charge the user CPU time [s]. Any thread may call this method."""
         if self._robot.driving.lease.holder != self.name:
             self._share.spend(seconds, self._wall(), typing=typing)
 
@@ -353,7 +355,7 @@ class ClientSession(UserSession):
     def status(self) -> PromptStatus:
         return structs.replace(super().status(), driver=self._robot.driving.lease.holder)
 
-    # --- looking ---
+    # --- viewing ---
 
     def _watch(self, message: messages.Subscribe | messages.Play | messages.Resync) -> None:
         broadcast, listener = self._robot.broadcast, self._listener
@@ -482,7 +484,8 @@ class ClientSession(UserSession):
             self._robot.ended()
 
     def types(self, ticket: Ticket[Any]) -> bool:
-        """Return whether a request helps to type a line, or asks for the status of the prompt. In any thread."""
+        """Return whether a request helps to type a line, or asks for the status of the prompt. Any thread may call this
+        method."""
         pending = self.pending.get(ticket)
         return pending is not None and (isinstance(pending.message, TYPING) or pending.answer == self._status_if_new)
 
@@ -541,7 +544,7 @@ def _audit_text(message: messages.ClientMessage | None) -> str:
 
 
 def _after(check: Callable[[], None], dialogue: Dialogue[Any]) -> Dialogue[Any]:
-    """Run a dialogue after a check, which raises if it may not run."""
+    """Return a dialogue that first runs a check, which raises an error if the dialogue may not run."""
     check()
     return (yield from dialogue)
 

@@ -1,8 +1,10 @@
-"""The course of a robot's world, for clients that draw its parts. It is computed once for all of them, and only while
-some client wants it. A separate thread computes it in short steps. Between steps it rests, longer while the robot has
-work. So neither the robot nor the connections wait for it, and after several changes in a short time only the last
-timeline is computed. The known part is valid up to the first change that was not computed. Each client receives the
-part that it lacks."""
+"""Compute the course of a robot's world, for clients that draw its parts.
+
+It is computed once for all of them, and only while some client wants it. A separate thread computes it in short steps.
+Between steps it rests, longer while the robot has work. So neither the robot nor the connections wait for it, and after
+several changes in a short time only the last timeline is computed. The known part is valid up to the first change that
+was not computed. Each client receives the part that it lacks.
+"""
 
 from __future__ import annotations
 
@@ -27,26 +29,26 @@ if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
     from vrs_cli.world.course import World, WorldCourse
 
-AHEAD = 10.0  # [s] minimum time after the end of the timeline, and after now, for which a course is known
-LEAST_AHEAD = 5.0  # [s] after both: when less is known, more is computed
-BEFORE_NOW = 1.0  # [s] contacts are searched first from this time on
-STRETCH = 0.5  # [s] of a motion that are searched for contacts in one step
-STANDING = 5.0  # [s] the same while the arm is at rest
-STEP = 0.001  # [s] of CPU time for one step of a course
-SHARE = 0.25  # share of a core
+AHEAD = 10.0  # [s] time after the end of the timeline, and after now, up to which a course is computed
+LEAST_AHEAD = 5.0  # [s] minimum of this time: when less is known, more is computed
+BEFORE_NOW = 1.0  # [s] contacts are searched first from this long before now
+STRETCH = 0.5  # [s] length of a motion that is searched for contacts in one step
+STANDING = 5.0  # [s] the same length while the arm is at rest
+STEP = 0.001  # [s] CPU time of one step
+SHARE = 0.25  # maximum share of a core for these computations
 LAG = 0.25  # [s] maximum time that a step waits for a robot that has work
 LOOKS_EVERY = 0.01  # [s] pause between steps while the robot has work
-TOLD_EVERY = 0.05  # [s] between two messages to clients about a course that is being computed
+TOLD_EVERY = 0.05  # [s] time between two messages to clients about a course that is being computed
 
 MAX_ROWS = 400  # maximum number of rows of a message
-MAX_LOOKED = 600.0  # [s] of a saved trajectory: contacts take 10 ms of CPU for a second of motion
+MAX_LOOKED = 600.0  # [s] maximum length of a saved trajectory that is searched; 1 s of motion takes 10 ms of CPU
 MAX_TOUCHES = 10_000  # maximum number of contacts kept; the past is not searched beyond them
 
-_one_at_a_time = Lock()  # held by the one robot of this process that computes
+_one_at_a_time = Lock()  # lock of the robot that computes: only one robot of this process does at a time
 
 
 class Cut(NamedTuple):
-    """The times from which on a change alters the course and the contacts [s]."""
+    """The times [s] from which on a change alters the course, and alters the contacts."""
 
     course: float = inf
     contacts: float = inf
@@ -82,7 +84,7 @@ class Heard(NamedTuple):
 
 
 class Known(Struct, frozen=True):
-    """The computed part of a course: all before `until`, and contacts from `low` to `high` [s]."""
+    """The computed part of a course: everything before `until`, and contacts from `low` to `high` [s]."""
 
     course: WorldCourse
     until: float
@@ -142,7 +144,7 @@ class CourseComputer:
         if begin < end:
             end = min(end, begin + (STRETCH if begin < timeline.end else STANDING))
             return replace(known, high=end, touches=join_contacts(known.touches, self.touches(known, begin, end)))
-        if known.until == inf and begin < inf:  # nothing moves after that
+        if known.until == inf and begin < inf:  # nothing moves after that time
             touches = (one for one in self.touches(known, last, last + STRETCH) if one.end == last + STRETCH)
             found = [one._replace(begin=max(one.begin, begin), end=None) for one in touches]
             return replace(known, high=inf, touches=join_contacts(known.touches, found))
@@ -168,7 +170,7 @@ class CourseComputer:
 
 
 def join_contacts(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) -> tuple[ContactSpan, ...]:
-    """Join the contacts of two successive stretches of time; contacts across the boundary become one."""
+    """Join the contacts of two successive intervals; a contact across the boundary becomes one contact."""
     found = list(earlier)
     open_ends = {(one.first, one.second, one.end): k for k, one in enumerate(found)}
     for one in later:
@@ -199,7 +201,7 @@ class CourseTeller:
         self._computer = CourseComputer(world, now, looks=looks)
         self._changed = Condition()
         self._clients = 0
-        self._timeline: Timeline | None = None  # the last timeline; None while there are no listeners
+        self._timeline: Timeline | None = None  # the current timeline; None while there are no listeners
         self._cut = self._taken = NEVER  # cuts that `_known` does not include yet; the second one is being computed
         self._known: Known | None = None
 
@@ -238,7 +240,7 @@ class CourseTeller:
 
     @property
     def looks(self) -> bool:
-        """Whether contacts are searched."""
+        """Return whether contacts are searched."""
         return self._computer.looks
 
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
@@ -263,10 +265,10 @@ class CourseTeller:
                 low, high = min(low, since), max(high, until)
         return told, heard._replace(low=low, high=high)
 
-    # --- computing ---
+    # --- computation ---
 
     def step(self) -> bool:
-        """Do one step of the computation; return whether more is to be computed."""
+        """Do one step of the computation; return whether more remains to be computed."""
         with self._changed:
             timeline, before = self._timeline, self._known
             self._taken, self._cut = self._taken.first(self._cut), NEVER

@@ -34,8 +34,8 @@ from msgspec import Struct
 
 from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
-RETRANSMIT = 0.2  # [s] until a lost message is sent again: the minimum of Linux (TCP_RTO_MIN)
-MAX_RETRANSMIT_S = 120.0  # maximum time between two tries; it doubles up to this (RFC 6298, 5.5; TCP_RTO_MAX)
+RETRANSMIT = 0.2  # [s] time until a lost message is sent again: the minimum of Linux (TCP_RTO_MIN)
+MAX_RETRANSMIT_S = 120.0  # [s] maximum time between two tries, which doubles (RFC 6298, 5.5; TCP_RTO_MAX)
 
 
 class Delays(Protocol):
@@ -90,7 +90,7 @@ class Bursty(Struct, frozen=True):
     def source(self, random: Random) -> Callable[[float], float]:
         often_calm = self.calm_lasts / (self.calm_lasts + self.burst_lasts)
         changes = 1.0 / self.calm_lasts + 1.0 / self.burst_lasts  # [1/s] decay of the memory of a state
-        chance, last = often_calm, 0.0  # the probability of the state calm, computed at `last` [s]
+        chance, last = often_calm, 0.0  # the probability of the state calm at the time `last` [s]
 
         def delay(t: float) -> float:
             nonlocal chance, last
@@ -102,9 +102,8 @@ class Bursty(Struct, frozen=True):
 
 
 class Trace(Struct, frozen=True):
-    """Measured delays [s], which repeat at the end: each is valid from its time [s] on, the last one for the average
-    duration. Without times each is the delay of one message.
-    """
+    """Measured delays [s], which repeat after the last one. Each is valid from its time [s] on, and the last one for
+    the average duration. Without times each delay is that of one message."""
 
     delays: tuple[float, ...]
     times: tuple[float, ...] = ()
@@ -174,7 +173,7 @@ class DelayWays(Struct, frozen=True):
 # --- delays as people write them -------------------------------------------------------------------------------------
 
 
-MAX_DELAY_S = 3600.0  # a delay [s]
+MAX_DELAY_S = 3600.0  # [s] maximum delay
 MAX_LOSS = 0.5
 UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
@@ -317,12 +316,13 @@ class Time:
         return asyncio.get_running_loop().time()
 
     async def until(self, t: float) -> None:
-        """Wait until the time t [s]."""
+        """Wait until the event loop's time is t [s]."""
         await asyncio.sleep(max(t - self.now(), 0.0))
 
 
 class _Way:
-    """One direction of one connection. `held`: bytes on their way; `passed`: bytes that have arrived."""
+    """One direction of one connection. `held`: number of bytes in transit; `passed`: number of bytes that have
+    arrived."""
 
     def __init__(self, line: DelayLine, time: Time) -> None:
         self.held = self.passed = 0
@@ -332,7 +332,7 @@ class _Way:
         self._went = asyncio.Event()
 
     async def receive(self, reader: asyncio.StreamReader) -> None:
-        """Read all bytes of the sender; wait while too many are on their way."""
+        """Read all bytes of the sender; wait while too many bytes are in transit."""
         while True:
             while self.held >= MAX_BYTES_ON_WAY:
                 self._went.clear()
@@ -370,7 +370,8 @@ class ProxyConnection:
         near: tuple[asyncio.StreamReader, asyncio.StreamWriter],
         far: tuple[asyncio.StreamReader, asyncio.StreamWriter],
     ) -> None:
-        """Carry bytes until both ways have ended and all bytes have arrived. Raises OSError if one end is gone."""
+        """Carry bytes until both directions have ended and all bytes have arrived. Raises OSError if one end is
+        closed."""
         try:
             async with asyncio.TaskGroup() as group:
                 group.create_task(self.forward.receive(near[0]))
@@ -391,19 +392,19 @@ class DelayProxy:
         self, target: Endpoint, ways: DelayWays, tell: Callable[[str], None], time: Time | None = None
     ) -> None:
         self.connections: dict[int, ProxyConnection] = {}
-        self.count = 0  # connections so far
+        self.count = 0  # number of connections so far
         self._target, self._ways, self._tell, self._time = target, ways, tell, time or Time()
         self._server: asyncio.Server | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def listen(self, at: Endpoint) -> Endpoint:
-        """Listen at an address; return it, with the chosen port for port 0. Raises OSError."""
+        """Listen at an address; return the address, with the port that was chosen if it was 0. Raises OSError."""
         self._server = await asyncio.start_server(self._accept, at.host, at.port)
         host, port = self._server.sockets[0].getsockname()[:2]
         return Endpoint(host, port)
 
     async def close(self) -> None:
-        """Listen no more, and end all connections."""
+        """Stop listening, and end all connections."""
         if self._server is not None:
             self._server.close()
         for task in tuple(self._tasks):
@@ -443,7 +444,7 @@ class DelayProxy:
 
 
 def _reset(writer: asyncio.StreamWriter) -> None:
-    """Reset a connection, so that the other end sees a failure; a closed one stays closed."""
+    """Reset a connection, so that the other end sees a failure. A connection that is already closed stays closed."""
     if not writer.transport.is_closing():
         writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     writer.transport.abort()

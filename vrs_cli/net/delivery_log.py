@@ -28,9 +28,8 @@ MAX_REFUSAL_CHARS = 400  # maximum number of characters remembered of a refusal
 
 
 class Bounds(Struct, frozen=True):
-    """Bounds of a delivery log. `seconds`: how long it is kept after a cut [s]; `told`: bytes of its messages; `ended`,
-    `waiting`: numbers of commands that have ended and that have not.
-    """
+    """Maximum sizes of a delivery log. `seconds`: how long it is kept after a cut [s]; `told`: bytes of its messages;
+    `ended`, `waiting`: numbers of commands that have ended, and that have not ended."""
 
     seconds: float = 60.0
     told: int = 1_000_000
@@ -54,7 +53,7 @@ class DeliveryLog:
         self.seq = 0
         self.put: Callable[[Frame], None] | None = None
         self._since: float | None = None  # time at which the connection was cut [s]; None while connected
-        self._told: deque[tuple[float, Frame]] = deque()  # send times [s] and frames; the last one has number `seq`
+        self._told: deque[tuple[float, Frame]] = deque()  # sent at [s], frame; the last is number `seq`
         self._size = 0
         self.waiting: set[int] = set()
         self.ended: dict[int, messages.Done] = {}
@@ -108,7 +107,8 @@ class DeliveryLog:
         return messages.Outcome.FORGOTTEN if id <= self._forgotten else messages.Outcome.UNSEEN
 
     def begin(self, id: int, *, always: bool = False) -> bool:
-        """Note a new command, which `Done` ends. Return False if too many wait, unless the command is `always` done."""
+        """Record a new command, which `Done` ends. Return False if too many wait; a command with `always` is recorded
+        anyway."""
         if len(self.waiting) >= self.bounds.waiting and not always:
             return False
         self.waiting.add(id)
@@ -130,7 +130,7 @@ class DeliveryLog:
 # a newer message of these types replaces one that was not sent yet
 NEWEST_WINS = (messages.Sample, messages.Clock, messages.Status)
 
-FRAME_OVERHEAD_BYTES = 100  # memory that a frame takes beside its own bytes
+FRAME_OVERHEAD_BYTES = 100  # bytes of memory for a frame, besides its content
 
 
 class Outbox:
@@ -142,7 +142,7 @@ class Outbox:
     def __init__(self, most: int) -> None:
         self.most, self.size, self.overflown = most, 0, False
         self.encoding = Encoding.JSON
-        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # each with the number of bytes that it counts as
+        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # frames and their counted bytes
         self._count = 0
 
     def put(self, frame: Frame, *, counts: bool = True) -> None:

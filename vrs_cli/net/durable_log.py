@@ -81,7 +81,7 @@ class DurableLog:
                 self._memory.write()
 
     def note(self) -> None:
-        """Note that a command may have changed the memory, so that it is compared before the next write."""
+        """Record that a command may have changed the memory, so that it is compared before the next write."""
         if self._memory is not None:
             self._memory.note()
 
@@ -115,8 +115,8 @@ class MemoryFile:
         session.unstored.watch()
         self._file: GrowingFile | None = None
         self._programs: Mapping[str, Program] = {}  # the programs in the file
-        self._texts: dict[str, tuple[Program, str]] = {}  # programs and their printed text, by key
-        self._printing: set[str] = set()  # keys of programs that another thread prints: they are written after that
+        self._texts: dict[str, tuple[Program, str]] = {}  # printed text of each program in the file, by key
+        self._printing: set[str] = set()  # keys of programs that another thread is printing
         self._settings: Settings | None = None
         self._least = 0  # bytes of the file when it was last rewritten
 
@@ -128,7 +128,7 @@ class MemoryFile:
             programs = _of_programs(text)
             found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
             settings = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
-            with suppress(RecordError):  # a record of another version: the defaults apply
+            with suppress(RecordError):  # the record is from another version: the defaults apply
                 for line in settings[-1:]:
                     self._session.engine.settings = _settings.read(line.removeprefix(_SETTINGS))
         self._session.unstored.news()
@@ -143,7 +143,7 @@ class MemoryFile:
                 session.unstored.fresh
                 or session.engine.settings is not self._settings
                 or there.keys() != now.keys()
-                or any(there[key] is not one for key, one in now.items())  # comparing their steps would take long
+                or any(there[key] is not one for key, one in now.items())  # comparing the steps would take long
             )
 
     def prepare(self) -> Dialogue[None]:
@@ -177,7 +177,7 @@ class MemoryFile:
         except FileError as error:
             failed = FileError(error.detail, WAITS)
             self.failing = str(failed)
-            self._least = -1  # rewrite the file the next time
+            self._least = -1  # rewrite the whole file the next time
             raise failed from error
         self.failing = ""
 
@@ -275,8 +275,9 @@ PRIVATE = 0o600
 
 class Audit:
     """The audit: a file with one line for every command, and for every user who came or went. Without a path it does
-    nothing. `now` returns seconds since 1970. `tell` is called when the file cannot be written, and when it can again;
-    commands go on meanwhile. At `most` bytes the file becomes audit.1.jsonl, in place of the last one. A line:
+    nothing. `now` returns seconds since 1970. `tell` is called when the file cannot be written, and when it can be
+    written again; commands continue meanwhile. When the file reaches `most` bytes, it becomes audit.1.jsonl and
+    replaces the previous file of this name. A line:
 
         {"when": "2027-03-01T09:30:00.123Z", "robot": "cell1", "who": "ada", "from": "10.0.0.7:51344",
          "what": "MOVE part", "result": "done"}

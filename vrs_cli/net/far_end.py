@@ -40,11 +40,11 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 CATCHING_UP = 2.0  # [s] maximum time that the end of a command waits for the change made by the command
-COMMAND_TIMEOUT_S = 60.0  # [s] after a cut until the outcome of a command is unknown: no server remembers it longer
-REMEMBERED = 600.0  # [s] for which flags of wrongly shown times are kept
-HELD_UP = 3.0  # [s] added to a round trip: after that time a user no longer expects a command to take effect
-QUIET = 4.0  # [s] of silence after which the connection may be cut: the robot answers a ping every two seconds
-NEAR = 0.05  # [s] with a shorter D_f + D_b, a user sees the effect of a command nearly at once
+COMMAND_TIMEOUT_S = 60.0  # [s] time after a cut for which a server remembers the outcome of a command
+REMEMBERED = 600.0  # [s] time for which flags of wrongly shown times are kept
+HELD_UP = 3.0  # [s] a command that takes a round trip and this long is no longer expected to take effect
+QUIET = 4.0  # [s] silence after which the connection may be cut: the robot answers a ping every two seconds
+NEAR = 0.05  # [s] with D_f + D_b below this, a user sees the effect of a command nearly at once
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of first pings, and the interval of first and of later pings [s]
 
 SAME_VRS = "install the same vrs on both"
@@ -52,9 +52,8 @@ Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Ahead(Enum):
-    """How far ahead of the last known state a viewer sees the robot, by the measured delays: at the present (D_b), or
-    where a command of now will find the robot (D_f + D_b).
-    """
+    """How far ahead of the last known state a viewer sees the robot, computed from the measured delays: at the present
+    (D_b), or where a command issued now will find the robot (D_f + D_b)."""
 
     PRESENT = "present"
     AUTO = "auto"
@@ -82,7 +81,7 @@ class FarEnd:
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync, self.status = TimeSync(), LastStatus(wall)
-        self.unmeasured = inf  # [s] reports of the body are missing from this time on
+        self.unmeasured = inf  # [s] time from which on reports of the body are missing
         self._told_reports = 0  # the number of the next report
         self.cuts = self.stalls = 0  # number of cuts, and of silences that may have been cuts
         self._estimate: Estimate | None = None  # the estimate of the server's clock
@@ -93,7 +92,7 @@ class FarEnd:
         self._cell: dict[str, Any] | None = None  # the cell's data as the server sent them
         self._wishes, self._pulled = DragTargets(), PulledState()  # targets and state of a dragged tool
         self._outlets: dict[int, Outlet] = {}
-        # finished commands whose change has not come yet, and until when that is waited for [s]
+        # finished commands whose change has not arrived yet, with the time until which it is awaited [s]
         self._ended: dict[int, tuple[messages.Done, float]] = {}
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # the mirror is lost and a snapshot was requested
@@ -124,7 +123,7 @@ class FarEnd:
 
     @property
     def due(self) -> float:
-        """The time at which `look` is due next, by the local clock [s]."""
+        """Return the time at which `look` is due next, by the local clock [s]."""
         next_ping = self._next_ping if self.open else inf
         return min([next_ping, self._cut_at + COMMAND_TIMEOUT_S, *(until for _, until in self._ended.values())])
 
@@ -143,7 +142,7 @@ class FarEnd:
         self.connection.send(messages.Ping(now))
 
     def give_up(self, why: VrsError | None = None) -> None:
-        """End all requests, as the connection does not come back; `why` is given as the reason."""
+        """End all requests, because the connection does not come back; `why` is the reason that users get."""
         self._cut_at = inf
         self._release(lambda _done, _until: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
@@ -203,7 +202,8 @@ class FarEnd:
 
     @property
     def no_connection(self) -> RequestRefused:
-        """The error for a message that cannot be sent; its text says for how long the connection has been cut."""
+        """Return the error for a message that cannot be sent; its text says for how long the connection has been
+        cut."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 
@@ -216,13 +216,13 @@ class FarEnd:
         except RecordError:
             return False
 
-    # --- what comes ---
+    # --- messages of the robot ---
 
     def _take(self, message: messages.ServerMessage) -> None:
         match message:
             case messages.Done(
                 id
-            ):  # a command ends when its change is in the mirror; the change comes after the answer
+            ):  # the change arrives after the answer, so a command ends only when its change is in the mirror
                 if message.status is not None:
                     self.status.see(message.status)
                     self._moves_to(message.status.clock)
@@ -251,7 +251,7 @@ class FarEnd:
                 self._take_welcome(message)
             case messages.Change():
                 self._take_change(message)
-            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # a broadcast may be older
+            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # a broadcast may be older than this
                 self._set_clock(message)
             case messages.Pong():
                 self.sync.hear(message.sent, message.came, message.left, self._wall())
@@ -278,7 +278,7 @@ class FarEnd:
         now = self._wall()
         if not welcome.resumed:
             self.status.forget_pace()
-        if self.welcome is not None and self.welcome.life != welcome.life:  # perhaps another machine, with its clock
+        if self.welcome is not None and self.welcome.life != welcome.life:  # perhaps another machine with another clock
             self.sync, self._estimate = TimeSync(), None
             if self.mirror is not None:
                 self.mirror.clock = ClockReading()
@@ -350,7 +350,7 @@ class FarEnd:
             self.flags.add_change(cut, cut, self.now)
 
     def recall_reports(self, part: messages.ShownMeasured) -> None:
-        """Take reports of the body that were asked for."""
+        """Take reports of the body that were requested."""
         self._told_reports = max(self._told_reports, part.told)
         self._add_reports(part.parts)
 
@@ -369,14 +369,14 @@ class FarEnd:
         record.forget_before(self.now - self.mirror.window)
 
     def _find_again(self, *, full: bool) -> None:
-        """Ask for a snapshot, once, if the mirror is lost."""
+        """If the mirror is lost, ask for a snapshot, but only once."""
         lost = self.mirror is not None and self.mirror.lost
         if lost and not self._resyncs and self.open:
             self.connection.send(messages.Resync(full=full))
         self._resyncs = lost
 
     def _set_clock(self, clock: messages.Clock) -> None:
-        """Take a reading of the robot's clock; it has gone on since it was sent."""
+        """Take a reading of the robot's clock. The clock has continued since the reading was sent."""
         self._clock = clock
         if self.mirror is None:
             return
@@ -393,44 +393,42 @@ class FarEnd:
 
     @property
     def _passes(self) -> bool:
-        """Whether the timeline is followed and the robot's time is real."""
+        """Return whether the timeline is followed and the robot runs in real time."""
         return self._clock.realtime and self.mirror is not None
 
     @property
     def rate(self) -> float | None:
-        """The seconds of the robot's clock per real second; None if its time does not pass by itself."""
+        """Return the seconds of the robot's clock per real second; None if its time does not pass by itself."""
         return self._clock.rate if self._clock.realtime and not self._clock.paused else None
 
     @property
     def now(self) -> float:
-        """The robot's clock, as estimated here [s]; the error is half the difference of D_f and D_b."""
+        """Return the robot's clock [s], as estimated here; the error is half the difference of D_f and D_b."""
         return 0.0 if self.mirror is None else self.mirror.now
 
     @property
     def round_trip(self) -> float:
-        """The median of the measured D_f + D_b, in seconds of the robot."""
+        """Return the median of the measured D_f + D_b, in seconds of the robot."""
         return (self.rate or 0.0) * self._round_trip
 
     @property
     def near(self) -> bool:
-        """Whether the delays are too short to matter; for a robot of one user they always are."""
+        """Return whether the delays are too short to matter; for a robot of one user they always are."""
         own = self.welcome is not None and self.welcome.one_user
         return own or max(self.round_trip, self.shown_time - self.heard_time) < NEAR
 
     @property
     def heard_time(self) -> float:
-        """The time up to which the timeline is certain [s]: the robot's clock when it sent what arrives now, D_b ago.
-        It stands still after a cut.
-        """
+        """Return the time up to which the timeline is certain [s]: the robot's clock D_b ago, when it sent what arrives
+        now. This time stops after a cut."""
         if self.mirror is None:
             return 0.0
         return self.mirror.clock.at(min(self._wall(), self._silent_since)) - self.round_trip / 2.0
 
     @property
     def shown_time(self) -> float:
-        """The time of the robot that a viewer sees [s]. AUTO is right even if D_f and D_b differ: `now` is ahead of
-        the certain time by the mean of both, and this time is ahead of `now` by the same.
-        """
+        """Return the time of the robot that a viewer sees [s]. AUTO is right even if D_f and D_b differ: `now` is ahead
+        of the certain time by the mean of both, and this time is ahead of `now` by the same."""
         match self.ahead:
             case Ahead.PRESENT:
                 return self.now
@@ -441,9 +439,8 @@ class FarEnd:
 
     @property
     def _drag_effect(self) -> Expected | None:
-        """The expected effect of a dragged tool. While the arm moves, it follows the newest target tick by tick, so
-        nothing is certain; else a target changes the timeline from its arrival on.
-        """
+        """Return the expected effect of a dragged tool. While the arm moves, it follows the newest target tick by tick,
+        so nothing is certain. At rest, a target changes the timeline from its arrival on."""
         if self.mirror is None or not self._passes or self.near:
             return None
         oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard_time
@@ -476,7 +473,8 @@ class FarEnd:
     # --- ends ---
 
     def _is_seen(self, done: messages.Done, change: messages.Change | None) -> bool:
-        """Return whether the change of a command is in the mirror; `change`: the last one that came after `done`."""
+        """Return whether the mirror contains the change of a command; `change`: the last change that came after
+        `done`."""
         if self.mirror is None or isinstance(change, messages.Replaced):
             return True
         timeline = self.mirror.timeline

@@ -40,7 +40,7 @@ KINDS: Mapping[str, str] = {
     ".txt": "text/plain; charset=utf-8",
     ".webmanifest": "application/manifest+json",
 }
-SMALL = 512  # size below which a file is not compressed [bytes]
+SMALL = 512  # [bytes] size below which a file is not compressed
 HASHED = "/assets/"  # folder of files with a hash of their content in the name
 YEAR = "public, max-age=31536000, immutable"
 ASK_FIRST = "no-cache"  # cache header: keep the file, but ask each time whether it is still valid
@@ -201,18 +201,19 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
 
 
 ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
-LIST = "/robots"  # path of the list of a token's robots, as JSON
+LIST = "/robots"  # path of the list of the robots of a token, as JSON
 LEAVING = ("X-Vrs", "leave")  # a header that only the page itself can send
 METHOD_CHARS = 8  # length of the longest answered method name with the space after it
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
-REQUEST_SECONDS = 10.0  # maximum time until a request is complete [s]
-BODY_SECONDS = 60.0  # maximum time until the client has taken an answer [s]
+REQUEST_SECONDS = 10.0  # [s] maximum time until a request is complete
+BODY_SECONDS = 60.0  # [s] maximum time until the client has taken an answer
 MAX_ASKING = 1000  # maximum number of sockets without a connection to a robot
 MAX_SENDING = 64_000_000  # maximum bytes of answers that wait for their sockets
 
 
 class Doorway:
-    """Counts of all sockets of a server without a connection: `asking` sockets, and `sending` bytes of answers."""
+    """Counts of all sockets of a server that have no connection to a robot: `asking` sockets, and `sending` bytes of
+    answers."""
 
     def __init__(self) -> None:
         self.asking = self.sending = 0

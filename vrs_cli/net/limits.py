@@ -14,7 +14,7 @@ OURS = "the server sets this limit"
 TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
 HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
 WRONG_TOKENS = 10  # maximum number of wrong tokens from one address in a minute
-MINUTE = 60.0  # [s]
+MINUTE = 60.0  # [s] duration of a minute
 
 
 def advice(option: str) -> str:
@@ -23,11 +23,13 @@ def advice(option: str) -> str:
 
 
 class Allowance(Struct, frozen=True):
-    """The limits of a server. For one connection: bytes of one message, messages a second (so many at once).
-    Connections: of one token, and in all. For one robot: variables and programs, elements and characters in its arrays
-    and strings, segments of its timeline, bytes and files in its folder, the share of a core that its programs may have
-    on average over `cpu_window` [s], and steps of one program. `looking`: the share of a core of one user who looks
-    while another drives, on average over `looking_window` [s]; `all_looking`: of all of these users together.
+    """The limits of a server.
+
+    For one connection: bytes of one message, and messages per second (and at once). Connections: those of one token,
+    and all. For one robot: variables and programs, elements and characters in its arrays and strings, segments of its
+    timeline, bytes and files in its folder, steps of one program, and the share of a core that its programs may have on
+    average over `cpu_window` [s]. `looking`: the share of a core of one user who looks while another user drives, on
+    average over `looking_window` [s]; `all_looking`: the share of all these users together.
     """
 
     message: int = 2_000_000
@@ -48,7 +50,7 @@ class Allowance(Struct, frozen=True):
     steps: int | None = None
 
     def of_run(self, *, realtime: bool) -> Limits:
-        """Return the limits of one run of a program; in real time its duration has none."""
+        """Return the limits of one run of a program; in real time its duration is not limited."""
         return structs.replace(
             ATTENDED,
             max_time=None if realtime else ATTENDED.max_time,
@@ -105,7 +107,7 @@ class Share:
         self._all = all
 
     def spend(self, seconds: float, now: float, *, typing: bool) -> None:
-        """Charge CPU time [s]. Any thread may call this method."""
+        """Charge the user CPU time [s]. Any thread may call this method."""
         (self._typing if typing else self._lines).spend(seconds, now)
         self._all.spend(seconds, now)
 
@@ -117,7 +119,7 @@ class Share:
 
 
 class Crowd:
-    """Counts of the connections of each name, and the addresses from which wrong tokens came lately."""
+    """Counts of the connections of each name, and the addresses from which wrong tokens came recently."""
 
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
@@ -144,17 +146,17 @@ class Crowd:
     def guess(self, address: str, now: float) -> None:
         """Count a wrong token from an address."""
         if len(self._wrong) >= self._allowance.connections:
-            self._wrong.clear()  # too many addresses to remember: forget all
+            self._wrong.clear()  # there are too many addresses to remember: forget all
         self._wrong.setdefault(address, Bucket(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
 
     def guesses(self, address: str, now: float) -> bool:
-        """Return whether too many wrong tokens came from an address lately."""
+        """Return whether too many wrong tokens came from an address recently."""
         bucket = self._wrong.get(address)
         return bucket is not None and bucket.left(now) < 1.0
 
 
 class Meter:
-    """The CPU time of one robot's programs: at most a share of a core, on average over a window."""
+    """Measures the CPU time of one robot's programs. The limit is a share of a core, on average over a window."""
 
     def __init__(self, allowance: Allowance, now: float) -> None:
         self._allowance, self._used, self._looked = allowance, 0.0, now

@@ -34,8 +34,8 @@ from vrs_cli.values.acts import Define
 from vrs_cli.values.replies import Reply, StyledLine
 
 BROWSER, SHELL = "browser", "shell"  # names of the clients of a local robot, as other users see them
-STARTING = 10.0  # [s] until it listens
-SECRET_BYTES = 18  # random bytes of a secret
+STARTING = 10.0  # [s] maximum time until the server listens
+SECRET_BYTES = 18  # number of random bytes of a secret
 HERE = ListenAddress("127.0.0.1", 0)
 
 

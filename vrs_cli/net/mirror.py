@@ -1,7 +1,7 @@
-"""Mirror a robot at its remote user: its timeline (a snapshot and all changes after it), its clock and its status.
+"""Mirror a robot for its remote user: its timeline (a snapshot and all changes after it), its clock and its status.
 
 Observers and viewers read a mirror as they read the robot itself. Pure: messages are put in, the wall clock is an
-argument. If a change is missing, the mirror is `lost`: it stays as it was until another snapshot comes. It keeps a
+argument. If a change is missing, the mirror is `lost`: it does not change until another snapshot arrives. It keeps a
 window of the past, so that it does not grow with time.
 """
 
@@ -29,8 +29,8 @@ from vrs_cli.wire.steered import SteeredRecord, steered_delta
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-WINDOW = 600.0  # [s] of the past kept by default
-SLACK = 0.25  # share of the window; shorter older parts are kept, since dropping copies the rest
+WINDOW = 600.0  # [s] length of the past that is kept by default
+SLACK = 0.25  # share of the window below which old parts are not dropped, because dropping copies the rest
 
 
 class ClockReading(Struct, frozen=True):
@@ -49,8 +49,8 @@ class ClockReading(Struct, frozen=True):
         return max(self.now, self.floor, down_to_grid(self.now + self.rate * (wall - self.since)))
 
     def then(self, later: ClockReading, wall: float) -> ClockReading:
-        """Return a later reading as the successor of this one. The clock never goes back: if it was too far ahead, it
-        stands still for a while."""
+        """Return a later reading, corrected so that the clock never goes back. If this clock was too far ahead, it
+        stops for a while."""
         goes_on = self.rate is not None and later.rate is not None
         return replace(later, floor=self.at(wall)) if goes_on else later
 
@@ -125,28 +125,28 @@ class Mirror:
 
     @property
     def measured(self) -> MeasuredTimeline:
-        """The known reports of the robot's body."""
+        """Return the known reports of the robot's body."""
         self.before_measured()
         return self.record.view
 
     @property
     def settings(self) -> Settings:
-        """The settings when the last snapshot was taken."""
+        """Return the settings at the time of the last snapshot."""
         return self._held.settings
 
     @property
     def now(self) -> float:
-        """The robot's clock [s], estimated from its last reading."""
+        """Return the robot's clock [s], estimated from its last reading."""
         return self.clock.at(self._wall())
 
     @property
     def rate(self) -> float | None:
-        """The seconds of the robot's clock per real second; None if its time does not pass by itself."""
+        """Return the seconds of the robot's clock per real second; None if its time does not pass by itself."""
         return self.clock.rate
 
     @property
     def seq(self) -> int:
-        """The number of the last change contained in the timeline."""
+        """Return the number of the last change contained in the timeline."""
         return self._held.seq
 
     def whole(self, delta: TimelineDelta) -> TimelineDelta:
@@ -155,7 +155,7 @@ class Mirror:
 
     @property
     def begins(self) -> float:
-        """The time [s] from which on the timeline is known; -infinity if all of it is."""
+        """Return the time [s] from which on the timeline is known; -infinity if all of it is known."""
         return self._held.timeline.start if self._held.first else -inf
 
     # --- changes ---
@@ -227,7 +227,7 @@ def parting(before: Timeline, after: Timeline) -> float:
 
 
 class LastStatus:
-    """The last status of the robot, with its clock running on. In real time the shown clock never goes back."""
+    """Keeps the last status of the robot, with its clock continued. In real time the shown clock never goes back."""
 
     def __init__(self, wall: Callable[[], float]) -> None:
         self._wall = wall

@@ -31,8 +31,8 @@ from vrs_cli.wire.records import RecordError
 
 TAIL = 500  # number of changes after which a snapshot is repeated
 KEPT = 4 * TAIL  # number of messages of a robot that JetStream keeps
-AGAIN = 0.2  # [s] between two attempts to find a published robot
-OPENING = 10.0  # [s] in which NATS has to answer and a robot has to be found
+AGAIN = 0.2  # [s] time between two attempts to find a published robot
+OPENING = 10.0  # [s] maximum time until NATS answers, and until a robot is found
 FORM = MessageForm(text=False, full=True)
 
 _reader: Reader[messages.FromServer] = Reader(messages.FromServer)
@@ -117,7 +117,7 @@ class Publisher:
             self._robots[robot.name] = _Robot(robot, self._connection, self._told)
 
     async def close(self) -> None:
-        """Send what waits, and close the connection."""
+        """Send the waiting messages, and close the connection."""
         for robot in self._robots.values():
             await robot.close()
         if self._connection is not None:

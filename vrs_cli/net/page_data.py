@@ -45,7 +45,7 @@ class ServedShapes:
         self.tables = list[dict[str, Any]]()
         shapes = shapes_of(model)
         keys = {shape: _key(shape, shape.body) for shape in shapes if isinstance(shape.body, MeshFile)}
-        bare = {shape.link for shape, key in keys.items() if key is None}  # capsules stand for unreadable files
+        bare = {shape.link for shape, key in keys.items() if key is None}  # a capsule replaces an unreadable file
         drawn = [one for one in shapes if one.link not in bare]
         drawn += [one for one in capsules(model) if one.link in bare] if bare else []
         for shape in drawn:

@@ -37,7 +37,7 @@ from vrs_cli.values.acts import Execute, FollowChunk, Redo, Say, Steer, Undo
 from vrs_cli.values.commands import Request
 from vrs_cli.values.diagnostics import LineRefused
 
-UNCONFIRMED = 1 << 40  # added to the numbers of previewed motions; no motion of a robot has such a number
+UNCONFIRMED = 1 << 40  # added to the numbers of previewed motions, so that they differ from the robot's
 
 
 class Underway(Struct, frozen=True):
@@ -80,7 +80,7 @@ class Preview:
         self._followed = followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
-        self._told = self._settings = followed.settings  # as the robot told them, and after its commands since then
+        self._told = self._settings = followed.settings  # as the robot sent them, and after later commands
         self._plan = self._planned_after(followed.timeline)
         self._stale = False
         self._lock = Lock()
@@ -102,7 +102,8 @@ class Preview:
                 self._forget(id)
 
     def finish(self, id: int, version: int) -> None:
-        """Note that the robot has done a command. `version`: of the timeline with its change, which may come later."""
+        """Record that the robot has carried out a command. `version`: the version of the timeline with its change,
+        which may arrive later."""
         with self._lock:
             if id in self._underway:
                 self._underway[id], self._stale = structs.replace(self._underway[id], version=version), True
@@ -119,7 +120,7 @@ class Preview:
 
     @property
     def plan(self) -> PreviewPlan:
-        """The timeline with all commands on their way, and their expected effects in the order of sending."""
+        """Return the timeline with all commands on their way, and their expected effects in the order of sending."""
         with self._lock:
             return self._plan_again()
 
@@ -129,7 +130,8 @@ class Preview:
 
     @property
     def unconfirmed_from(self) -> float:
-        """The time [s] from which on the robot has not confirmed the timeline; infinity if it has confirmed all."""
+        """Return the time [s] from which on the robot has not confirmed the timeline; infinity if it has confirmed all
+        of it."""
         return min((it.begin for it in self.plan.expected if it.begin is not None), default=inf)
 
     def _plan_again(self) -> PreviewPlan:
@@ -206,7 +208,7 @@ def _moves(text: str) -> bool:
     return role is Role.DESIGNER or word in CHANGING
 
 
-MAX_TARGET_AGE_S = 1.0  # [s] after so long and a round trip the robot has dropped a target without telling
+MAX_TARGET_AGE_S = 1.0  # [s] after this time and a round trip the robot has dropped a target
 
 
 class DragTargets:
@@ -243,7 +245,7 @@ class DragTargets:
 
 
 class FlagWindow(NamedTuple):
-    """A stretch of the robot's time [s]."""
+    """An interval of the robot's time [s]."""
 
     begin: float
     end: float

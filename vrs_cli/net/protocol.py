@@ -32,7 +32,7 @@ HELLO_BYTES = 32_000
 CLIENT_BYTES = 2_000_000  # maximum bytes of one message of a client
 SERVER_BYTES = 256_000_000  # maximum bytes of one message of a server (a snapshot)
 BACKLOG = 4_000_000  # maximum bytes that wait for a socket
-COMMAND_BACKLOG_FACTOR = 8  # factor on BACKLOG while a command is carried out: programs TYPE fast
+COMMAND_BACKLOG_FACTOR = 8  # factor on BACKLOG while a command runs, because programs TYPE fast
 MAX_PENDING = 1000  # maximum number of unanswered requests of a client, and of questions to it
 
 _from_client: Reader[messages.FromClient] = Reader(messages.FromClient)
@@ -82,7 +82,7 @@ class ServerConnection:
             marks = marks_of(frame)
             if self.delivery_log is None or marks is None:  # the other end is not a client of this protocol
                 self._refuse(str(error), "see docs/protocol.md")
-            else:  # a later client may send such a message
+            else:  # a later version of the client may send such a message
                 self.delivery_log.tell(messages.Refused(_refusal(str(error)), marks.known_id), now)
             return []
         if self.delivery_log is not None and not isinstance(message, messages.Hello):
@@ -112,7 +112,7 @@ class ServerConnection:
             case messages.Answer(number, until=until):
                 asked = delivery_log.questions.get(number)
                 if asked is None:
-                    return []  # the question was withdrawn or answered before
+                    return []  # the question was already withdrawn or answered
                 if until is not None and now > until:
                     delivery_log.tell(asked, now)
                     return []
@@ -169,7 +169,7 @@ class ServerConnection:
         said = replace(welcome, version=self.version, connection=delivery_log.key, seq=delivery_log.seq)
         self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
-            self._outbox.put(frame, counts=False)  # the delivery log bounds how many these are
+            self._outbox.put(frame, counts=False)  # the delivery log limits the number of these
         for id in ids if missed is None else ():
             done = delivery_log.ended.get(id)
             if done is not None:
@@ -202,7 +202,7 @@ class ServerConnection:
 
     @property
     def waiting(self) -> int:
-        """The number of bytes that wait for the socket."""
+        """Return the number of bytes that wait for the socket."""
         return self._outbox.size
 
     def frames(self, most: float = inf) -> list[Frame]:
@@ -254,7 +254,7 @@ class ClientConnection:
 
     @property
     def waiting(self) -> int:
-        """The number of bytes that wait for the socket."""
+        """Return the number of bytes that wait for the socket."""
         return self._outbox.size
 
     def cut(self) -> None:

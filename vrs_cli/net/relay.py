@@ -40,7 +40,7 @@ from vrs_cli.wire.records import DeltaRecord, Motions, Number, RecordError, delt
 _from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
 LOST = (messages.Outcome.UNSEEN, messages.Outcome.FORGOTTEN)
 PRESENT = Ahead.PRESENT.value
-ROUND_TRIP_DIGITS = 3  # decimals of the round trip [s] that are compared: each pong differs a little
+ROUND_TRIP_DIGITS = 3  # number of compared decimals of the round trip [s], because each pong differs a little
 
 
 class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
@@ -97,7 +97,7 @@ class RelayedConnection(ClientConnection):
         super().__init__(messages.Hello((messages.VERSION,)))
         self.passed: Frame | None = None
         self.cell, self.surrounded = cell, False
-        self._pings = set[float]()  # send times of unanswered pings [s]
+        self._pings = set[float]()  # times at which unanswered pings were sent [s]
 
     def begin_with(self, hello: messages.Hello) -> None:
         """Begin on a new socket with the hello of the page."""
@@ -220,7 +220,7 @@ class RelayedEnd(FarEnd):
 
 MAX_REMEMBERED = 20  # maximum number of cut page connections that can be resumed
 MAX_MESH_BYTES = 100_000_000
-SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] between two looks at what is due
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] time between two checks for work that is due
 
 _from_page: Reader[messages.FromClient | LookAhead] = Reader(messages.FromClient | LookAhead)
 
@@ -371,7 +371,7 @@ class _Link:
                     self._wanted = message.world
                     window = message.window if self._window is None else self._window
                     if self._end.connection.surrounded:
-                        window = None  # the places of parts follow from the whole timeline
+                        window = None  # the places of parts depend on the whole timeline
                     after = message.after if self._end.mirror is not None else None  # None: begin with a snapshot
                     await self._robot.send(encode(structs.replace(message, window=window, after=after), self._encoding))
                 case _:
@@ -397,7 +397,7 @@ class _Link:
             await self._tell()
             await self._tell_course()
             left = self._end.due - time.monotonic()
-            with suppress(TimeoutError):  # not by wait_for, which may lose a cancellation in Python 3.11
+            with suppress(TimeoutError):  # `wait_for` may lose a cancellation in Python 3.11
                 async with asyncio.timeout(min(max(left, SHORTEST_PAUSE), LONGEST_PAUSE)):
                     await self._woken.wait()
             self._woken.clear()

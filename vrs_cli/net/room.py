@@ -47,11 +47,11 @@ from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 
-PUMP_CPU_S = 0.005  # maximum CPU time for the robot's messages before sockets are flushed [s]
+PUMP_CPU_S = 0.005  # [s] maximum CPU time for the robot's messages before sockets are flushed
 MAX_CUT_CLIENTS = 200  # maximum number of users whose connection is cut and who may resume it
-PULLED_PERIOD_S = 0.1  # period of messages on the distance of a dragged tool from its target [s]
+PULLED_PERIOD_S = 0.1  # [s] period of messages on the distance of a dragged tool from its target
 NO_CELLS: Mapping[str, Cell] = MappingProxyType({})
-DRIVER_SILENCE_S = 3.0  # silence after which a driver is pinged [s]
+DRIVER_SILENCE_S = 3.0  # [s] silence after which a driver is pinged
 
 
 class Room(ServedRobot):
@@ -75,7 +75,7 @@ class Room(ServedRobot):
         self._delivery_logs: dict[str, ClientSession] = {}
         self._user_states: dict[object, ClientSession] = {}
         self._hears: ClientSession | None = None  # the user to whom a program TYPEd last
-        self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
+        self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in the thread of the connections
         self._at_prompt: dict[ClientSession, None] = {}
         self._away: dict[ClientSession, None] = {}  # clients without a connection, in the order of the cuts
         super().__init__(name, plan, wake, audit, tell, robots, wall, self._driven, self._journal_lost)
@@ -86,7 +86,7 @@ class Room(ServedRobot):
         self.first_line = ""
         self._paused_at: float | None = None  # time since which the robot is paused for lack of users and viewers
         self._watch: Ticket[None] | None = None
-        self._looked: object = None  # the state that the status of prompts was last asked for
+        self._looked: object = None  # the state for which the status of prompts was last requested
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # the robot's clock that was last sent to clients [s]
@@ -171,7 +171,7 @@ class Room(ServedRobot):
         return messages.Clock(clock.reached, wall=self.wall())
 
     def cut(self, client: ClientSession, link: ClientSocket) -> None:
-        """Note that a socket is gone."""
+        """Record that a socket is closed."""
         link.connection.cut(self.wall())
         if client.link is link:
             client.detach()

@@ -47,9 +47,9 @@ from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
 MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports per second, and in one burst after a cut
-REFUSED_EVERY = 1.0  # [s] between two refusals of reports
-STATUS_EVERY = 1.0  # [s] between two messages of counts and clock
-DELAY_SHARE = 1.0 / 16.0  # weight of a new delay in the mean
+REFUSED_EVERY = 1.0  # [s] minimum time between two refusals of reports
+STATUS_EVERY = 1.0  # [s] time between two messages of counts and clock
+DELAY_SHARE = 1.0 / 16.0  # weight of a new delay in the running mean
 
 
 class ServedBody:
@@ -124,10 +124,10 @@ class ServedBody:
             self._broadcast.announce(status)
 
 
-MEASURED_SECONDS = 3600.0  # [s] of reports that stay in memory; the journal keeps all
-SIZE_CHECK_S = 0.1  # between two measurements of a robot's size, which take a while for a large one
-LATELY = 1.0  # [s] after a request a user counts as active
-FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed without room
+MEASURED_SECONDS = 3600.0  # [s] length of the reports that stay in memory; the journal keeps all reports
+SIZE_CHECK_S = 0.1  # [s] time between two measurements of a robot's size, which take long for a large one
+LATELY = 1.0  # [s] time after a request for which a user counts as active
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # words allowed without room
 
 
 LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and what users are told
@@ -254,7 +254,7 @@ class ServedRobot:
         self._woken = False
         self.touched: dict[Callable[[], None], None] = {}
         self.ended: Callable[[], None] = lambda: None  # is called when a request of a user has ended
-        self.asked_at: dict[UserSession, float] = {}  # [s] when each user asked for something last
+        self.asked_at: dict[UserSession, float] = {}  # [s] time of the last request of each user
         self.driving = Driving(wall, driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)
         self.files = RobotFiles(self.folder, plan.allowance)
@@ -424,7 +424,7 @@ class ServedRobot:
 
     @property
     def works(self) -> bool:
-        """Whether a program runs or the robot moves."""
+        """Return whether a program runs or the robot moves."""
         return self.session.running or self._self.now < self.session.engine.end
 
     # --- the thread of the connections ---

@@ -42,20 +42,20 @@ from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.messages import Refusal
 
-MAX_SHARE_WAIT_S = 0.1  # [s] after which a client's share is looked at again: others may be gone
-TICK = 0.1  # [s] between two calls of what time makes due
-TOKEN_CHECK_S = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
-HIGH_WATER = 64 * 1024  # bytes held by a socket above which it is given no more
+MAX_SHARE_WAIT_S = 0.1  # [s] maximum wait before a client's share is checked again, because others may have left
+TICK = 0.1  # [s] time between two calls of the periodic work
+TOKEN_CHECK_S = 0.25  # [s] time between two checks of the token file; two checks find a change
+HIGH_WATER = 64 * 1024  # bytes that a socket holds, above which it gets no more bytes
 # bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
 SYSTEM_BUFFER_BYTES = 64 * 1024
-BACKLOG = 512 * 1024  # maximum bytes that wait for a socket, beside those that it holds
-PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] between two pings, and until a client has to answer one
+BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addition to those that it holds
+PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] time between two pings, and maximum wait for the answer
 MAX_REPORTED = 20  # maximum number of internal errors that are reported, each with a file
-PAUSE = 1.0  # [s] after an internal error that might come again at once
-FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
+PAUSE = 1.0  # [s] pause after an internal error that might occur again at once
+FLOOD = 10.0  # [s] a connection is closed after messages came too fast for this long
 MAX_PARKED_BYTES = 4_000_000  # bytes of waiting requests above which no more is read from a client
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
-CLOSE_TIMEOUT_S = 2.0  # [s] that a client has to close its connection
+CLOSE_TIMEOUT_S = 2.0  # [s] maximum time for a client to close its connection
 
 
 class ListenAddress(Struct, frozen=True):
@@ -242,7 +242,7 @@ class Server:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
         self._crowd, self._relays = Crowd(allowance), relays
         self._links: set[_Link] = set()
-        self._looked = 0.0  # [s] when the tokens were looked at
+        self._looked = 0.0  # [s] time of the last check of the tokens
         self._due: dict[str, asyncio.Event] = {}
         self._told, self._internal_errors = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None

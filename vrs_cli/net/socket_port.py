@@ -27,7 +27,7 @@ from vrs_cli.wire.messages import Refusal
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
+PAST = 60.0  # [s] length of the past of the timeline that is kept for a picture of the arm
 CLOSING = 5.0  # [s] maximum time to close a connection
 CLOSED = "it was let go", "connect again"
 T = TypeVar("T")
@@ -139,23 +139,23 @@ class SocketPort:
 
     @property
     def welcome(self) -> messages.Welcome:
-        """The server's answer to the last opened connection."""
+        """Return the server's answer to the connection that was opened last."""
         assert self.far.welcome is not None, "the port is opened by its constructor"
         return self.far.welcome
 
     @property
     def name(self) -> str:
-        """The name of this user for others."""
+        """Return the name by which others see this user."""
         return self.welcome.name
 
     @property
     def one_user(self) -> bool:
-        """Whether all clients of the robot are this user."""
+        """Return whether all clients of the robot are this user."""
         return self.welcome.one_user
 
     @property
     def open(self) -> bool:
-        """Whether the connection is open now."""
+        """Return whether the connection is open now."""
         return self.far.open
 
     def check_open(self) -> None:
@@ -165,12 +165,12 @@ class SocketPort:
 
     @property
     def cuts(self) -> int:
-        """The number of times the connection was cut."""
+        """Return the number of times the connection was cut."""
         return self.far.cuts
 
     @property
     def stalls(self) -> int:
-        """The number of silences so long that the connection may have been cut."""
+        """Return the number of silences that were so long that the connection may have been cut."""
         return self.far.stalls
 
     def close(self) -> None:
@@ -180,7 +180,7 @@ class SocketPort:
 
     @property
     def world(self) -> World | None:
-        """The world of the cell around the robot, None without one."""
+        """Return the world of the cell around the robot, None without a cell."""
         return self.far.world
 
     def follow(self) -> Mirror:

@@ -274,7 +274,7 @@ def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
 
 # --- reports of the body ---------------------------------------------------------------------------------------------
 
-TOLD_EVERY = 0.05  # [s] between two batches
+TOLD_EVERY = 0.05  # [s] time between two batches
 MAX_REMEMBERED = 4000  # maximum number of reports kept; a listener misses older ones
 
 

@@ -18,11 +18,11 @@ from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 
-WINDOW = 300.0  # [s] how long an exchange is used
+WINDOW = 300.0  # [s] time for which an exchange is used
 PARTS = 16  # number of parts of the window; the drift is fitted to the best exchange of each
 MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is taken as 0
 SIGNIFICANT = 2.0  # ratio of the drift to its standard deviation below which it is taken as 0
-RESOLUTION = 1e-6  # [s] of clocks
+RESOLUTION = 1e-6  # [s] resolution of clocks
 MAX_DRIFT = 500e-6  # maximum drift of a sound clock [s/s] (RFC 5905, section 7.1: PHI is 15e-6; correctable are 500e-6)
 
 
@@ -82,7 +82,7 @@ class TimeSync:
 
     @property
     def estimate(self) -> Estimate | None:
-        """The estimate from all exchanges; None before the first."""
+        """Return the estimate from all exchanges; None before the first one."""
         if not self._exchanges:
             return None
         first, length = self._exchanges[0].at, self.window / PARTS
@@ -124,7 +124,7 @@ class OneWay:
 
     @property
     def estimate(self) -> Estimate | None:
-        """The estimate from all messages; None before the first."""
+        """Return the estimate from all messages; None before the first one."""
         if not self._best:
             return None
         best = list(self._best.values())
@@ -180,7 +180,8 @@ class Playout(Generic[T]):
 
     @property
     def delay(self) -> float:
-        """The time from the sending of a sample to its showing [s], by both clocks; 0 before the first arrival."""
+        """Return the time from the sending of a sample to its showing [s], by both clocks; 0 before the first
+        arrival."""
         count = len(self._ordered)
         return self._ordered[min(int(count * self.percentile / 100.0), count - 1)] if count else 0.0
 

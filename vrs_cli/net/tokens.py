@@ -46,7 +46,7 @@ ROLES: Mapping[str, Role] = {
     BODY: Role.OBSERVER,
 }
 KEYS = ("name", "token", "sha256", "role", "robots", "expires")
-_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # the beginning of a table
+_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # the first line of a table
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,39}")
 NAME_RULE = "a letter, then letters, digits, _ . and -, 40 at most"
 GOOD = "see docs/serve.md"
@@ -82,7 +82,7 @@ class Grant(Struct, frozen=True):
         return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
 
 
-OPEN = Grant("", Role.SUPERVISOR, teacher=True, body=True)  # for everybody, if a server has no tokens
+OPEN = Grant("", Role.SUPERVISOR, teacher=True, body=True)  # the grant of everybody, if a server has no tokens
 
 
 def digest_of(token: str) -> bytes:
@@ -287,7 +287,7 @@ TEACHER_NAME = "teacher"
 OWN_ROBOTS = 2  # number of robots of each student: one for work, one for lessons
 MAX_HAND_IN_BYTES = 1_000_000
 MAX_HAND_INS = 500  # maximum number of hand-ins of one student
-SECONDS_TO_END = 20.0  # maximum time until a running server has closed a removed student's robots [s]
+SECONDS_TO_END = 20.0  # [s] maximum time until a running server has closed a removed student's robots
 _STAMP = "%Y%m%d-%H%M%S"
 _HAND_IN = re.compile(r"\d{8}-\d{6}-.*\.v2")
 
