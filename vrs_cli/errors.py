@@ -27,7 +27,7 @@ from contextlib import contextmanager
 from typing import Any, ClassVar, Final, Self
 
 Place = tuple[float, float, float]
-METHODS = {  # of `vrs_cli.api.robot`, by words or whole commands of the shell; `rest`: the text after the word
+METHODS = {  # methods of `vrs_cli.api.robot`, by words or whole commands of the shell; `rest`: the text after the word
     "ABORT": "abort()",
     "AT": "at={rest}",
     "BRANCH": "branches",
@@ -50,15 +50,15 @@ class VrsError(Exception):
     """An error that a user can understand and correct. `str()` returns the whole message.
 
     `value` is the wanted value, `lower` and `upper` are its bounds: in m and rad for the robot, otherwise as the user
-    writes them. `joint` counts from 1 (0: no single joint). `place`: the tool tip in the robot's frame [m].
-    `in_python`: the hint for callers of methods; empty if it equals `hint`.
+    writes them. `joint` counts from 1 (0: no single joint). `place`: the position of the tool tip in the robot's frame
+    [m]. `in_python`: the hint for callers of methods; empty if it equals `hint`.
     """
 
     code: ClassVar[int] = -1
     text: ClassVar[str] = "Error"
 
     def __init_subclass__(cls, *, code: int | None = None, text: str | None = None) -> None:
-        """Set the code and the text of a subclass; by default they are those of its base class."""
+        """Set the code and the text of a subclass; by default they are the code and the text of its base class."""
         if code is not None:
             cls.code = code
         if text is not None:
@@ -87,7 +87,7 @@ class VrsError(Exception):
         self.in_python: Final = in_python or (_TYPED.sub(_method, hint) if self.hint != hint else "")
 
     def reworded(self, detail: str | None = None, hint: str | None = None, place: Place | None = None) -> Self:
-        """Return this error with another detail, hint or place."""
+        """Return a copy of this error with another detail, hint or place."""
         return type(self)(
             self.detail if detail is None else detail,
             self.hint if hint is None else hint,
@@ -108,12 +108,12 @@ class VrsError(Exception):
 
     @property
     def title(self) -> str:
-        """Return the text between the stars of the message."""
+        """Return the text between the asterisks of the message."""
         return self.text
 
     @property
     def numbers(self) -> dict[str, float | Place]:
-        """Return value, lower, upper, joint and place, without those that are unknown."""
+        """Return those of value, lower, upper, joint and place that are known."""
         given = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
         return {name: number for name, number in given.items() if number is not None and (name, number) != ("joint", 0)}
 
@@ -130,7 +130,7 @@ def sentence(title: str, detail: str, hint: str) -> str:
 
 
 def nearest(word: str, known: Iterable[str], least: float = 0.6) -> str:
-    """Return the known word that is most similar to `word`, or "". `least`: the similarity that is enough, 0 to 1."""
+    """Return the known word that is most similar to `word`, or "". `least`: the minimum similarity, 0 to 1."""
     from difflib import get_close_matches
 
     return next(iter(get_close_matches(word, tuple(known), 1, least)), "")
@@ -160,7 +160,7 @@ class UndefinedValue(ProgramError, code=-401, text="Undefined value"):
 
 
 class IllegalValue(ProgramError, code=-402, text="Illegal value"):
-    """A value is outside the range that a word takes."""
+    """A value is outside the range that an instruction accepts."""
 
 
 class IllegalAssignment(ProgramError, code=-403, text="Illegal assignment"):
@@ -172,7 +172,7 @@ class IllegalArrayIndex(ProgramError, code=-404, text="Illegal array index"):
 
 
 class IllegalSignal(ProgramError, code=-405, text="Illegal digital signal"):
-    """There is no signal of that number, or it cannot be set."""
+    """There is no signal with that number, or the signal cannot be set."""
 
 
 class UndefinedName(ProgramError, code=-406, text="Undefined program or variable name"):
@@ -220,7 +220,7 @@ class UnknownInstruction(ProgramError, code=-452, text="Unknown instruction"):
 
 
 class NotAvailable(ProgramError, code=-453, text="Not available"):
-    """A word of VAL-II or a related language that vrs knows but does not carry out."""
+    """A word of VAL-II or a related language that vrs knows but cannot execute."""
 
 
 class InvalidName(ProgramError, code=-455, text="Invalid program or variable name"):
@@ -256,11 +256,11 @@ class ControlStructure(ProgramError, code=-473, text="Control structure error"):
 
 
 class AmbiguousGrouping(ProgramError, code=56, text="Ambiguous grouping"):
-    """A warning: VAL-II's own order of operators would group an expression differently."""
+    """A warning: an expression that VAL-II's own order of operators would group differently."""
 
 
 class OldMeaning(ProgramError, code=58, text="Taken as in VAL"):
-    """A warning: a form of the first VAL that VAL-II reads differently."""
+    """A warning: a form of the first VAL that has another meaning in VAL-II."""
 
 
 class WordAsName(ProgramError, code=59, text="Word as a name"):
@@ -296,7 +296,7 @@ class FixedCondition(ProgramError, code=66, text="Condition that never changes")
 
 
 class AboveFullSpeed(ProgramError, code=64, text="More than full speed"):
-    """A warning: a speed or an acceleration above 100 %, which is cut to 100 %."""
+    """A warning: a speed or an acceleration above 100 %, which is reduced to 100 %."""
 
 
 class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
@@ -304,7 +304,7 @@ class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
 
 
 class PauseOfArm(ProgramError, code=60, text="Pause of the arm"):
-    """A warning: a DELAY, which only holds the arm, where probably the program should pause."""
+    """A warning: a DELAY, which holds only the arm, where the program itself should probably pause."""
 
 
 class WithoutEffect(ProgramError, code=61, text="No effect here"):
@@ -376,9 +376,8 @@ class TooNear(MotionError, code=-691, text="Too near a singularity"):
 
 
 class CollisionAhead(MotionError, code=-696, text="Collision"):
-    """With ENABLE COLLISION: the arm or its part would touch something. `value`: the depth [m], `lower`: the missing
-    distance [m], `place`: the point in the world [m]. (The code is ours.)
-    """
+    """With ENABLE COLLISION: the arm or the part in its hand would touch something. `value`: the depth [m], `lower`:
+    the missing distance [m], `place`: the point in the world [m]. (The code is ours.)"""
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):
@@ -396,7 +395,7 @@ class LocationOutOfRange(MotionError, code=-610, text="Location out of range"):
 
     @property
     def beyond(self) -> float | None:
-        """Return how much too far the location is, or too close if negative [m]; None if that is unknown."""
+        """Return by how much the location is too far (negative: too close) [m]; None if that is unknown."""
         bound = self.lower if self.upper is None else self.upper
         return None if self.value is None or bound is None else self.value - bound
 
@@ -406,7 +405,7 @@ class StraightLineConfiguration(MotionError, code=-612, text="Straight-line moti
 
 
 class StraightLineSingular(MotionError, code=-613, text="Straight-line motion too near a singularity"):
-    """A straight line that passes too near a singularity for the joints to follow."""
+    """A straight line passes too close to a singularity for the joints to follow."""
 
 
 class PathWithoutJoints(VrsError, code=-693, text="No joints for a place on a straight line"):
@@ -418,7 +417,7 @@ class LocationTooFar(LocationOutOfRange, code=-619, text="Location too far"):
 
 
 class LocationTooClose(LocationOutOfRange, code=-618, text="Location too close"):
-    """A location is too near to the base for the arm."""
+    """A location is too close to the base for the arm."""
 
 
 class JointOutOfRange(MotionError, code=-1023, text="Joint out of range"):
@@ -446,7 +445,7 @@ class FileDamaged(FileError, code=-503, text="File is not what it should be"):
 
 
 class FileOpened(FileError, code=-506, text="File already opened"):
-    """A file is being written by somebody else, or a unit has an open file already."""
+    """Another program is writing a file, or a unit already has an open file."""
 
 
 class FileNotOpened(FileError, code=-513, text="File not opened"):
@@ -462,7 +461,7 @@ class UnitAttached(FileError, code=-515, text="Device already attached"):
 
 
 class DeviceNotReady(FileError, code=-508, text="Device not ready"):
-    """A device does not exist here or cannot be opened."""
+    """A device does not exist here, or it cannot be opened."""
 
 
 class NetworkClosed(FileError, code=-562, text="Network connection closed"):

@@ -1,6 +1,5 @@
-"""Find what is installed: optional packages, the folders that come with vrs, the built page; and keep computed data in
-the user's cache folder.
-"""
+"""Find what is installed: optional packages, the folders that come with vrs, the built page. Also keep computed data in
+the user's cache folder."""
 
 from __future__ import annotations
 
@@ -17,12 +16,12 @@ from vrs_cli.version import __version__
 
 V = TypeVar("V")
 
-MESH_PACKAGES = "pillow pycollada trimesh"  # of the extra `mesh`: textures, DAE files, and all others
+MESH_PACKAGES = "pillow pycollada trimesh"  # extra `mesh`: for textures, DAE files, and all others
 BUILT_PAGE = Path(__file__).resolve().parent / "page" / "built"
 
 
 def how_to_install(package: str) -> str:
-    """Return the command that installs a package for the Python that runs."""
+    """Return the command that installs a package for the Python that runs vrs."""
     python = _quote(sys.executable)
     pip = f"{python} -m pip install" if find_spec("pip") else f"uv pip install --python {python}"
     return f"{pip} {package}"
@@ -49,7 +48,7 @@ def how_to_build_page() -> str:
 
 
 def _origin() -> str:
-    """Return the folder or address that vrs was installed from, or its name at the package index."""
+    """Return the folder or address from which vrs was installed, or its name at the package index."""
     import json
     from importlib.metadata import PackageNotFoundError, distribution
 
@@ -70,9 +69,11 @@ HASH_BYTES = 8  # marshal does not check what it reads; each release of Python h
 
 
 def cached(name: str, source: str, make: Callable[[], V]) -> V:
-    """Return the result of `make`, which depends on `source` alone, from the file `name` of the cache folder if this
-    version of vrs wrote it for the same source. Otherwise compute it and write the file, unless it is None. The result
-    is plain data: numbers, strings, tuples, lists and dictionaries.
+    """Return the result of `make`, which depends on `source` alone.
+
+    If this version of vrs has written the result for the same source into the file `name` of the cache folder, read it
+    there. Otherwise compute it and write the file, unless the result is None. The result is plain data: numbers,
+    strings, tuples, lists and dictionaries.
     """
     key, file = (__version__, source), _cache_file(name)
     with suppress(OSError, EOFError, ValueError, TypeError):
@@ -86,7 +87,7 @@ def cached(name: str, source: str, make: Callable[[], V]) -> V:
     if file is not None and result is not None:
         data = marshal.dumps((key, result))  # type: ignore[arg-type]  # the caller gives plain data
         new = file.with_suffix(f".{os.getpid()}")
-        with suppress(OSError):  # replace the file as a whole, or not at all
+        with suppress(OSError):  # replace the whole file, or do not change it
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             new.write_bytes(source_hash(data) + data)
             os.replace(new, file)

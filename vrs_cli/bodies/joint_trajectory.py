@@ -24,12 +24,12 @@ from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
-LINE_PERIOD = 0.02  # [s] between two points where the path is no cubic
+LINE_PERIOD = 0.02  # [s] time between two points where the path is no cubic
 CUBIC = 3
-MIN_STEP = 1e-6  # [s] between two points: controllers want rising times, in nanoseconds
-JUMP = 1e-6  # [rad/s2, m/s2] an acceleration that changes by more counts as a jump
+MIN_STEP = 1e-6  # [s] minimum time between two points, because controllers want rising times in nanoseconds
+JUMP = 1e-6  # [rad/s2, m/s2] minimum change of an acceleration that counts as a jump
 MIN_LENGTH = 0.5  # [s] minimum duration of a trajectory, because controllers refuse one that has ended
-PAST = 0.05  # [s] the stamp of an immediate trajectory is this much before now, so that no controller waits for it
+PAST = 0.05  # [s] age of the stamp of an immediate trajectory, so that no controller waits for it
 MARGIN = 0.2  # [s] maximum time for a trajectory to arrive
 NANOSECONDS = 1_000_000_000
 

@@ -25,12 +25,12 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.twin.dynamics import GRAVITY, InertialModel, inertial_model, mass_matrix
 from vrs_cli.values.measured import BodyMode, Report
 
-STEP = 1e-3  # [s] of the controller and of the simulation
+STEP = 1e-3  # [s] time step of the controller and of the simulation
 TICKS = 8  # number of simulation steps between two set points; a quintic joins them
 SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a sliding joint to those of a turning joint
-MIN_MASS = 1e-9  # [kg] MuJoCo moves no body without mass
+MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo moves no body without mass
 END_STOP = 0.02  # [rad, m] distance beyond its range at which a joint meets a stop (our choice)
-STILL = 1e-2  # [rad/s, m/s] a slower joint is held by its brake
+STILL = 1e-2  # [rad/s, m/s] maximum speed of a joint at which its brake holds it
 BRAKE = 1.5  # ratio of a brake's torque to the maximum torque of its motor (our choice)
 FADE = 0.2  # [s] minimum time in which the arm reaches its set point
 GENTLE = 0.5  # fraction of the maximum velocity at which a joint joins the set point
@@ -172,17 +172,17 @@ class MujocoArm:
 
     @property
     def time(self) -> float:
-        """The robot's clock [s]."""
+        """Return the robot's clock [s]."""
         return self._start + self._steps * STEP
 
     @property
     def joints(self) -> Joints:
-        """The real joints [rad, m]."""
+        """Return the real joints [rad, m]."""
         return tuple(self._d.qpos.tolist())
 
     @property
     def T_base_flange(self) -> Floats:
-        """The real pose of the flange (3, 4)."""
+        """Return the real pose of the flange (3, 4)."""
         mujoco.mj_kinematics(self._m, self._d)
         body = self._flange
         return np.column_stack([self._d.xmat[body].reshape(3, 3), self._d.xpos[body]])

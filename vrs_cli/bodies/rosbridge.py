@@ -38,20 +38,20 @@ CONTROLLER_STATE = "control_msgs/msg/JointTrajectoryControllerState"
 ACTION = "control_msgs/action/FollowJointTrajectory"
 GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
-NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] from the timeline, for the arm to follow it
-MAX_AGE_S = 1.0  # maximum age of a measurement of the arm's position [s]
+NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] maximum distance from the timeline
+MAX_AGE_S = 1.0  # [s] maximum age of a measurement of the arm's position
 HORIZON = 10.0  # [s] minimum length of the timeline in a trajectory; it ends where the robot rests
-MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] in which the arm joins a changed timeline
+MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] minimum and maximum time in which the arm joins a changed timeline
 SHARE = 0.5  # fraction of the joint limits used to join the timeline (our choice)
-AHEAD = 2.0  # [s] before the end of a trajectory, when the next one is sent
+AHEAD = 2.0  # [s] time before the end of a trajectory at which the next one is sent
 FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two requests for the time of ROS: for the first ones, and for later ones
 FIRST_ANSWERS = 4
-EARLIER, LATER = 60.0, 1.0  # [s] maximum difference of a measurement from the robot's clock, before and after
-SET_BACK = 1.0  # [s] if stamps go back by more, the clock of ROS was set
+EARLIER, LATER = 60.0, 1.0  # [s] maximum age of a measurement, and maximum lead of its clock
+SET_BACK = 1.0  # [s] if stamps go back by more than this, the clock of ROS was set
 SETTLING = 2.0  # [s] maximum wait for the first answers before the arm follows
-SILENT = 3.0  # [s] without joint_states, after which a message says so
-STATE_PERIOD_MS = 200  # period of the states that an active controller publishes [ms]
-MAX_STATE_GAP_S = 1.0  # maximum gap between states; after it, while joint_states come, the arm counts as stopped [s]
+SILENT = 3.0  # [s] time without joint_states after which a message says so
+STATE_PERIOD_MS = 200  # [ms] period of the states that an active controller publishes
+MAX_STATE_GAP_S = 1.0  # [s] maximum gap between states; after a longer one the arm counts as stopped
 OPENING = 10.0  # [s] maximum time to open a connection
 MAX_TOLD = 5  # maximum number of different rosbridge messages shown in one connection
 
@@ -111,7 +111,7 @@ class RosArm:
 
     @property
     def _is_outdated(self) -> bool:
-        """Whether the server has restarted, so that the known clock offsets and arm states are out of date."""
+        """Return whether the server has restarted, so that the known clock offsets and arm states are out of date."""
         return self.body.life != self._life
 
     def tell(self, kind: str, text: str) -> None:

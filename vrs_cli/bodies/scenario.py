@@ -221,13 +221,13 @@ class ScenarioReader(DataReader):
 
 SetPoint = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[float]]]
 
-STEP = 0.008  # [s] between two reports
-BANDWIDTH = 30.0  # [rad/s] of the servos
-VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] of their friction
-STICKS_BELOW = 1e-3  # [rad/s, m/s]
+STEP = 0.008  # [s] time between two reports
+BANDWIDTH = 30.0  # [rad/s] bandwidth of the servos
+VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] friction of the servos
+STICKS_BELOW = 1e-3  # [rad/s, m/s] speed scale at which Coulomb friction reaches its full size
 MISSED = 0.1  # fraction of an acceleration that the servos do not compensate
 MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] mass that a joint moves at the flange, and its inertia [kg m2]
-NOISE, ENCODER = 2e-5, 1e-4  # [rad, m]
+NOISE, ENCODER = 2e-5, 1e-4  # [rad, m] standard deviation of the noise, and resolution of the encoders
 
 
 class ServoArm:
@@ -255,12 +255,12 @@ class ServoArm:
 
     @property
     def time(self) -> float:
-        """The robot's clock [s]."""
+        """Return the robot's clock [s]."""
         return self._steps * STEP
 
     @property
     def joints(self) -> Joints:
-        """The real joints [rad, m]."""
+        """Return the real joints [rad, m]."""
         return tuple(self._joints.tolist())
 
     def own_time(self, t: float) -> float:

@@ -33,11 +33,11 @@ from vrs_cli.values.commands import JointTarget, Move, Stamp
 
 LEAD = 0.4  # [s] from the issue of a motion in "moves" to its start
 BETWEEN = 2.0  # [s] between two motions of "moves", and two goals of "steps"
-SWING = 0.12  # maximum amplitude of "waves", as a fraction of a joint's range
-SPEED = 0.3  # maximum of "waves", as a fraction of the maximum velocity
+SWING = 0.12  # maximum amplitude of the goal in "waves", as a fraction of a joint's range
+SPEED = 0.3  # maximum speed of the goal in "waves", as a fraction of a joint's maximum velocity
 PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
 RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] minimum and maximum duration of motions and pauses in "stops"
-TIMELINE = "timeline"  # the viewer that has the timeline
+TIMELINE = "timeline"  # name of the viewer that has the timeline
 
 SCENARIOS = {
     "moves": f"motions to random places, each commanded {LEAD:g} s before it begins",
@@ -66,8 +66,8 @@ class ViewerScore(Struct, frozen=True):
     """The distance between the displayed and the true robot at the same time: of the farthest joint [deg] and of the
     tool [mm].
 
-    `p95`: the 95th percentile. `jump`: the largest step between two looks that the robot did not make [deg].
-    `call_time`: the mean [s].
+    `p95`: the 95th percentile. `jump`: the largest step of the display between two samples that the robot did not make
+    [deg]. `call_time`: the mean time of a call [s].
     """
 
     mean: float
@@ -207,11 +207,11 @@ class _Bench:
         """Send the current timeline to the viewers, with the time of its arrival."""
         self._known.append((self._backward.arrival(self._now), self.robot.timeline))
 
-    # --- what came of it ---
+    # --- results ---
 
     def viewer_scores(self) -> dict[str, ViewerScore]:
         true = joints_over(self.robot.arm, self.robot.timeline, self.looks)
-        counted = int(np.searchsorted(self.looks, self.arrived[0]))  # the first look with a frame
+        counted = int(np.searchsorted(self.looks, self.arrived[0]))  # the first sample with a frame
         if counted >= len(self.looks):
             return {}
         place = self._with_flange(true)
@@ -224,7 +224,7 @@ class _Bench:
         return found
 
     def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:
-        """Return what a viewer shows at each look from `first` on, (N, n)."""
+        """Return what a viewer shows at each sample from `first` on, (N, n)."""
         seen, received = np.zeros((len(self.looks) - first, true.shape[1])), 0
         for k in range(first, len(self.looks)):
             t = float(self.looks[k])
@@ -235,7 +235,7 @@ class _Bench:
         return seen
 
     def _of_timelines(self) -> Floats:
-        """Return the joints at each look by the timeline that has arrived, (N, n)."""
+        """Return the joints at each sample from the timeline that has arrived by then, (N, n)."""
         since = [t for t, _ in self._known]
         timelines = (self._known[bisect_right(since, t) - 1][1] for t in self.looks.tolist())
         times = self.looks.tolist()

@@ -63,7 +63,7 @@ class Strategy(Enum):
 
 
 class Trial(Struct, frozen=True):
-    """One trial of `seconds`; the viewer looks `rate` times per second."""
+    """One trial that lasts `seconds`; the viewer samples the robot `rate` times per second."""
 
     robot: RobotModel
     ways: DelayWays
@@ -85,8 +85,8 @@ class Error(Struct, frozen=True):
 class TrialOutcome(Struct, frozen=True):
     """The results of a trial.
 
-    `flagged`: the share of looks (deltas) at positions that an unknown command had made wrong. `unconfirmed`: the
-    share of looks (preview) at unconfirmed positions. `round_trip`: the median and the 95th percentile of D_f + D_b
+    `flagged`: the share of samples (deltas) at positions that an unknown command had made wrong. `unconfirmed`: the
+    share of samples (preview) at unconfirmed positions. `round_trip`: the median and the 95th percentile of D_f + D_b
     [s]. `agreed`: whether the flagged windows equal those in the logs of both sides. `outside`: the error of deltas
     outside flagged windows.
     """
@@ -174,7 +174,7 @@ class DelayCourse:
         back = trial.ways.lines("frames")[1]
         self.arrived = np.array(
             [back.arrival(t) for t in self.looks.tolist()]
-        )  # arrival times of frames sent at the looks
+        )  # arrival times of the frames sent at the samples
         playout = Playout[None](window=MEASURED)
         for t, arrival in zip(self.looks[:MEASURED].tolist(), self.arrived[:MEASURED].tolist(), strict=True):
             playout.put(t, None, arrival)
@@ -183,7 +183,7 @@ class DelayCourse:
         shape = len(self.looks), trial.robot.joint_count
         self.seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
         self._unconfirmed = np.zeros(len(self.looks), dtype=bool)
-        self._seen_until = self._sent_until = 0  # numbers of recorded looks and of recorded predicted frames
+        self._seen_until = self._sent_until = 0  # numbers of recorded samples and of recorded predicted frames
 
     def _at(self, t: float, act: Callable[[], None]) -> None:
         heapq.heappush(self._queue, (t, next(self._order), act))
@@ -247,7 +247,7 @@ class DelayCourse:
     # --- what is seen ---
 
     def _look(self) -> None:
-        """Record all looks before now that are not recorded yet. The known timeline has not changed since then."""
+        """Record all samples before now that are not recorded yet. The known timeline has not changed since then."""
         rows = slice(self._seen_until, int(self.looks.searchsorted(self._now)))
         self._seen_until = rows.stop
         if rows.start == rows.stop:
@@ -267,11 +267,12 @@ class DelayCourse:
             self.seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
 
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
-        """Return the joints (N, n) at times (N,), one by one: faster for a few looks at each of many timelines."""
+        """Return the joints (N, n) at times (N,), computed one by one, which is faster for a few samples at each of
+        many timelines."""
         arm = self.robot.arm
         return np.array([joints_at(arm, timeline, t) for t in times.tolist()])
 
-    # --- what came of it ---
+    # --- results ---
 
     def outcome(self) -> TrialOutcome:
         was = partial(
@@ -304,7 +305,7 @@ class DelayCourse:
         )
 
     def wrong_looks(self) -> Flagged:
-        """Return for each look whether an unknown command had made deltas wrong, (N,)."""
+        """Return for each sample whether an unknown command had made deltas wrong, (N,)."""
         borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
         found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return found
@@ -333,7 +334,7 @@ def random_place(robot: RobotModel, random: Random) -> Joints:
 
 
 def measure_delays(ways: DelayWays) -> TimeSync:
-    """Measure the delays both ways before the first command."""
+    """Measure the delays in both directions before the first command."""
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):
         t1 = forward.arrival(t0)
@@ -341,14 +342,12 @@ def measure_delays(ways: DelayWays) -> TimeSync:
     return sync
 
 
-# --- the flags, another way --------------------------------------------------------------------------------------
+# --- the flags, computed in another way ------------------------------------------------------------------------------
 
 
 def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[preview.FlagWindow, ...]:
-    """Return the time windows in which a viewer saw something wrong, by the logs of both sides.
-
-    In such a window the robot had changes that the viewer had not, and one of them affected an earlier time.
-    """
+    """Return the time windows in which a viewer saw something wrong, computed from the logs of both sides. In such a
+    window the robot had changes that the viewer did not have, and one of them affected an earlier time."""
     applied = [it.applied for it in changes]
     borders = sorted({*applied, *arrived, *(it.cut for it in changes)})
     wrong = []

@@ -128,7 +128,7 @@ class GoalAhead(RemoteController):
 
 
 class MoveAndWait(RemoteController):
-    """Send the goal, then the next one after the robot has arrived there: move and wait (Ferrell, 1965)."""
+    """Send the goal; after the robot has arrived there, send the next goal: move and wait (Ferrell, 1965)."""
 
     _sent: Floats | None = None
     _arrived = True

@@ -32,10 +32,10 @@ from vrs_cli.lab.delays import random_place
 from vrs_cli.net.delay_line import DelayError, DelayWays, parse_delays
 
 TASKS = ("target", "pick")
-HOLD = 0.5  # [s] that the tool must stay at a place
+HOLD = 0.5  # [s] minimum time that the tool must stay at a place
 FARTHER = 4.0  # minimum distance between two places of a trial, in multiples of the tolerance
-MAX_TRIALS = 1000  # maximum trials per condition, and maximum participants
-TRIES = 1000  # random places to try until one is far enough
+MAX_TRIALS = 1000  # maximum number of trials per condition, and of participants
+TRIES = 1000  # maximum number of random places to try until one is far enough
 KEYS = ("robot", "task", "trials", "tolerance", "timeout", "seed")
 CONDITION_KEYS = ("name", "forward", "backward")
 
@@ -53,9 +53,8 @@ class Condition(Struct, frozen=True):
 
 
 class Study(Struct, frozen=True):
-    """The task of participants. `trials`: per condition. `tolerance` [m]. `timeout` [s]. `mark`: digest of the file of
-    the study.
-    """
+    """The task of participants. `trials`: the number of trials per condition. `tolerance` [m], `timeout` [s]: the
+    limits of a trial. `mark`: the digest of the file of the study."""
 
     robot: str
     task: str
@@ -160,7 +159,7 @@ def _whole(reader: DataReader, table: Mapping[str, object], name: str, usual: in
     return int(value)
 
 
-# --- who does what ---------------------------------------------------------------------------------------------------
+# --- order of conditions and trials ----------------------------------------------------------------------------------
 
 
 def latin_order(count: int, participant: int) -> tuple[int, ...]:
@@ -325,16 +324,15 @@ class Results:
 
 # --- a scripted participant ------------------------------------------------------------------------------------------
 
-TICK = 0.05  # [s]
-REACTION = (0.6, 1.4)  # [s] minimum and maximum from a picture to a command
-MISSES, TREMBLES = 0.04, 0.001  # standard deviations: relative to the travel of a joint, and absolute [rad, m]
-STILL = 1e-9  # [rad, m] maximum change per tick of a robot that counts as standing still
+TICK = 0.05  # [s] time step
+REACTION = (0.6, 1.4)  # [s] minimum and maximum time from a picture to a command
+MISSES, TREMBLES = 0.04, 0.001  # standard deviations: share of the travel of a joint, and [rad, m]
+STILL = 1e-9  # [rad, m] maximum change per tick of a robot at rest
 
 
 class DryRun:
-    """A scripted participant in virtual time, who sees the robot D_b late, waits until it stands, and commands the
-    next stage, which arrives D_f later.
-    """
+    """A scripted participant in virtual time. The participant sees the robot D_b late, waits until it is at rest, and
+    commands the next stage; the command arrives D_f later."""
 
     def __init__(self, study: Study, participant: int) -> None:
         self._study, self._random = study, Random(f"{study.seed} {participant} hands")

@@ -30,10 +30,10 @@ try:
 except ImportError:  # mujoco is an extra
     MujocoArm = None  # type: ignore[assignment,misc]
 
-RATE = 25.0  # looks per second: 40 ms are five steps of each body
+RATE = 25.0  # samples per second; the time between two samples is five steps of each body
 BEGINS = 0.4  # share of the trial before the disturbance begins
-MISLED = 1.0  # [deg] error that an operator should be warned of
-EVERY = 3  # each third report goes over the line as a frame: about 40 per second
+MISLED = 1.0  # [deg] minimum error of which an operator should be warned
+EVERY = 3  # every third report is sent as a frame: about 40 per second
 SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their start times
     "healthy": (),
     "push": (Push(lasting=0.5, force=(0.0, 150.0, 0.0)),),
@@ -68,9 +68,9 @@ class TwinOutcome(Struct, frozen=True):
     """The results of a trial.
 
     `body`: the kind of body. `excess` [deg]: the maximum difference between the errors of timeline and tracking at
-    looks that are not flagged. `alarm` [s]: from the start of the disturbance until the operator gets the alarm (nan:
-    never). `cause`: its stated cause. `false_alarms`: alarms before the disturbance. `misled`: the share of looks with
-    an error of timeline above MISLED, no flag and no alarm yet.
+    samples that are not flagged. `alarm` [s]: the time from the start of the disturbance until the operator gets the
+    alarm (nan: never). `cause`: the cause that the alarm states. `false_alarms`: the number of alarms before the
+    disturbance. `misled`: the share of samples with an error of timeline above MISLED, no flag and no alarm yet.
     """
 
     body: str
@@ -123,7 +123,7 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
 
 
 def _follow(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], str]:
-    """Let a body follow the robot's timeline. Return its joints at each look (N, n), its reports, and its kind."""
+    """Let a body follow the robot's timeline. Return its joints at each sample (N, n), its reports, and its kind."""
     arm, timeline = course.robot.arm, course.robot.timeline
     body, kind = _body(arm, it)
 
@@ -150,7 +150,8 @@ def _body(arm: RobotArm, it: TwinTrial) -> tuple[MujocoArm | ServoArm, str]:
 
 
 def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals: Sequence[float], n: int) -> Floats:
-    """Return the joints that a viewer shows at each look, (N, n); before the first report, those of the start."""
+    """Return the joints that a viewer shows at each sample, (N, n); before the first report, the joints at the
+    start."""
     seen, received, last = np.zeros((len(looks), n)), 0, -1.0
     viewer.receive(last, np.array(reports[0].joints))
     for k, t in enumerate(looks.tolist()):
@@ -164,9 +165,10 @@ def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals:
 
 
 class TwinRow(Struct, frozen=True):
-    """Means over several trials: errors [deg] by name (frames, predicted, timeline, tracking), and their maxima.
+    """Means over several trials.
 
-    `alarm`: the mean over the `alarms` trials with an alarm, of `trials`. For the other fields see TwinOutcome.
+    The fields are errors [deg] by name (frames, predicted, timeline, tracking), and their maxima. `alarm`: the mean
+    over the `alarms` trials (of `trials`) that had an alarm. For the other fields see TwinOutcome.
     """
 
     body: str

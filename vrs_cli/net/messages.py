@@ -55,7 +55,7 @@ from vrs_cli.wire.reports import ReportRows
 from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1
-PORT = 8765  # where a server listens, unless it is told otherwise
+PORT = 8765  # the usual address and port of a server
 
 Ids = tuple[Count, ...]
 
@@ -104,7 +104,8 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
 
 
 class Screen(ClientMessage, frozen=True):
-    """The client's screen has so many columns now: later replies are rendered so, as with `rendered` in `hello`."""
+    """The number of columns of the client's screen has changed. Later replies are rendered for it, as with `rendered`
+    in `hello`."""
 
     columns: Columns
 
@@ -119,7 +120,7 @@ class Bye(ClientMessage, frozen=True):
     """The client leaves and will not resume."""
 
 
-# --- from the client: looking ---------------------------------------------------------------------------------------
+# --- from the client: viewing ---------------------------------------------------------------------------------------
 
 
 class Subscribe(Request, frozen=True):
@@ -189,10 +190,9 @@ class Who(Request, frozen=True):
 
 
 class Drag(ClientMessage, frozen=True):
-    """Drag the tool to `pose` (T_world_tool, 12 numbers by rows); without `pose`, let it go. The newest message counts;
-    after 0.6 s without one the tool is let go, too. `pulled` tells all clients how far it follows; a refusal is told
-    once. `issued`: as in `line`.
-    """
+    """Drag the tool to `pose` (T_world_tool, 12 numbers by rows); without `pose`, let it go. The newest message
+    replaces all earlier ones. After 0.6 s without a message the tool is let go as well. `pulled` shows all clients how
+    far the tool follows; a refusal is sent once. `issued`: as in `line`."""
 
     pose: Transform | None = None
     issued: Number | None = None
@@ -214,18 +214,16 @@ class Names(Request, frozen=True):
 
 
 class AskHelp(Command, frozen=True):
-    """A student asks the teacher for help, or no longer does (`wanted` false). `student`: a teacher has helped this
-    student.
-    """
+    """A student asks the teacher for help, or withdraws the request (`wanted` false). `student`: the student whom a
+    teacher has helped."""
 
     wanted: bool = True
     student: Name = ""
 
 
 class HandIn(Command, frozen=True):
-    """A student hands in a program, the text of a .v2 file; without `text`, all programs and variables of the robot.
-    `name`: the student's name for it.
-    """
+    """A student hands in a program, which is the text of a .v2 file; without `text`, all programs and variables of the
+    robot. `name`: the student's name for the program."""
 
     name: Name = ""
     text: str | None = None
@@ -405,7 +403,7 @@ class Pong(ServerMessage, frozen=True):
     clock: float
 
 
-# --- from the server: looking ---------------------------------------------------------------------------------------
+# --- from the server: viewing ---------------------------------------------------------------------------------------
 
 
 class Delta(Change, frozen=True):
@@ -422,17 +420,15 @@ class Steered(Change, frozen=True):
 
 
 class Replaced(Change, frozen=True):
-    """Another timeline takes the place of the one before. Where `first` of the snapshot is not 0, its segments begin
-    with that number: subtract `first` from `keep` of later deltas.
-    """
+    """Another timeline replaces the one before. If `first` of the snapshot is not 0, its segments begin with that
+    number: subtract `first` from `keep` of later deltas."""
 
     snapshot: SnapshotRecord
 
 
 class Course(ServerMessage, frozen=True):
-    """The course of the world from `since` on [s]; absent: from its begin. The rows replace all known rows of all lists
-    that begin at `since` or later. The course is known up to `until` [s]; absent: for ever.
-    """
+    """The course of the world from `since` on [s]; absent: from its start. The rows replace all known rows of all lists
+    that begin at `since` or later. The course is known up to `until` [s]; absent: for ever."""
 
     rows: CourseRows
     since: float | None = None
@@ -489,9 +485,9 @@ class Lease(Numbered, frozen=True):
 
 
 class Shown(Result, frozen=True):
-    """The answer to `window`. `number`: that of the last change that is in it; a client that has a later one asks
-    again. `begin`: where it begins [s]; later than asked for where that would be too long for one message.
-    """
+    """The answer to `window`. `number`: the number of the last change that the snapshot contains; a client that has a
+    later change asks again. `begin`: the start of the snapshot [s]. It is later than requested if the snapshot would
+    otherwise be too long for one message."""
 
     snapshot: SnapshotRecord
     number: Count = 0
@@ -499,7 +495,8 @@ class Shown(Result, frozen=True):
 
 
 class Present(Result, frozen=True):
-    """The answer to `who`: the robots that the token allows, the clients of this one, and which has the lease."""
+    """The answer to `who`: the robots that the token allows, the clients of this robot, and the client that has the
+    lease."""
 
     robots: tuple[str, ...]
     holders: tuple[str, ...]
@@ -507,7 +504,7 @@ class Present(Result, frozen=True):
 
 
 class StoredFile(Struct, frozen=True):
-    """`size` in bytes, `changed` in seconds of the server's clock."""
+    """A file. `size`: its length in bytes; `changed`: the time of its last change in seconds of the server's clock."""
 
     name: str
     size: int
@@ -541,7 +538,7 @@ class BodyOrder(Numbered, frozen=True):
 
 
 class BodyReleased(Numbered, frozen=True):
-    """Tells a client that it is no longer the body."""
+    """The client is no longer the body."""
 
 
 class BodyStatus(ServerMessage, frozen=True):
@@ -562,9 +559,8 @@ class Measurements(ServerMessage, ReportRows, frozen=True, kw_only=True):
 
 
 class ShownMeasured(Result, frozen=True):
-    """The answer to `measuredwindow`. `told`: it has the reports up to this number of `measurements`. `goes_on`: the
-    reports do not fit into one message; ask again from the last time on.
-    """
+    """The answer to `measuredwindow`. `told`: the answer contains the reports up to this number of `measurements`.
+    `goes_on`: the reports do not fit into one message; ask again from the last time on."""
 
     parts: tuple[ReportRows, ...] = ()
     told: Count = 0
@@ -581,10 +577,10 @@ class Alarm(Numbered, frozen=True):
 
 
 class StudentState(Struct, frozen=True, omit_defaults=True):
-    """A student: the own robots, the number of connections, and the robot `at` which the student was last. `help`: when
-    the student asked for help, in seconds since 1970; null if not. `lesson`, `step`, `of`: the present lesson, the step
-    in it, and the number of its steps. `handed_in`: the names of the hand-ins, the newest last.
-    """
+    """A student: the student's own robots, the number of connections, and the robot `at` which the student was last.
+    `help`: the time when the student asked for help, in seconds since 1970; null if the student needs none. `lesson`,
+    `step`, `of`: the current lesson, the step in it, and the number of its steps. `handed_in`: the names of the
+    hand-ins, the newest last."""
 
     name: str
     robots: tuple[str, ...] = ()
@@ -598,18 +594,16 @@ class StudentState(Struct, frozen=True, omit_defaults=True):
 
 
 class ClassState(ServerMessage, frozen=True):
-    """The state of the class, sent when it changes. A student gets the own state, a teacher who sent `watchclass` that
-    of all students. `frozen`: commands of students are refused.
-    """
+    """The state of the class, sent when it changes. A student gets only the student's own state; a teacher who sent
+    `watchclass` gets the state of all students. `frozen`: commands of students are refused."""
 
     frozen: bool = False
     students: tuple[StudentState, ...] = ()
 
 
 class LessonText(Numbered, frozen=True):
-    """A text of a lesson in Markdown: a step, a hint, or what is missing. `title`: of the lesson; `step`: the present
-    one of `of` steps, counted from 1.
-    """
+    """A text of a lesson in Markdown: a step, a hint, or what is missing. `title`: the title of the lesson; `step`: the
+    number of the current step out of `of` steps, counted from 1."""
 
     text: str
     title: str = ""

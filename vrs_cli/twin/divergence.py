@@ -39,10 +39,10 @@ from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, 
 
 EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
 KICKED = 0.6  # the same fraction for a joint blocked in full motion, which disturbs the other joints
-WAY = 10.0  # factor on the noise above which a displacement counts as motion
-LATELY = 0.15  # [s] before the end, in which joints may stand still
-MAX_DELAY = 1.5  # [s]
-MAX_GROWTH = 0.5  # [s/s] of a delay
+WAY = 10.0  # minimum displacement that counts as motion, in units of the noise
+LATELY = 0.15  # [s] length of the last part of the evidence, in which joints may be at rest
+MAX_DELAY = 1.5  # [s] maximum delay
+MAX_GROWTH = 0.5  # [s/s] maximum growth of a delay
 SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which a controller may yield to a load, tried one by one
 OTHER_SPEED = 0.02  # [rad/s, m/s] minimum rate of a growing residual: another commander moves the arm
 Likely = tuple[DivergenceCause, str]
@@ -81,19 +81,19 @@ class Evidence(NamedTuple):
 
     @property
     def error(self) -> Floats:
-        """The residuals to be explained (N, n) [rad, m]."""
+        """Return the residuals to be explained (N, n) [rad, m]."""
         error: Floats = self.measured - self.g.joints - self.healthy
         return error
 
     @property
     def late(self) -> Flags:
-        """The samples (N,) of the last LATELY seconds."""
+        """Return which samples (N,) are in the last LATELY seconds."""
         late: Flags = self.times >= self.times[-1] - LATELY
         return late
 
     @property
     def worst(self) -> int:
-        """The joint, counted from 0, with the greatest residual in units of its noise."""
+        """Return the joint, counted from 0, with the greatest residual in units of its noise."""
         return int(np.argmax(np.abs(self.error[self.late]).mean(axis=0) / self.noise))
 
     def share(self, error: Floats) -> float:
@@ -125,7 +125,7 @@ def _lost_or_late(it: Evidence) -> Likely | None:
             continue
         joints = positions_at(it.arm, before, it.times).joints
         share = it.share(it.measured - joints - it.healthy)
-        # a body that has stood still since the command began might be late by all of that time, but delays do not jump
+        # a body at rest since the command began might be late by that whole time, but delays do not jump
         # so far
         if share >= EXPLAINED and not (late_share > share and delay < 0.7 * (now - begins)):
             number = it.timeline.locate(now)[0].motion
@@ -158,11 +158,11 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
 
 
 def _standing(it: Evidence) -> Likely | None:
-    """Test for joints that stand still although the timeline moves them, while the other joints follow it."""
-    it = it._replace(noise=it.pure_noise)  # the errors of a standing joint need no model of its motion
+    """Test for joints that are at rest although the timeline moves them, while the other joints follow it."""
+    it = it._replace(noise=it.pure_noise)  # the errors of a joint at rest need no model of its motion
     back = it.measured[::-1]
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
-    samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # so many samples each joint has stood until now
+    samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # number of samples since each joint last moved
     ways = np.array([np.ptp(it.g.joints[len(back) - count :, joint]) for joint, count in enumerate(samples)])
     lately = it.times >= it.times[-1] - LATELY
     stands = (ways > WAY * it.noise) & (samples > 0.5 * lately.sum())
@@ -230,21 +230,21 @@ def _other_commander_or_push(it: Evidence) -> Likely | None:
 
 
 BLOCK = 0.05  # [s] residuals are averaged over blocks of this length
-APART = 0.009  # [s] closer reports are skipped, because 100 per second suffice
-GAP = 0.5  # [s] after a longer gap between reports all sums start again
-FALSE_ALARMS = 1e-6  # [1/h] for normal noise
+APART = 0.009  # [s] minimum time between two reports; closer ones are skipped, because 100 per second suffice
+GAP = 0.5  # [s] maximum gap between reports; after a longer gap all sums start again
+FALSE_ALARMS = 1e-6  # [1/h] rate of false alarms for normal noise
 JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of freedom: 3 standard deviations
 TOOL_ALLOWANCE = 14.0  # the same allowance with the three degrees of freedom of a position
 LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
 SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
 DECIDE = 0.2  # [s] from detection to the alarm, to collect more evidence of the cause
 SECOND = round(1.0 / BLOCK)  # number of blocks in a second
-WAITS = 3  # age in seconds at which the healthy model learns from a second of data
+WAITS = 3  # [s] age of a second of data when the healthy model learns from it
 CALM = 25.0  # a robot whose squared residuals stay below this for a second has recovered
-BEFORE = 0.1  # [s] of evidence before the onset
+BEFORE = 0.1  # [s] length of the evidence before the onset
 SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to that of a block, which averages five reports
-MEMORY = 3.0  # [s] of reports that are kept as evidence
-EDITS = 10.0  # [s] for which timelines before a change are kept
+MEMORY = 3.0  # [s] length of the reports that are kept as evidence
+EDITS = 10.0  # [s] time for which the timeline before a change is kept
 
 
 def exponent(allowance: float, freedoms: int) -> float:
@@ -262,7 +262,7 @@ def exponent(allowance: float, freedoms: int) -> float:
 
 
 def threshold(allowance: float, freedoms: int, an_hour: float) -> float:
-    """Return the threshold h at which one cumulative sum raises at most so many false alarms an hour."""
+    """Return the threshold h at which one cumulative sum raises at most `an_hour` false alarms per hour."""
     return -log(an_hour * BLOCK / 3600.0) / exponent(allowance, freedoms)
 
 

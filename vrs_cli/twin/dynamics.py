@@ -33,7 +33,7 @@ from vrs_cli.kinematics.model import RobotModel, frame, link_pose
 from vrs_cli.kinematics.robot_file import ROBOTS
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, unit, vector_difference
 
-GRAVITY: Vector = (0.0, 0.0, -9.81)  # [m/s2]
+GRAVITY: Vector = (0.0, 0.0, -9.81)  # [m/s2] acceleration of gravity
 PARAMETERS = 10  # number of inertial parameters of a link
 AXIS_Z = np.array([0.0, 0.0, 1.0])
 
@@ -202,10 +202,10 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
 
 MASSES = ROBOTS / "masses"  # folder of the masses of built-in robots, which only a body reads
 ROUNDING = 1e-12  # relative rounding error of a moment of inertia
-MIN_MOMENT = 1e-6  # [kg m2] a moment of inertia
+MIN_MOMENT = 1e-6  # [kg m2] minimum principal moment of inertia
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
 RESERVE = 2.0  # ratio of a drive's maximum torque to the torque for gravity and maximum acceleration (our choice)
-ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # ours: of greatest inertia, of RESERVE torques
+ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # our choice: of greatest inertia, of torques
 ROUND = 24  # number of slices along half a circle: second moments of a slab to 1e-4
 
 

@@ -28,7 +28,7 @@ LEAST_NOISE = 2e-4  # [rad, m] minimum noise (0.011 deg): play, and errors that 
 STICK = 2e-3  # [rad, m] a joint that hardly moves may deviate this much from its set point: dry friction holds it there
 SLOW = 5e-3  # [rad/s, m/s] speed below which a joint hardly moves
 FEW = 100  # number of blocks after which a class has its own noise
-GRAVITY = 9.81  # [m/s2]
+GRAVITY = 9.81  # [m/s2] acceleration of gravity
 MEMORY = 12_000.0  # number of blocks (10 minutes of motion) after which learned data have a third of their weight
 OUTLIER = 4.0  # limit of a residual [standard deviations]; larger ones are reduced to it
 TAIL = 1.5  # minimum ratio of the largest healthy error of the past to the standard deviation
@@ -140,7 +140,7 @@ class HealthyResidual:
         weight = np.maximum(self._weight, 1.0)
         own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least the noise of the largest error
         noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # more while few blocks were learned
-        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # rises with the class of activity
+        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must rise with the class of activity
         self.learned += len(blocks.times)
 
 

@@ -27,7 +27,7 @@ class Encoding(Enum):
 
 
 class UnknownType(RecordError):
-    """The error for a message of an unknown type, as a later version may send."""
+    """A message has an unknown type; a later version of vrs may send such messages."""
 
 
 class MessageMarks(msgspec.Struct):

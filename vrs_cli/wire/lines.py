@@ -171,11 +171,12 @@ class LineEncoder:
 
     @property
     def checksum(self) -> int | None:
-        """The checksum of the last line; None if lines have none."""
+        """Return the checksum of the last line; None if lines have no checksums."""
         return self._checksums.last
 
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
-        """Encode the first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
+        """Encode the first line. `initial`: the timeline of version 0, which holds the position of the robot at the
+        start."""
         segments = records.segment_records(initial, self._motions, None)
         return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments, VERSION))
 

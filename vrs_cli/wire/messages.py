@@ -248,11 +248,11 @@ class Drive(Command, frozen=True):
     to: Name = ""
 
 
-# --- what comes of them, and by itself ------------------------------------------------------------------------------
+# --- answers, and messages without a request ------------------------------------------------------------------------
 
 
 class Refused(Numbered, frozen=True):
-    """The server does not accept a message; `id`: that of the message, if it has one."""
+    """The server does not accept a message; `id`: the id of the message, if it has one."""
 
     refusal: Refusal
     id: Count | None = None

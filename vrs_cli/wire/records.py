@@ -37,7 +37,7 @@ NEEDED_FIELDS = {
     MotionKind.JOINT: "goal",
     MotionKind.STEERED: "goal",
     MotionKind.STRAIGHT: "pose",
-}  # without this field a motion cannot be planned again
+}  # the field without which a motion cannot be planned again
 
 STANDING_KINDS = (MotionKind.EVENT, MotionKind.RECORDED)  # motions without segments
 MAX_NUMBER = 1e15  # maximum magnitude of a number in a file: sums and products stay finite
@@ -124,7 +124,7 @@ class LineRecord(StrictRecord, frozen=True):
     position: tuple[Coefficients, Coefficients, Coefficients]
     orientation: Rows
     turns: tuple[TurnRecord, ...]
-    arm: str | None  # RIGHTY or LEFTY; null: the robot has no such choice
+    arm: str | None  # RIGHTY or LEFTY; null: the robot does not have this choice
     elbow: str | None
     wrist: str | None
     seeds: Annotated[tuple[Numbers, ...], msgspec.Meta(min_length=1)]
@@ -217,7 +217,7 @@ class Form(msgspec.Struct, frozen=True):
 
 
 class RecordError(ValueError):
-    """The error for data that are not a valid record."""
+    """Data are not a valid record."""
 
 
 class Motions(dict[int, Motion]):
@@ -317,7 +317,7 @@ def _rows(T: Transform) -> Rows:
 
 def _rows_unless_identity(T: Transform) -> Rows | None:
     """Return the rows of a transformation; None for the identity, compared by digits because -0.0 is not 0.0."""
-    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # by their digits: -0.0 is no 0.0
+    return None if T is IDENTITY or str(T) == str(IDENTITY) else _rows(T)  # the digits differ for -0.0 and 0.0
 
 
 def _default(value: float, default: float) -> float:

@@ -27,10 +27,10 @@ from vrs_cli.wire import records
 
 
 class SteeredRecord(records.StrictRecord, frozen=True):
-    """One target of a stream. `executed` [s]: when; `tick` [2^-30 s]: for how long; `rates`: of each joint, the final
-    velocity for a profile without jerk limits, otherwise the jerk; `crc`: of all numbers of the segments, as IEEE 754
-    doubles. `motion` is absent if it is the last motion of the timeline.
-    """
+    """One target of a stream. `executed` [s]: the time at which it takes effect; `tick` [2^-30 s]: its duration;
+    `rates`: for each joint the final velocity if the profile has no jerk limits, otherwise the jerk; `crc`: the
+    checksum of all numbers of the segments, as IEEE 754 doubles. `motion` is absent if it is the last motion of the
+    timeline."""
 
     version: records.Count
     executed: records.Time
@@ -114,7 +114,7 @@ def _checksum(segments: Iterable[Segment]) -> int:
     return zlib.crc32(pack(f"<{len(numbers)}d", *numbers))
 
 
-MAX_REMEMBERED = 4000  # maximum number of remembered segments, as in four long snapshots
+MAX_REMEMBERED = 4000  # maximum number of remembered segments: the size of four long snapshots
 
 Key = tuple[Path, float, Transform, float]
 
