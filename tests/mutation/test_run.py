@@ -10,7 +10,9 @@ from tests.mutation.mutants import mutants
 from tests.mutation.run import ROOT, outcome
 
 file, tests = "vrs_cli/kinematics/transform.py", ["tests/kinematics/test_transform.py::test_{}"]
-mutant = next(one for one in mutants(file, (ROOT / file).read_text()) if (one.before, one.after) == ("1.0", "2.0"))
+text = (ROOT / file).read_text()
+identity = next(number for number, line in enumerate(text.splitlines(), 1) if line.startswith("IDENTITY ="))
+mutant = next(one for one in mutants(file, text) if (one.line, one.before, one.after) == (identity, "1.0", "2.0"))
 print(outcome(None, tests)[0], outcome(mutant, tests)[0])
 """
 
