@@ -1,7 +1,6 @@
-"""Dialogues: generators that yield replies and questions, and receive the answers. The robot's actor runs them
-(`interfaces/actor`); the front end of the user shows the replies and asks the questions. A ticket is a user's handle on
-a request: any thread may use it while the robot carries out the request.
-"""
+"""Dialogues: generators that yield replies and questions, and receive answers. The robot's actor runs them
+(`interfaces/actor`); the user's front end shows the replies and asks the questions. A ticket is the user's handle for a
+request: any thread may use it while the robot carries out the request."""
 
 from __future__ import annotations
 
@@ -22,22 +21,21 @@ from vrs_cli.values.replies import Message, Reply, Tone
 
 
 class Slice(Enum):
-    """Marks the end of a part of the work; the actor may do something else then. RUNNING: a program runs, and the actor
-    carries out the next event; MORE: the dialogue has more work to do.
-    """
+    """Marks the end of a part of the work, after which the actor may do something else. RUNNING: a program runs, and
+    the actor carries out the next event. MORE: the dialogue has more work to do."""
 
     RUNNING = "running"
     MORE = "more"
 
 
 class Running(Struct, frozen=True):
-    """Progress of a program: it has reached that time of the robot's clock [s]."""
+    """Progress of a program: the time of the robot's clock that it has reached [s]."""
 
     clock: float
 
 
 class Reading(Struct, frozen=True):
-    """Progress of reading a long file: the share that has been read, from 0 to 1."""
+    """Progress of reading a long file: the fraction that has been read, from 0 to 1."""
 
     path: str
     share: float
@@ -48,7 +46,7 @@ W = TypeVar("W")
 
 
 class Work:
-    """A function of unchanging values: another thread may `run` it while the actor does other work."""
+    """A function of unchanging values. Another thread may `run` it while the actor does other work."""
 
     def __init__(self, work: Callable[[], object]) -> None:
         self._work = work
@@ -58,7 +56,7 @@ class Work:
     def run(self) -> None:
         try:
             self.done = self._work()
-        except BaseException as error:  # raised in the dialogue
+        except BaseException as error:  # raised inside the dialogue
             self.error = error
 
 
@@ -68,32 +66,32 @@ Dialogue = Generator[Said, Answer, R]
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
-    """Make a dialogue without replies and questions out of a function."""
+    """Turn a function into a dialogue without replies and questions."""
     yield from ()
     return act()
 
 
 def beside(work: Callable[[], W]) -> Dialogue[W]:
-    """Do work on unchanging values, in another thread if many users are served, and return its result. Raises the
-    errors of the work.
-    """
+    """Compute something from unchanging values, in another thread if many users are served, and return the result.
+    Raises the errors of the work."""
     it = Work(work)
     yield it
     if it.error is not None:
         try:
             raise it.error
         finally:
-            it.error = None  # the traceback of the error refers to this frame: break the reference cycle
+            it.error = None  # the error's traceback refers to this frame: break the reference cycle
     return cast(W, it.done)
 
 
 def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
-    """Do work on unchanging values, in another thread only if the work is `long`; return its result."""
+    """Compute something from unchanging values, and return the result. Another thread is used only if the work is
+    `long`."""
     return (yield from beside(work)) if long else work()
 
 
 def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dialogue[W]) -> Dialogue[W]:
-    """Run each part of a dialogue within a context."""
+    """Run each part of a dialogue within a context manager."""
     reaction: Answer | BaseException = None
     while True:
         with context():
@@ -103,12 +101,12 @@ def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dial
                 return cast(W, over.value)
         try:
             reaction = yield said
-        except BaseException as error:  # raised in the dialogue, so that it can clean up
+        except BaseException as error:  # raised inside the dialogue, so that it can clean up
             reaction = error
 
 
 def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
-    """Do work part by part, and return its result."""
+    """Do work in parts, letting the actor do other things in between, and return the result."""
     while True:
         try:
             next(work)
@@ -118,7 +116,7 @@ def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
 
 
 def at_once(dialogue: Dialogue[R]) -> R:
-    """Carry out a dialogue that yields no replies and no questions, and return its result."""
+    """Run a dialogue that yields no replies and no questions, and return its result."""
     try:
         while True:
             said = next(dialogue)
@@ -129,22 +127,21 @@ def at_once(dialogue: Dialogue[R]) -> R:
 
 
 class Terminal(Protocol):
-    """A terminal, at which a person or a program drives a session."""
+    """A terminal at which a person or a program uses a session."""
 
     @property
     def attended(self) -> bool:
         """Return whether a person who would lose unsaved work is present."""
 
     def show(self, reply: Reply) -> None:
-        """Show the answer to a command, or a message of the robot."""
+        """Show a reply to a command, or a message of the robot."""
 
     def type(self, text: str, newline: bool) -> None:
-        """Show text that a program types (TYPE)."""
+        """Show text that a program prints (TYPE)."""
 
     def ask(self, question: Question) -> Answer:
-        """Ask a question, and return the answer; None if nobody answers. Raises VrsError if there is no more
-        input, KeyboardInterrupt for Ctrl-C.
-        """
+        """Ask a question, and return the answer; None if nobody answers. Raises VrsError at the end of the input,
+        KeyboardInterrupt for Ctrl-C."""
 
     def progress(self, doing: Running | Reading) -> None:
         """Show the progress of long work."""
@@ -163,7 +160,7 @@ class Notes:
         self._answer, self._line = answer, ""
 
     def take_all(self) -> tuple[Reply, ...]:
-        """Return all replies since `begin`."""
+        """Return and remove all replies collected since `begin`."""
         if self._line:
             self.type("", newline=True)
         return tuple(self._said)
@@ -181,7 +178,7 @@ class Notes:
         """Show nothing: nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the meaning of a typed answer. Raises EndOfInput if a question of a program gets no answer."""
+        """Return the parsed answer to a question. Raises EndOfInput if a question of a program gets no answer."""
         typed = self._answer(question)
         if isinstance(question, Confirmation | Parting):
             return None if typed is None else typed.strip().upper().startswith("Y")
@@ -190,11 +187,11 @@ class Notes:
         return typed
 
 
-Answers = Callable[[Question], str | None]  # returns the typed answer to a question; None if nobody answers
+Answers = Callable[[Question], str | None]  # returns the typed answer to a question; None for no answer
 
 
 def no_answer(_question: Question) -> None:
-    """Return None: nobody is there to answer."""
+    """Return None, because nobody is there to answer."""
 
 
 T = TypeVar("T")
@@ -208,13 +205,10 @@ Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 
 class Ticket(Generic[T]):
     """A request. `result` waits for its end, and raises its error. Its replies and questions go to the `outlet`;
-    without an outlet they are kept here to be read.
-
-    For the robot's thread: `dialogue` carries out the request, `by` is the user who sent it. `reaction`: the value that
-    the dialogue is sent when it goes on. `asked`: the id of its last question. `place`: the queue that holds the
-    request; None while a part of the request is carried out, and after its end. `put` puts calls of `react` and
-    `withdraw` into the inbox of the robot's thread.
-    """
+    without an outlet they are kept here until they are read. The other fields are for the robot's thread. `dialogue`
+    carries out the request; `by` is the user who sent it. `reaction`: the value sent into the dialogue when it
+    continues. `asked`: the id of its last question. `place`: the queue that holds the request; None while it is
+    running, and after its end. `put` queues calls of `react` and `withdraw` for the robot's thread."""
 
     def __init__(
         self,
@@ -232,7 +226,7 @@ class Ticket(Generic[T]):
         self._said: deque[Reply | Question] = deque()
         self._put, self._react, self._withdraw = put, react, withdraw
         self._ended = False
-        self._bell = Lock()  # locked until the request ends: an Event would take fourteen calls for each request
+        self._bell = Lock()  # locked until the request ends (an Event would need fourteen calls for each request)
         self._bell.acquire()
         self._result: T | None = None
         self._error: BaseException | None = None
@@ -240,9 +234,9 @@ class Ticket(Generic[T]):
     # --- the user's side, in any thread ---
 
     def take_said(self) -> list[Reply | Question]:
-        """Return the replies and questions that were not taken yet, and remove them."""
+        """Return and remove the replies and questions that were not yet taken."""
         there: list[Reply | Question] = []
-        with suppress(IndexError):  # the queue is empty: another thread may take replies, too
+        with suppress(IndexError):  # the queue is empty because another thread may take replies, too
             while True:
                 there.append(self._said.popleft())
         return there
@@ -251,29 +245,27 @@ class Ticket(Generic[T]):
         return self._ended
 
     def error(self, timeout: float | None = None) -> BaseException | None:
-        """Wait for the end, and return the error of the request, or None. Raises TimeoutError after `timeout` [s]."""
+        """Wait until the request ends, and return its error or None. Raises TimeoutError after `timeout` [s]."""
         if not self._bell.acquire(timeout=-1 if timeout is None else timeout):
             raise TimeoutError("the request has not ended")
         self._bell.release()
         return self._error
 
     def result(self, timeout: float | None = None) -> T:
-        """Wait for the end, and return the result. Raises the error of the request, and TimeoutError after `timeout`
-        [s].
-        """
+        """Wait until the request ends, and return its result. Raises the error of the request, and TimeoutError after
+        `timeout` [s]."""
         error = self.error(timeout)
         if error is not None:
             raise error
         return cast(T, self._result)
 
     def answer(self, question: int, answer: Answer) -> None:
-        """Answer the question with that id. A late answer has no effect."""
+        """Answer the question with this id. A late answer has no effect."""
         self._put(partial(self._react, self, answer, question))
 
     def throw(self, error: BaseException, question: int = 0) -> None:
-        """Raise an error in the request, which may go on: a reply could not be shown, or the question with that id
-        could not be asked.
-        """
+        """Raise an error inside the request, which may continue: a reply could not be shown, or the question with this
+        id could not be asked."""
         self._put(partial(self._react, self, error, question))
 
     def withdraw(self) -> None:
@@ -289,10 +281,9 @@ class Ticket(Generic[T]):
             self._said.append(said)
 
     def end(self, result: T | None, error: BaseException | None = None) -> None:
-        """End with a result or an error. The traceback of a VrsError is dropped: the frames in it refer to this ticket,
-        and such a cycle would keep their values (tokens, programs) in the memory of a server whose garbage collector
-        does not visit old values.
-        """
+        """End with a result or an error. The traceback of a VrsError is removed: its frames refer to this ticket. Such
+        a reference cycle would keep their values (tokens, programs) in memory in a server whose garbage collector does
+        not visit old objects."""
         self._result, self._error = result, error.with_traceback(None) if isinstance(error, VrsError) else error
         self._ended = True
         self._bell.release()
@@ -300,10 +291,10 @@ class Ticket(Generic[T]):
 
 
 class Waiting:
-    """Requests that have not begun. Users take turns; the requests of one user begin in the order of sending."""
+    """Requests that have not begun. Users take turns; a user's requests begin in the order in which they were sent."""
 
     def __init__(self) -> None:
-        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the next turn belongs to the first user
+        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the first user has the next turn
         self.count = 0
 
     def append(self, ticket: Ticket[Any]) -> None:
@@ -311,7 +302,7 @@ class Waiting:
         self.count += 1
 
     def next(self, busy: Collection[object] = ()) -> Ticket[Any] | None:
-        """Return the next request, skipping busy users."""
+        """Return the next request of a user who is not busy."""
         return next((own[0] for by, own in self._by_user.items() if by not in busy), None)
 
     def remove(self, ticket: Ticket[Any]) -> None:
@@ -327,10 +318,9 @@ class Waiting:
 
 
 def internal_error(error: BaseException, *, afar: bool = False) -> Message:
-    """Return the message for an unexpected exception, after which the shell goes on, and write its traceback to a file.
-    `afar`: for a user of a served robot; the message gives only the name of the file.
-    """
-    import tempfile  # here because they load many modules, and few processes have internal errors
+    """Return the message for an unexpected exception, and write its traceback to a file; the shell continues
+    afterwards. `afar`: the user is remote, so the message gives only the name of that file."""
+    import tempfile  # imported here because these load many modules that few processes need
     import traceback
 
     report = "".join(traceback.format_exception(error))

@@ -30,27 +30,27 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.hand import Hold, Limit, Shortfall
 
-MISS_TOLERANCE = 1e-4, radians(0.05)  # distance within which the tool counts as being at its target [m, rad]
-STALL_GAIN = 1e-3  # fraction of the remaining distance: a target that gains less leads nowhere
-# bound on the sum of the wrist's distances from straight, before and after it passes through straight
+MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] distance within which the tool counts as being at its target
+STALL_GAIN = 1e-3  # minimum progress of a target, as a fraction of the remaining distance
+# limit on the sum of the wrist's distances from straight, before and after it passes through straight
 WRIST_PASS_SUM = sin(radians(25.0))
-# bound on the measures of `Singularity`, from 0 to 1: below it a lagging joint is reported as near one
+# limit on the measures of `Singularity`, from 0 to 1: below it, a lagging joint is reported as near one
 NEAR_SINGULAR = 0.1
-MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead`, next to the axis of joint 1
-RETREAT_FACTOR = 5.0  # ratio of the motion back from that axis to the motion by which joints would pass over it
-COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop, if no more targets arrive
-FLAT_SLOPE = 1e-3  # a joint with a smaller effect is not limited near the axis of joint 1 [m/rad]
-SIDE_SHARE = 0.005  # fraction of the arm's length by which its end keeps from passing over the axis of joint 1
-ELBOW_MARGIN = 1e-4  # distance of an elbow from its stretched position, so that the elbow keeps its side [rad]
-STALLS_BEFORE_WAYS = 5  # number of targets that lead nowhere before the arm tries another of its known paths
-STALLS_BEFORE_SEARCH = 25  # number of targets that lead nowhere before another path is searched
-# fraction of the remaining distance: a search that gains less with one target restarts elsewhere at the next
+MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead` that is kept next to the axis of joint 1
+RETREAT_FACTOR = 5.0  # ratio of the motion back from that axis to the motion by which joints would cross it
+COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop if no more targets arrive
+FLAT_SLOPE = 1e-3  # [m/rad] minimum effect of a joint for it to be limited near the axis of joint 1
+SIDE_SHARE = 0.005  # minimum distance of the arm's end from the axis of joint 1, as a fraction of the arm's length
+ELBOW_MARGIN = 1e-4  # [rad] minimum distance of an elbow from its stretched position, so that it keeps its side
+STALLS_BEFORE_WAYS = 5  # number of targets without progress before the arm tries another of its known paths
+STALLS_BEFORE_SEARCH = 25  # number of targets without progress before another path is searched
+# minimum progress of a search with one target, as a fraction of the remaining distance; with less it restarts
 PROMISING_GAIN = 0.5
 SEARCH_STARTS = 16  # number of start points of a search, the nearest last to be removed first
-LAG_S = 0.1  # the time at full speed by which a joint may lag its goal without being late [s]
-# factor on the time in which a joint reaches full speed: how far the goal may be ahead at full speed
+LAG_S = 0.1  # [s] maximum lag of a joint behind its goal, as a time at maximum speed
+# factor on the time in which a joint reaches maximum speed: how far ahead the goal may be at that speed
 STOPPING_FACTOR = 1.5
-REST_TOLERANCE = 1e-7  # distance from its goal within which the arm need not move [rad, m]
+REST_TOLERANCE = 1e-7  # [rad, m] distance from the goal within which the arm need not move
 
 
 class Range(NamedTuple):
@@ -58,9 +58,8 @@ class Range(NamedTuple):
     upper: Joints
 
     def around(self, q: Joints, below: Joints, above: Joints) -> Range:
-        """Return the part of the range within `below` and `above` of q; if q is outside the range, around the position
-        in the range that is nearest to q.
-        """
+        """Return the part of the range from q - `below` to q + `above`. If q is outside the range, take the nearest
+        position in the range instead of q."""
         q = self.put(q)
         lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
         return Range(lower, self.put(tuple(x + step for x, step in zip(q, above, strict=True))))
@@ -73,40 +72,38 @@ class Range(NamedTuple):
 
 
 class JointPace(NamedTuple):
-    """The limits for each joint [rad, m]: how far `ahead` of the joint the goal may be, so that the joint can stop
-    there, and by how much the joint may `lag` the goal without being late.
-    """
+    """The limits for each joint [rad, m]: how far `ahead` of the joint its goal may be, so that the joint can stop
+    there, and by how much the joint may `lag` behind its goal before it counts as late."""
 
     ahead: Joints
     lag: Joints
 
     @classmethod
     def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
-        """Return the limits for joints with this velocity and acceleration."""
+        """Return the limits for joints with these maximum velocities and accelerations."""
         rows = list(zip(velocity, acceleration, strict=True))
         return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
 
 
 class Search:
-    """Searches the whole ranges for joints that bring the tool to a target by another path, for an arm without a closed
-    form. It searches a little with each target, because a robot has no time for a long search.
-    """
+    """Searches the whole joint ranges for joints that bring the tool to a target by another path, for an arm without a
+    closed form. The search continues a little with each target, because a robot has no time for a long search."""
 
     def __init__(self, model: RobotModel, within: Range) -> None:
         self._range, self._speeds = within, model.max_velocity
         self._anywhere = some_joints(model)
-        self._starts: list[Joints] = []  # the nearest is last
+        self._starts: list[Joints] = []  # the nearest start point is last
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Continue the descent of the search; if it leads nowhere, start at another point the next time."""
+        """Continue the descent of the search; if it makes no progress, the next call starts at another point."""
         nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
         there = aim.miss(nearest.joints).within(*MISS_TOLERANCE)
         self._at = nearest.joints if nearest.gain > PROMISING_GAIN and not there else None
         return nearest.joints if there else None
 
     def _start(self, now: Joints) -> Joints:
-        """Return the joint vector that the arm reaches first, of some random ones."""
+        """Return, from some random joint vectors, the one that the arm reaches first."""
         if not self._starts:
             some = islice(self._anywhere, SEARCH_STARTS)
             self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -114,9 +111,9 @@ class Search:
 
 
 class Pursuit:
-    """Finds joints for the targets of the tool, without a clock. `goal`: the last joints [rad, m]; `steady`: whether
-    they bring the tool to the target. `range`: the joints at which the arm keeps its configuration.
-    """
+    """Finds joints for the targets of the tool, without using a clock. `goal`: the last joints found [rad, m];
+    `steady`: whether they bring the tool to the target. `range`: the joints at which the arm keeps its
+    configuration."""
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
         self.arm = arm
@@ -125,20 +122,21 @@ class Pursuit:
         self.goal = self.range.put(q)
         self._side = _side_of(arm, q, self.kept)
         self.steady = True
-        self._closed = arm.hand is not None  # whether there is a closed form
-        self.roundabout = False  # whether the joints go to the target by another path than the descent
-        self._elsewhere: Joints | None = None  # joints that bring the tool to the target, found by a search
+        self._closed = arm.hand is not None  # whether the arm has a closed form
+        self.roundabout = False  # whether the joints go to the target by another path
+        self._elsewhere: Joints | None = None  # joints that bring the tool to the target, from a search
         self._search = Search(arm.model, self.range)
         self._finds_all = not self._closed and len(arm.ways) > 1
         if self._finds_all:
-            # called now because the first call takes the time of many targets
+            # called now because the first call is slow
             arm.inverse_branch(arm.forward(q), self.kept, q)
         self._stalled = 0  # number of successive targets that moved nothing
 
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
-        """Follow one more target. `coming`: the present joints, and the later joints if no other target comes."""
+        """Follow one more target. `coming`: the present joints, and the joints that follow if no other target
+        arrives."""
         now, pose = coming[0], _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, pose, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
         there = self._joints_there(pose) if self._closed else self._found_again(aim)
@@ -152,7 +150,7 @@ class Pursuit:
         self.roundabout = there is not None and (self.roundabout or stalled)
         self.goal, self.steady = nearest.joints, False
         if self.roundabout and there is not None:
-            # may also pass over that axis
+            # these joints may also cross that axis
             self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))
             return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
         miss = aim.miss(self.goal)
@@ -165,10 +163,9 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """Return how far the goal may be below and above the joints. Towards the axis of joint 1 this is no farther
-        than that axis, in proportion for all joints, so that they stop before it from any speed; but a little, so that
-        they can move along it. If they would pass over the axis, they go back.
-        """
+        """Return how far the goal may be below and above the joints. The goal may not be beyond the axis of joint 1;
+        all joints are limited in proportion, so that they can stop before the axis from any speed. A small distance is
+        always allowed, so that they can move along the axis. If they would cross it, they move back."""
         ahead = pace.ahead
         if self._side is None:
             return ahead, ahead
@@ -183,13 +180,11 @@ class Pursuit:
 
     @property
     def _way(self) -> Configuration:
-        """The configuration with the kept arm and elbow, and the present wrist."""
+        """The configuration with the arm and elbow that are kept, and the present wrist."""
         return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, pose: Transform) -> Joints | None:
-        """Return the joints of a pose in the present configuration; None if the pose is out of reach in this
-        configuration.
-        """
+        """Return the joints for a pose in the present configuration; None if the pose is out of reach in it."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
@@ -201,7 +196,7 @@ class Pursuit:
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
 
     def _another(self, aim: Aim, now: Joints) -> Joints | None:
-        """Return joints that reach the pose by another path, once the descent has led nowhere for a while."""
+        """Return joints that reach the pose by another path, after the descent has made no progress for a while."""
         if self._finds_all and self._stalled > STALLS_BEFORE_WAYS:
             ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
             inside = [q for q in ways if q is not None and self.range.holds(q)]
@@ -209,23 +204,22 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """Return the joints that were found by a search, adapted to a target that has moved since."""
+        """Return the joints found by a search, adapted to a target that has moved since then."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
         return self._elsewhere
 
-    # --- limits that hold the tool back ---
+    # --- limits that keep the tool from its target ---
 
     @staticmethod
     def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
-        """Return the shortfall for a target in reach: the joint that lags most is the cause."""
+        """Return the shortfall for a target within reach: its cause is the joint that lags most."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
-        """Yield the limits that hold the tool: first joints at the ends of their ranges, then the reach, then joints
-        that are too slow.
-        """
+        """Yield the limits that hold the tool back: first joints at the ends of their ranges, then the reach, then
+        joints that are too slow."""
         model, named = self.arm.model, False
         ends, hurried = list[tuple[int, str]](), list[int]()
         for i, side in enumerate(nearest.pressed):
@@ -250,7 +244,8 @@ class Pursuit:
             yield Hold(Limit.REACH)
 
     def _out_of_reach(self, aim: Aim) -> str | None:
-        """Return `far`, `close`, or "" if the limit has no name; None if only the ranges of joints limit the tool."""
+        """Return `far` or `close` for a limit of the reach, "" for a limit without a name; None if only the ranges of
+        joints limit the tool."""
         if not self._closed:
             return None
         way = self._way
@@ -261,14 +256,15 @@ class Pursuit:
 
 
 def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
-    """Return the nearest pose that does not require a part that no joint can change (the tilt of a SCARA)."""
+    """Return the nearest pose whose parts can all be reached (a SCARA cannot change the tilt)."""
     while (forbidden := arm.unchanging.forbids(T_base_flange)) is not None:
         T_base_flange = forbidden.right
     return T_base_flange
 
 
 def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
-    """Return the ranges of the joints in which the elbow stays on its side of the stretched and the folded position."""
+    """Return the joint ranges in which the elbow stays on its side of the stretched position and of the folded
+    position."""
     lower, upper = list(arm.model.lower), list(arm.model.upper)
     if arm.fold is not None:
         i, stretched = arm.fold
@@ -297,7 +293,7 @@ def _ticks(a: Joints, b: Joints, step: Joints) -> float:
 
 
 def _towards(a: Joints, b: Joints, box: Range) -> Joints:
-    """Return the farthest point on the straight line from a to b that is in the box; all joints move in proportion."""
+    """Return the last point on the straight line from a to b that is in the box; all joints move in proportion."""
     part = 1.0
     for x, y, low, high in zip(a, b, *box, strict=True):
         if not low <= y <= high:
@@ -306,7 +302,7 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 
 
 class Dragging:
-    """Passes targets for the tool to an engine. Without more targets the arm stops."""
+    """Passes targets for the tool to an engine. If no more targets arrive, the arm stops."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -314,9 +310,8 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """Take a target for the tool; `issued`: when the user gave it, if earlier than now. With ENABLE COLLISION the
-        tool stops before a contact. Raises PowerOff.
-        """
+        """Accept a target for the tool. `issued`: when the user sent it, if earlier than now. With ENABLE COLLISION the
+        tool stops before a contact. Raises PowerOff."""
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
         tick, self._last = DRAGGING.tick(DRAG_TICK if self._last is None else now - self._last), now

@@ -1,6 +1,5 @@
-"""Define acts: requests to a robot as values. Numbers in an act are exact, while a line of the prompt rounds them to
-decimal digits. An act is data and is sent over a connection; `interfaces/session/acts.py` carries it out.
-"""
+"""Define acts: requests to a robot as values. Numbers in an act are exact, while a prompt line rounds numbers to
+decimal digits. An act is data and can be sent over a connection; `interfaces/session/acts.py` carries it out."""
 
 from __future__ import annotations
 
@@ -22,7 +21,8 @@ from vrs_cli.values.tagged import RobotAct, TaggedValue, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
-    """The target of a motion: exactly one of the fields. `change` belongs to `joint`, `offset` to DEPART."""
+    """The target of a motion; exactly one field is set, but `change` comes with `joint`. `offset`: the target of
+    DEPART."""
 
     pose: Transform | None = None
     joints: Joints | None = None
@@ -50,7 +50,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
 
     @property
     def target(self) -> commands.Target:
-        """Return the target. Raises IllegalValue if no field is set, or for a pose that is no location."""
+        """Return the target. Raises IllegalValue if no field is set, or if the pose is not a valid location."""
         if self.pose is not None:
             return commands.PoseTarget(rotating(self.pose))
         if self.joints is not None:
@@ -67,7 +67,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
 
 
 class Valued(TaggedValue, frozen=True, omit_defaults=True):
-    """The value of a variable or an expression: exactly one of the fields."""
+    """The value of a variable or an expression; exactly one field is set."""
 
     real: float | None = None
     text: str | None = None
@@ -84,7 +84,7 @@ class Valued(TaggedValue, frozen=True, omit_defaults=True):
 
     @property
     def value(self) -> Value:
-        """Return the value. Raises IllegalValue if no field is set, or for a number that is not finite."""
+        """Return the value. Raises IllegalValue if no field is set, or if a number is not finite."""
         if self.location is not None:
             return rotating(self.location)
         if self.joints is not None:
@@ -97,7 +97,7 @@ class Valued(TaggedValue, frozen=True, omit_defaults=True):
 
 
 def _finite(numbers: Joints) -> Joints:
-    """Return the numbers. Raises IllegalValue if one is not finite."""
+    """Return the numbers unchanged. Raises IllegalValue if one of them is not finite."""
     for number in numbers:
         if not isfinite(number):
             raise IllegalValue(f"{number}", "a finite number")
@@ -105,8 +105,8 @@ def _finite(numbers: Joints) -> Joints:
 
 
 def rotating(T: Transform) -> Transform:
-    """Return a transformation. Raises IllegalValue if its axes do not form a rotation, or if a number is outside the
-    range of reals."""
+    """Return a transformation unchanged. Raises IllegalValue if its axes do not form a rotation, or if a number is
+    outside the range of reals."""
     if max(map(abs, _finite(T))) > LIMIT:
         raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
     if not is_rotation((T[0:3], T[4:7], T[8:11])):
@@ -133,9 +133,8 @@ class Go(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
-    """Follow time-stamped joints, which replace all motions from their first time on: `times` [s] in increasing order,
-    `joints` [rad, m] at each time; `speed`: fraction of the nominal speed.
-    """
+    """Follow joints with time stamps, replacing all motions from the first time stamp on: `times` [s] in increasing
+    order, `joints` [rad, m] at each time. `speed`: fraction of the nominal speed."""
 
     times: tuple[float, ...]
     joints: tuple[Joints, ...]
@@ -155,9 +154,8 @@ class Steer(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class DragTool(RobotAct[Shortfall], frozen=True, omit_defaults=True):
-    """Drag the tool towards `pose` (T_world_tool) as far as the arm can follow, from now on; without a pose, end the
-    drag.
-    """
+    """Drag the tool towards `pose` (T_world_tool), from now on, as far as the arm can follow. Without a pose, end the
+    drag."""
 
     pose: Transform | None = None
 
@@ -169,7 +167,7 @@ class ResyncBody(RobotAct[ResyncReport], frozen=True, omit_defaults=True):
 
 
 class Rest(RobotAct[None], frozen=True):
-    """In virtual time: advance the clock until the robot stands still."""
+    """In virtual time: advance the clock until the robot is at rest."""
 
 
 class Undo(RobotAct[None], frozen=True):
@@ -179,7 +177,7 @@ class Undo(RobotAct[None], frozen=True):
 
 
 class Redo(RobotAct[None], frozen=True):
-    """Do the last `count` undone commands again."""
+    """Redo the last `count` undone commands."""
 
     count: int = 1
 
@@ -212,27 +210,28 @@ class Assign(RobotAct[None], frozen=True):
 
 
 class Defined(TaggedValue, frozen=True):
-    """The names of the programs that were stored in memory."""
+    """The names of the programs that Define stored in memory."""
 
     names: tuple[str, ...]
 
 
 class Define(RobotAct[Defined], frozen=True):
-    """Store the programs and variables of a text in memory. `where`: the text before the line number in messages."""
+    """Store the programs and variables of a text in memory. `where`: the text before the line number in error
+    messages."""
 
     text: str
     where: str = "line "
 
 
 class Execute(RobotAct[RunResult], frozen=True):
-    """Run a program of the memory to its end."""
+    """Run a program in memory to its end."""
 
     program: str
     cycles: int = 1
 
 
 class CommandList(TaggedValue, frozen=True):
-    """Motion commands in effect."""
+    """The motion commands in effect."""
 
     commands: tuple[CommandRecord, ...]
 
@@ -250,7 +249,7 @@ class ListMotions(RobotAct[replies.TimelineTable], frozen=True):
 
 
 class LookAtParts(RobotAct[replies.PartTable], frozen=True):
-    """PARTS at a time [s]; None: now."""
+    """PARTS: list the parts of the cell at a time [s]; None: now."""
 
     time: float | None = None
 
@@ -266,13 +265,13 @@ class Record(RobotAct[Recorded], frozen=True):
 
 
 class PartialList(Struct, frozen=True):
-    """A list, or its first rows: `more` rows are left out."""
+    """A list, or its first rows; `more`: the number of rows left out."""
 
     more: int = 0
 
 
 class LocationList(PartialList, frozen=True, kw_only=True):
-    """LISTL: transformations, then precision points, each kind sorted by name."""
+    """The result of LISTL: transformations, then precision points, each group sorted by name."""
 
     rows: tuple[replies.NamedLocation, ...]
 
@@ -284,9 +283,8 @@ class ProgramList(PartialList, frozen=True, kw_only=True):
 
 
 class TaskRow(Struct, frozen=True):
-    """A task that runs or has stopped: `program` and `step` (from 1; None at its end), its `state` in the words of
-    STATUS, and the question it waits for.
-    """
+    """A task that runs or has stopped: its `program` and `step` (from 1; None at the end), its `state` as STATUS words
+    it, and the question it waits for."""
 
     number: int
     program: str
@@ -297,24 +295,21 @@ class TaskRow(Struct, frozen=True):
 
 
 class BranchSeen(Struct, frozen=True):
-    """A branch and the version of its timeline."""
+    """A branch, and the version of its timeline."""
 
     row: replies.BranchRow
     version: int
 
 
-MAX_UNTRUE = 3  # maximum number of outdated readings in a survey
+MAX_UNTRUE = 3  # maximum number of readings that no longer hold in a survey
 
 
 class Surveyed(TaggedValue, frozen=True):
-    """The state of a robot. A list is None if the client already has its latest mark. `marks`: the marks of both lists
-    and of the requested program; a mark changes whenever the list or program is stored again, and is empty for an
-    unknown program.
-
-    `on`: the signals that are on. `base`: T_robot_world, the frame of the locations; `tool`: T_flange_tool [m].
-    `driver`: the owner of the lease, empty if nobody has it. `untrue`: the first MAX_UNTRUE readings of signals that no
-    longer hold. `breakpoints`: the steps before which the requested program stops.
-    """
+    """The state of a robot. A list is None if the client already has its latest version. `marks`: version marks of both
+    lists and of the requested program. A mark changes whenever the list or program is stored again; it is empty for an
+    unknown program. `on`: the signals that are on. `base`: T_robot_world, the frame of the locations; `tool`:
+    T_flange_tool [m]. `driver`: the holder of the lease, empty if nobody holds it. `untrue`: the first MAX_UNTRUE
+    signal readings that no longer hold. `breakpoints`: the steps of the requested program before which it stops."""
 
     places: LocationList | None
     programs: ProgramList | None
@@ -333,9 +328,8 @@ class Surveyed(TaggedValue, frozen=True):
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
-    """Return the state of the robot. `program`: the program whose mark and breakpoints are wanted, empty for none;
-    `known`: marks of the lists that the client already has.
-    """
+    """Return the state of the robot. `program`: the program whose mark and breakpoints are requested, empty for none.
+    `known`: marks of the lists that the client already has."""
 
     program: str = ""
     known: tuple[str, ...] = ()
@@ -355,9 +349,8 @@ class LookAtProgram(RobotAct[ProgramSource], frozen=True):
 
 
 class RecordProgram(RobotAct[Defined], frozen=True):
-    """Make a program that leads the tool along its path from `begin` to `end` [s], within 2 mm and 1 degree, and store
-    it in memory.
-    """
+    """Make a program that moves the tool along its recorded path from `begin` to `end` [s], within 2 mm and 1 degree,
+    and store it in memory."""
 
     name: str
     begin: float
@@ -370,9 +363,8 @@ Line = tuple[Vector, Vector]
 
 
 class SketchBall(NamedTuple):
-    """A ball in a sketch, at a point in the world [m]. `mood`: `good` at a goal that is reached, `stop` where the tool
-    stops, `bad` at a contact.
-    """
+    """A ball in a sketch, at a point in the world [m]. `mood`: `good` at a goal within reach, `stop` where the tool
+    stops, `bad` at a contact."""
 
     name: str
     place: Vector
@@ -380,9 +372,8 @@ class SketchBall(NamedTuple):
 
 
 class Sketch(TaggedValue, frozen=True, omit_defaults=True):
-    """An explanation as a picture in the world [m]: paths that can be `followed`, paths that are `refused`, balls,
-    frames of a chain, and a text at a point.
-    """
+    """A picture of an explanation, in the world [m]: paths that can be `followed`, paths that are `refused`, balls, the
+    frames of a chain, and a text at a point."""
 
     text: str
     at: Vector
@@ -393,23 +384,22 @@ class Sketch(TaggedValue, frozen=True, omit_defaults=True):
 
 
 class WhyRefused(RobotAct[Sketch | None], frozen=True):
-    """WHY of the target of the motion `text`, as a picture; None if the motion has no target."""
+    """Show WHY for the target of the motion `text`, as a picture; None if the motion has no target."""
 
     text: str
 
 
 class BoundaryCurves(TaggedValue, frozen=True):
-    """The boundary of the points that the tool reaches in its present configuration, with its present TOOL. `lines`:
+    """The boundary of the points that the tool can reach in its present configuration with its present TOOL. `lines`:
     sequences of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
-    `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad], through which the lines rotate.
-    """
+    `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad]; the lines rotate with this joint."""
 
     lines: tuple[tuple[Vector, ...], ...]
     turns: tuple[float, float]
 
 
 class Boundary(RobotAct[BoundaryCurves], frozen=True):
-    """Return the boundary of the reach. Raises IllegalValue if the first joint of the arm slides."""
+    """Return the boundary of the tool's reach. Raises IllegalValue if the arm's first joint slides."""
 
 
 # --- texts ------------------------------------------------------------------------------------------------------------
@@ -422,22 +412,21 @@ class Findings(TaggedValue, frozen=True):
 
 
 class ReadDraft(UserAct[Findings], frozen=True):
-    """Find the mistakes in the text of SEE; if SEE is not open, in any program text."""
+    """Find the mistakes in the text of SEE or, if SEE is not open, in the text of any program."""
 
     text: str
 
 
 class Kept(TaggedValue, frozen=True):
-    """The program was stored under this name; `said`: the messages about it."""
+    """The name under which a program was stored; `said`: the messages about it."""
 
     name: str
     said: str
 
 
 class KeepDraft(UserAct[Kept], frozen=True):
-    """Store the program of SEE. If SEE is not open, store another program that is not running; it replaces the program
-    of the same name.
-    """
+    """Store the program of SEE. If SEE is not open, store the program of the text, replacing the program of the same
+    name. A running program cannot be replaced."""
 
     text: str
 
@@ -447,10 +436,10 @@ class Attend(UserAct[None], frozen=True):
 
 
 class LeaveEntry(UserAct[None], frozen=True):
-    """Discard the program that is being typed; `why`: text before the message."""
+    """Discard the program that is being typed. `why`: text before the message."""
 
     why: str = ""
 
 
 class StopProgram(UserAct[None], frozen=True):
-    """Stop the running program while the user has typed nothing in the line."""
+    """Stop the running program, but only while the user's input line is empty."""

@@ -1,8 +1,6 @@
 """Define the values that the language sends to the engine: motions, events with their times, and commands to the robot.
-
-A program yields commands as plain data. The engine makes a `Motion` of each `Move`, adds its issue and execution times,
-and gives it to the planner f. Units: metres, radians, seconds.
-"""
+A program yields commands as plain data. The engine turns each `Move` into a `Motion`, adds its issue and execution
+times, and passes it to the planner f. Units: metres, radians, seconds."""
 
 from __future__ import annotations
 
@@ -16,11 +14,10 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 
 class MotionKind(Enum):
-    """JOINT: joint-interpolated. STRAIGHT: the tool tip moves on a straight line. REST: the arm stands still (DELAY,
+    """JOINT: joint-interpolated. STRAIGHT: the tool tip moves on a straight line. REST: the arm is at rest (DELAY,
     hand, tool). STEERED: the joints follow a stream of targets, which the timeline does not store. EVENT: channels get
-    values and nothing moves (SIGNAL). RECORDED: an EVENT from outside the program, or an observation; UNDO takes it
-    back together with the command before it.
-    """
+    values and nothing moves (SIGNAL). RECORDED: an EVENT from outside the program, or an observation; UNDO reverts it
+    together with the command before it."""
 
     JOINT = "joint"
     STRAIGHT = "straight"
@@ -31,16 +28,16 @@ class MotionKind(Enum):
 
     @property
     def space(self) -> str:
-        """Return the space in which such a motion is planned, as tables show it."""
+        """Return the space in which such a motion is planned, as shown in tables."""
         return "joint" if self is MotionKind.STEERED else str(self.value)
 
 
 class Start(Enum):
-    """When a motion begins if an earlier one changes."""
+    """The time at which a motion begins if an earlier motion changes."""
 
-    AT = "at"  # at its own time, or later, as soon as the previous motion has ended
-    AFTER = "after"  # when the previous motion has ended, plus the pause that followed it
-    BLEND = "blend"  # at the start of the deceleration of the previous motion (continuous path)
+    AT = "at"  # at its own time, or when the previous motion ends if that is later
+    AFTER = "after"  # when the previous motion has ended, after the same pause as before
+    BLEND = "blend"  # when the previous motion begins to decelerate (continuous path)
 
 
 class Frames(Struct, frozen=True):
@@ -57,14 +54,15 @@ class ToolOffsetTarget(Struct, frozen=True):
 
 
 class JointOffsetTarget(Struct, frozen=True):
-    """DRIVE: change one joint (counted from 1) by `change` [rad, m] from the end of the previous motion."""
+    """DRIVE: change one joint (counted from 1) by `change` [rad, m], relative to the end of the previous motion."""
 
     joint: int
     change: float
 
 
 class AlignedTarget(Struct, frozen=True):
-    """ALIGN: the end location of the previous motion, with the tool's Z along the nearest axis of the world (BASE)."""
+    """ALIGN: the end location of the previous motion, with the tool's Z axis turned to the nearest axis of the world
+    (BASE)."""
 
 
 RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
@@ -78,18 +76,15 @@ class Swivel(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A motion of a timeline, with all data needed to plan it again from another start.
-
-    `number` counts the motions of a timeline from 1; 0 is the initial pose. `goal`: the joints to reach [rad] (JOINT),
-    or the first target (STEERED). `pose`: T_robot_tool to reach (STRAIGHT). `relative`: the target from which goal and
-    pose follow, if it depends on the end of the motion before. `speed` and `acceleration` are fractions of the nominal
-    values. On a straight line `tip_speed` [m/s] and `rotation` (fraction of the nominal angular speed) replace `speed`.
-    `duration` [s]: the shortest time (for REST, the time). `hand`: the opening of the hand from the start of the motion
-    on (1 open, 0 closed), in older files only; newer files have events. `text`: the instruction. `rounding` [m]: with
-    Start.BLEND, the distance of the tip from the end of the previous motion at which this motion begins; None: this
-    motion begins when the previous one slows down. `swivel`: the value of a redundant joint at the end of a straight
-    line.
-    """
+    """A motion of a timeline, with all data needed to plan it again from another start. `number` counts the motions of
+    a timeline from 1; 0 is the initial pose. `goal`: the joints to reach [rad] (JOINT), or the first target (STEERED).
+    `pose`: T_robot_tool to reach (STRAIGHT). `relative`: the target from which goal and pose are computed if it depends
+    on the end of the previous motion. `speed` and `acceleration` are fractions of the nominal values. On a straight
+    line `tip_speed` [m/s] and `rotation` (fraction of the nominal angular speed) replace `speed`. `duration` [s]: the
+    minimum duration (for REST, the duration). `hand`: the opening of the hand from the start of the motion on (1 open,
+    0 closed), only in older files; newer files have events. `text`: the instruction. `rounding` [m]: with Start.BLEND,
+    this motion begins when the tip is at this distance from the end of the previous motion; None: when the previous
+    motion begins to slow down. `swivel`: the value of a redundant joint at the end of a straight line."""
 
     number: int
     kind: MotionKind
@@ -117,13 +112,13 @@ class PoseTarget(Struct, frozen=True):
 
 
 class JointTarget(Struct, frozen=True):
-    """A precision point."""
+    """A precision point: the joints to reach [rad, m]."""
 
     joints: Joints
 
 
 class NamedTarget(Struct, frozen=True):
-    """A pose of the robot model: "ready", "nest"."""
+    """A named pose of the robot model: "ready" or "nest"."""
 
     name: str
 
@@ -136,12 +131,11 @@ FIRST_INPUT = 1001  # the channels of inputs are 1001 to 1512
 
 
 class Event(NamedTuple):
-    """A channel gets a value. `time` [s]: a point of the time grid. `channel`: HAND (values from 0, closed, to 1,
-    open), or the number of a signal (values 0 or 1). `number`: the number of the command that caused the event, as
-    `Motion.number`. `tied`: after an edit the event follows its motion; otherwise it keeps its own time. `duration`
-    [s]: how long the fingers take; they arrive at `time + duration`. `observed`: the event changes nothing; it records
-    that a program read this value at that time.
-    """
+    """A change of a channel's value. `time` [s]: a point of the time grid. `channel`: HAND (values from 0, closed, to
+    1, open), or the number of a signal (values 0 or 1). `number`: the number of the command that caused the event, as
+    in `Motion.number`. `tied`: after an edit the event keeps its time relative to its motion; otherwise it keeps its
+    own time. `duration` [s]: how long the fingers move; they arrive at `time + duration`. `observed`: the event changes
+    nothing; it records that a program read this value at that time."""
 
     time: float
     channel: int
@@ -152,14 +146,13 @@ class Event(NamedTuple):
     observed: bool = False
 
     def shift_by(self, shift: float) -> Event:
-        """Return the event moved by `shift` [s]."""
+        """Return the event, moved by `shift` [s]."""
         return self._replace(time=self.time + shift) if shift else self
 
 
 class EventEdit(NamedTuple):
-    """The events of a timeline delta: keep the first `keep` events, replace the next `drop` events by `events`, and
-    move all later events by `shift` [s].
-    """
+    """The change of events in a timeline delta: keep the first `keep` events, replace the next `drop` events with
+    `events`, and move all later events by `shift` [s]."""
 
     keep: int
     drop: int = 0
@@ -168,7 +161,7 @@ class EventEdit(NamedTuple):
 
     @property
     def adds(self) -> bool:
-        """Return whether all earlier events stay as they are."""
+        """Return whether the edit only appends events."""
         return not self.drop and not self.shift
 
 
@@ -179,16 +172,13 @@ class Stamp(Struct, frozen=True):
     relative: bool = False
 
 
-# --- what programs and the prompt ask for ----------------------------------------------------------------------
+# --- requests of programs and of the prompt ---------------------------------------------------------------------
 
 
 class Move(Struct, frozen=True):
-    """A motion: joint-interpolated, or a straight line of the tool tip.
-
-    `hand`: opening of the hand during the motion (1 open, 0 closed, None: unchanged). `speed`: fraction in (0, 1] of
-    the nominal speed that replaces the program speed for this motion only (DRIVE). `text`: the instruction as typed,
-    for tables and files.
-    """
+    """A motion: joint-interpolated, or a straight line of the tool tip. `hand`: the opening of the hand during the
+    motion (1 open, 0 closed, None: unchanged). `speed`: a fraction in (0, 1] of the nominal speed, which replaces the
+    program speed for this motion only (DRIVE). `text`: the instruction as typed, for tables and files."""
 
     target: Target
     straight: bool
@@ -199,7 +189,7 @@ class Move(Struct, frozen=True):
 
 
 class Delay(Struct, frozen=True):
-    """DELAY: stand still for `seconds`."""
+    """DELAY: remain at rest for `seconds`."""
 
     seconds: float
     text: str = ""
@@ -215,11 +205,9 @@ class Brake(Struct, frozen=True):
 
 class OperateHand(Struct, frozen=True):
     """OPENI, CLOSEI, RELAXI (`immediate`): come to rest, operate the hand, and wait HAND.TIME. OPEN, CLOSE, RELAX:
-    operate the hand during the next motion.
-
-    `opening`: 1 open, 0 closed; None relaxed. `width` [m]: the distance between the fingers, for a robot that knows it.
-    `stamp` (OPENI AT t): operate the hand at that time, independently of the arm, and do not wait.
-    """
+    operate the hand during the next motion. `opening`: 1 open, 0 closed; None: relaxed. `width` [m]: the distance
+    between the fingers, for robots with a known hand width. `stamp` (OPENI AT t): operate the hand at that time,
+    independently of the arm, and do not wait."""
 
     opening: float | None
     immediate: bool
@@ -229,13 +217,11 @@ class OperateHand(Struct, frozen=True):
 
 
 class SetChannels(Struct, frozen=True):
-    """Give channels of the timeline values, in this order: (HAND or the number of a signal, value).
-
-    Without a stamp the change takes effect now, and moves with the motions if they are moved. With a stamp it keeps its
-    own time. `text`: the instruction; without a text the change came from outside (a script, a device, a rule of the
-    cell), and UNDO takes it back with the command before it. `observed`: a program has read these values, and nothing
-    changes. `duration` [s]: the duration of each event.
-    """
+    """Set channels of the timeline, in the order given: pairs (HAND or the number of a signal, value). Without a stamp
+    the change takes effect now, and moves with the motions if they are moved. With a stamp it keeps its own time.
+    `text`: the instruction; empty if the change came from outside (a script, a device, a rule of the cell): then UNDO
+    reverts it together with the command before it. `observed`: a program has read these values, and nothing changes.
+    `duration` [s]: the duration of each event."""
 
     changes: tuple[tuple[int, float], ...]
     stamp: Stamp | None = None
@@ -251,9 +237,8 @@ class SpeedUnit(Enum):
 
 
 class SetSpeed(Struct, frozen=True):
-    """Set the program speed: percent of nominal, or tool-tip speed in mm/s or inch/s; for the next motion unless
-    `always`.
-    """
+    """Set the program speed, in percent of nominal, or as tool-tip speed in mm/s or inch/s. It holds for the next
+    motion only unless `always`."""
 
     value: float
     rotation: float | None = None
@@ -268,14 +253,14 @@ class SetMonitorSpeed(Struct, frozen=True):
 
 
 class SetDuration(Struct, frozen=True):
-    """Set the shortest time of motions [s]."""
+    """Set the minimum duration of motions [s]."""
 
     seconds: float
     always: bool = False
 
 
 class SetSwivel(Struct, frozen=True):
-    """Set the value of a redundant joint at the end of straight lines; None: the planner chooses."""
+    """Set the value of a redundant joint at the end of straight lines; None: the planner chooses the value."""
 
     swivel: Swivel | None
     always: bool = False
@@ -290,14 +275,13 @@ class SetAcceleration(Struct, frozen=True):
 
 class SetConfiguration(Struct, frozen=True):
     """RIGHTY, LEFTY, ABOVE, BELOW, FLIP, NOFLIP: set the configuration at the end of the next joint-interpolated motion
-    to a transformation.
-    """
+    to a transformation."""
 
     flag: Flag
 
 
 class Mode(Enum):
-    """Settings that are on or off for the next motion, or always."""
+    """Settings that can be on or off, for the next motion or permanently."""
 
     CONTINUOUS_PATH = "CP"
     COARSE = "COARSE"
@@ -343,16 +327,15 @@ class SetSwitch(Struct, frozen=True):
 
 
 class AlterMode(Struct, frozen=True):
-    """ALTON: the meaning of displacements of the path. `world`: displacements are along and about the axes of the
-    world, otherwise of the tool; `adds`: each displacement is added to the earlier ones.
-    """
+    """ALTON: the meaning of path displacements. `world`: displacements are along and about the axes of the world,
+    otherwise of the tool. `adds`: each displacement is added to the earlier ones."""
 
     world: bool
     adds: bool
 
 
 class SetAlter(Struct, frozen=True):
-    """ALTON: set the mode of displacements. ALTOFF (None): later motions go to their own targets again."""
+    """ALTON: set how displacements are applied. ALTOFF (None): later motions go to their own targets again."""
 
     mode: AlterMode | None
 

@@ -1,9 +1,7 @@
-"""Mistakes in a line (VAL-II's text and code, details, a hint, and the place), and the dialects of programs.
-
-A file names its dialect in a comment above its first program: `; dialect: val2`. Each dialect includes the words of all
-earlier dialects. That VAL and VAL-II group AND, OR and NOT tighter than relations is from memory (val2 section 2.2); no
-paper manual has confirmed it.
-"""
+"""Mistakes in a line (VAL-II's text and code, details, a hint, and the position), and the dialects of programs. A file
+names its dialect in a comment above its first program: `; dialect: val2`. Each dialect includes the words of all
+earlier dialects. That AND, OR and NOT bind tighter than relations in VAL and VAL-II is stated from memory (val2 section
+2.2); no printed manual has confirmed it."""
 
 from __future__ import annotations
 
@@ -17,7 +15,7 @@ from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 
 
 class Dialect(Enum):
-    """A dialect; the value is its name in files and in `--dialect`; `title`: its name in messages."""
+    """A dialect. Its value is its name in files and in `--dialect`; `title` is its name in messages."""
 
     VAL = "val", "VAL"
     VAL2 = "val2", "VAL-II"
@@ -32,9 +30,8 @@ class Dialect(Enum):
     title: str
 
     def knows(self, where: str) -> bool:
-        """Return whether the dialect has a word. `where`: the lineage in the word's table row; words of vrs itself are
-        in all dialects.
-        """
+        """Return whether a word belongs to the dialect. `where`: the lineage column of the word's table row. Words that
+        vrs itself adds belong to all dialects."""
         marks = where.split()
         return not marks or any(mark in self._marks for mark in marks)
 
@@ -53,12 +50,12 @@ DIALECTS = tuple(dialect.value for dialect in Dialect)
 
 Placed = TypeVar("Placed", bound="HasSpan")
 
-# maximum number of characters shown of a source line and of a detail; no line of an old program is longer
+# maximum number of characters of a source line or of a detail in a message; no line of an old program is longer
 MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 
 class HasSpan(Protocol):
-    """A value that has a position in a text."""
+    """A value with a position in a text."""
 
     @property
     def span(self) -> Span: ...
@@ -77,9 +74,8 @@ class Severity(Enum):
 
 
 class Diagnostic(Struct, frozen=True):
-    """A mistake found in the source. `detail`: the mistake; `hint`: a correct form. `mend`: the text that replaces the
-    span if only one correction is possible, otherwise empty.
-    """
+    """A mistake found in the source. `detail`: what is wrong; `hint`: a correct form. `mend`: the text that corrects
+    the span, if only one correction is possible, otherwise empty."""
 
     severity: Severity
     code: int
@@ -91,19 +87,20 @@ class Diagnostic(Struct, frozen=True):
 
     @property
     def label(self) -> str:
-        """Return the code as a file or an option names it: V452 for -452."""
+        """Return the code in the form used in file names and options: V452 for -452."""
         return f"V{abs(self.code):03d}"
 
     @property
     def message(self) -> str:
-        """Return `*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is cut."""
+        """Return the message, such as `*Unknown instruction* MOVEE (did you mean MOVE?)`. A very long detail is
+        shortened."""
         detail = self.detail
         shown = detail if len(detail) <= MAX_DETAIL_CHARS else f"{detail[:MAX_DETAIL_CHARS]}..."
         return sentence(self.text, shown, self.hint)
 
 
 class LineRefused(ProgramError):
-    """The error for a line that cannot be read. `diagnostic`: the reason and the position."""
+    """The error for a line that cannot be read. `diagnostic`: the reason, with the position."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.detail, diagnostic.hint)
@@ -118,12 +115,12 @@ class LineRefused(ProgramError):
 
 
 def error(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", mend: str = "") -> Diagnostic:
-    """Make an error with the text and code of a class of errors."""
+    """Make an error diagnostic with the text and code of an error class."""
     return Diagnostic(Severity.ERROR, kind.code, kind.text, detail, hint, span, mend)
 
 
 def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", mend: str = "") -> Diagnostic:
-    """Make a warning with the text and code of a class of errors."""
+    """Make a warning diagnostic with the text and code of an error class."""
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span, mend)
 
 
@@ -143,7 +140,7 @@ class DiagnosticCollector:
 
 
 def refusal(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> LineRefused:
-    """Make the error that refuses a line."""
+    """Make the exception that refuses a line."""
     return LineRefused(error(kind, span, detail, hint))
 
 
@@ -159,9 +156,8 @@ def errors(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
 
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
     """Return `file:line:column: V452 *Text* detail (hint)`, the source line, and a line of carets under the span, as
-    plain text. Without a path (at the prompt) the position and the code are left out. Of a very long line only the part
-    around the span is shown.
-    """
+    plain text. Without a path (at the prompt) the position and the code are left out. If a line is very long, only the
+    part around the span is shown."""
     span = diagnostic.span
     place = f"{path}:{span.line}:{span.column}: {diagnostic.label} " if path is not None else ""
     kind = "warning: " if diagnostic.severity is Severity.WARNING else ""
@@ -172,12 +168,12 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
         lines += [
             "".join(plain),
             _pointer(stretch, place_in_it),
-        ]  # characters that would move the cursor are replaced, tabs stay
+        ]  # replace characters that would move the cursor, but keep tabs
     return "\n".join(lines)
 
 
 def _stretch(line: str, span: Span) -> tuple[str, Span]:
-    """Return the part of a long line around a span, and the span within that part."""
+    """Return the part of a long line around a span, and the position of the span in that part."""
     if len(line) <= MAX_LINE_CHARS:
         return line, span
     begin = max(0, min(span.column - 1 - MAX_LINE_CHARS // 2, len(line) - MAX_LINE_CHARS))
@@ -195,7 +191,7 @@ def _pointer(line: str, span: Span) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return `did you mean MOVES?` for the nearest known word, in any case of letters; "" if none is near."""
+    """Return `did you mean MOVES?` with the most similar known word, ignoring case; "" if no word is similar."""
     choices = {name.lower(): name for name in known}
     near = nearest(word.lower(), choices)
     return f"did you mean {choices[near]}?" if near else ""

@@ -1,4 +1,4 @@
-"""Define the values for moving the arm manually: the steps of JOG, and dragging the tool in a picture."""
+"""Define the values for moving the arm manually: steps of JOG, and dragging the tool in a picture."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ class Limit(Enum):
 
 
 class Hold(Struct, frozen=True, omit_defaults=True):
-    """A limit that holds the tool back. `joint`, counted from 1: the joint that is at its `end` (`lower`, `upper`), or
-    at its full speed. `which`: `far` or `close` for the reach; `shoulder`, `elbow` or `wrist` for a singularity; the
-    two bodies for a contact.
-    """
+    """A limit that keeps the tool from its target. `joint`, counted from 1: the joint that is at its `end` (`lower`,
+    `upper`), or at its maximum speed. `which`: for the reach `far` or `close`; for a singularity `shoulder`, `elbow` or
+    `wrist`; for a contact the two bodies."""
 
     limit: Limit
     joint: int = 0
@@ -33,7 +32,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
     which: str = ""
 
     def describe(self, model: RobotModel) -> str:
-        """Return the limit as a text."""
+        """Describe the limit in words."""
         match self.limit:
             case Limit.JOINT:
                 ends = model.lower if self.end == "lower" else model.upper
@@ -53,9 +52,8 @@ class Hold(Struct, frozen=True, omit_defaults=True):
 
 
 class Shortfall(TaggedValue, frozen=True, omit_defaults=True):
-    """The distance of the tool from the requested pose [m, rad], and the limits that hold the tool back; no limits once
-    it has arrived.
-    """
+    """The remaining distance of the tool from the requested pose [m, rad], and the limits that cause it; no limits once
+    the tool has arrived."""
 
     away: float = 0.0
     turned: float = 0.0
@@ -63,9 +61,8 @@ class Shortfall(TaggedValue, frozen=True, omit_defaults=True):
 
 
 class DragState(Struct, frozen=True, omit_defaults=True):
-    """The user who drags the tool (empty: nobody) and how the tool follows. `why`: the reason if the robot ended the
-    drag. `issued` [s]: when the user sent the newest requested pose that the robot has followed or skipped.
-    """
+    """The user who drags the tool (empty: nobody), and how well the tool follows. `why`: the reason if the robot ended
+    the drag. `issued` [s]: when the user sent the newest pose that the robot has followed or skipped."""
 
     by: str = ""
     held: Shortfall = Shortfall()
@@ -74,7 +71,7 @@ class DragState(Struct, frozen=True, omit_defaults=True):
 
 
 class Frame(Enum):
-    """The axes of a jog: the value is its name on the screen."""
+    """The axes of a jog; the value is the name on the screen."""
 
     JOINT = "joints"
     WORLD = "world"
@@ -82,7 +79,7 @@ class Frame(Enum):
 
 
 class Axis(Struct, frozen=True):
-    """The axis of a jog. `index` counts from 0: joints, or X, Y, Z and the rotations about them."""
+    """An axis of a jog. `index` counts from 0: the joints, or X, Y, Z and the rotations about them."""
 
     frame: Frame
     index: int
@@ -95,7 +92,7 @@ class Axis(Struct, frozen=True):
 
     @property
     def turns(self) -> bool:
-        """Return whether a step along the axis turns the tool."""
+        """Return whether a step along this axis rotates the tool."""
         return self.frame is not Frame.JOINT and self.index >= 3
 
 
@@ -103,7 +100,8 @@ CARTESIAN = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 
 class Seen(TaggedValue, frozen=True):
-    """The arm and its clock. `end` [s]: when the arm comes to rest. `said`: messages about the last step."""
+    """The state of the arm and the clock. `end` [s]: when the arm comes to rest. `said`: messages about the last
+    step."""
 
     position: Position
     end: float
@@ -112,7 +110,7 @@ class Seen(TaggedValue, frozen=True):
 
 
 class Press(UserAct[Seen], frozen=True):
-    """Press a key: move `amount` [mm, deg] along an axis at `speed` [%]."""
+    """Move `amount` [mm, deg] along an axis at `speed` [%], as when a key is pressed."""
 
     axis: Axis
     amount: float
@@ -120,8 +118,8 @@ class Press(UserAct[Seen], frozen=True):
 
 
 class StopJog(UserAct[Seen], frozen=True, tag="Brake"):
-    """Stop now."""
+    """Stop the arm now."""
 
 
 class Look(UserAct[Seen], frozen=True):
-    """Return where the arm is."""
+    """Return the state of the arm."""

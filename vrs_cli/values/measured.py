@@ -1,7 +1,6 @@
 """Define values of the measured robot: reports of a body, the state of a body, and its difference from the timeline. A
-body is a client that is the real robot or simulates it. Metres, radians, seconds; times are of the robot's clock unless
-another clock is named.
-"""
+body is a client that is the real robot or simulates it. Units are metres, radians, seconds. Times are by the robot's
+clock unless another clock is named."""
 
 from __future__ import annotations
 
@@ -14,13 +13,12 @@ from vrs_cli.kinematics.transform import angle_between, distance
 from vrs_cli.values.results import Apart, Position
 from vrs_cli.values.tagged import TaggedValue
 
-MAX_LATENESS_S = 2.0  # a report that is this much older than the newest one is dropped [s]
+MAX_LATENESS_S = 2.0  # [s] a report is dropped if it is this much older than the newest one
 
 
 class BodyMode(Enum):
-    """The mode of a body: it follows the timeline, holds still by order, or has stopped for a reason of its own
-    (emergency stop, brake, fault).
-    """
+    """The mode of a body: it follows the timeline, holds because it was ordered to, or has stopped for its own reason
+    (emergency stop, brake, fault)."""
 
     FOLLOWS = "follows"
     HOLDS = "holds"
@@ -28,9 +26,8 @@ class BodyMode(Enum):
 
 
 class Report(Struct, frozen=True, omit_defaults=True):
-    """A measurement of a body at time `t` [s]: joints [rad, m], and if known their velocities [rad/s, m/s] and efforts
-    [N m, N].
-    """
+    """A measurement by a body at time `t` [s]: joints [rad, m] and, if known, their velocities [rad/s, m/s] and efforts
+    [N m, N]."""
 
     t: float
     joints: Joints
@@ -41,10 +38,9 @@ class Report(Struct, frozen=True, omit_defaults=True):
 
 class ReportCounts(Struct, frozen=True, omit_defaults=True):
     """Counts of received and missing reports. `received`: all reports that arrived. `lost`: missing sequence numbers; a
-    report that comes later counts as `reordered` instead. `late`: dropped because they were more than MAX_LATENESS_S
-    older than the newest. `duplicate`: dropped because their time was known already. `reordered`: came after a newer
-    report, and were sorted in.
-    """
+    report that arrives later counts as `reordered` instead. `late`: reports dropped because they were more than
+    MAX_LATENESS_S older than the newest one. `duplicate`: reports dropped because a report of the same time was known.
+    `reordered`: reports that arrived after a newer one and were sorted in."""
 
     received: int = 0
     lost: int = 0
@@ -63,12 +59,9 @@ class ReportCounts(Struct, frozen=True, omit_defaults=True):
 
 
 class BodySeen(Struct, frozen=True, omit_defaults=True):
-    """The state of a body.
-
-    `mode`: the mode in its last report; `order`: the last order sent to the body. `last` [s]: the time of its last
-    report. `offset` [s]: its clock minus the robot's; `drift` [s/s]: the rate at which the offset grows. `delay` [s]:
-    the age of its reports on arrival; `rate` [1/s]: reports per second.
-    """
+    """The state of a body. `mode`: the mode in its last report; `order`: the last order sent to the body. `last` [s]:
+    the time of its last report. `offset` [s]: its clock minus the robot's clock; `drift` [s/s]: the rate at which the
+    offset grows. `delay` [s]: the age of its reports on arrival; `rate` [1/s]: reports per second."""
 
     name: str
     mode: BodyMode = BodyMode.FOLLOWS
@@ -82,9 +75,8 @@ class BodySeen(Struct, frozen=True, omit_defaults=True):
 
 
 class MeasuredPosition(Struct, frozen=True):
-    """The measured and the expected position of the robot at one time. `measured` has the hand opening of the timeline;
-    the measured acceleration is unknown and given as zero.
-    """
+    """The measured and the expected position of the robot at one time. The hand opening in `measured` comes from the
+    timeline; the measured acceleration is unknown and set to zero."""
 
     measured: Position
     expected: Position
@@ -92,7 +84,7 @@ class MeasuredPosition(Struct, frozen=True):
 
     @property
     def errors(self) -> Joints:
-        """Return measured minus expected joints [rad, m]."""
+        """Return the measured minus the expected joints [rad, m]."""
         return tuple([a - b for a, b in zip(self.measured.joints, self.expected.joints, strict=True)])
 
     @property
@@ -102,7 +94,7 @@ class MeasuredPosition(Struct, frozen=True):
 
     @property
     def angle(self) -> float:
-        """Return the angle between the tool and its expected orientation [rad]."""
+        """Return the angle between the tool's orientation and its expected orientation [rad]."""
         return angle_between(self.measured.T_world_tool, self.expected.T_world_tool)
 
 
@@ -114,9 +106,8 @@ class Deviation(Struct, frozen=True):
 
 
 class MeasuredComparison(Struct, frozen=True):
-    """All reports from `begin` to `end` [s] compared with the timeline at their times: the position of the tool [m],
-    its orientation [rad], and each joint [rad, m]. `unknown` [s]: the total length of gaps.
-    """
+    """The reports from `begin` to `end` [s] compared with the timeline at their times: the tool's position [m], its
+    orientation [rad], and each joint [rad, m]. `unknown` [s]: the total length of gaps in the reports."""
 
     begin: float
     end: float
@@ -141,12 +132,10 @@ class DivergenceCause(Enum):
 
 
 class DivergenceAlarm(Struct, frozen=True):
-    """At `t` [s] the measured robot differs from the timeline by more than healthy noise.
-
-    `joint`: the joint (from 1) that differs most relative to its noise; `size`: its residual (measured minus expected)
-    [rad, m]; `tool`: the distance of the tool from its expected position [m]. `detail`: one plain sentence. `since`
-    [s]: when the difference began.
-    """
+    """An alarm: from `t` [s] on, the measured robot differs from the timeline by more than its usual noise. `joint`:
+    the joint (from 1) that differs most relative to its noise; `size`: its residual (measured minus expected) [rad, m];
+    `tool`: the distance of the tool from its expected position [m]. `detail`: one plain sentence. `since` [s]: when the
+    difference began."""
 
     t: float
     joint: int
@@ -164,9 +153,8 @@ def alarm_text(alarm: DivergenceAlarm) -> str:
 
 
 class OnAlarm(Enum):
-    """The reaction to divergence. OFF: do not check; WARN: notify the users; HOLD: also tell the body to hold; ABORT:
-    stop the robot; RESYNC: hold, then resynchronise.
-    """
+    """The reaction to divergence. OFF: do not check; WARN: notify the users; HOLD: notify, and order the body to hold;
+    ABORT: stop the robot; RESYNC: hold, then resynchronise."""
 
     OFF = "off"
     WARN = "warn"
@@ -176,12 +164,9 @@ class OnAlarm(Enum):
 
 
 class ResyncReport(TaggedValue, frozen=True):
-    """The result of RESYNC: from `t` [s] the timeline goes to the measured joints, and from `until` [s] the body
-    follows.
-
-    `distances`: between the timeline and the measured joints [rad, m]. `goal`: the text of the next target; empty if
-    the robot stays there.
-    """
+    """The result of RESYNC: at `t` [s] the timeline begins to go to the measured joints, and at `until` [s] the body
+    begins to follow. `distances`: the differences between the timeline and the measured joints [rad, m]. `goal`: the
+    text of the next target; empty if the robot stays where it is."""
 
     t: float
     until: float

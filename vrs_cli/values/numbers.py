@@ -9,7 +9,7 @@ DECIMALS = 3
 
 
 def decimal(value: float, decimals: int = DECIMALS) -> str:
-    """Format a number with `decimals` decimals; zero never has a minus sign, even after rounding."""
+    """Format a number with a given number of decimals. Zero never has a minus sign, even after rounding."""
     text = f"{value:.{decimals}f}"
     return text.lstrip("-") if text.startswith("-") and not text.strip("-0.") else text
 
@@ -27,4 +27,4 @@ def count(number: int, one: str) -> str:
 Value = float | str | Transform | Joints
 
 
-LIMIT = 3.4028235e38  # the largest real: single precision (V+ User's Guide p.102)
+LIMIT = 3.4028235e38  # maximum absolute value of a real: single precision (V+ User's Guide p.102)

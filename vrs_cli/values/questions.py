@@ -1,6 +1,5 @@
-"""Define questions to users, and the state that a front end shows around the line that is typed. `text`: the prompt
-before the answer; `id` numbers the questions of one robot.
-"""
+"""Define questions to users, and the state that a front end shows around the input line. `text`: the prompt before the
+answer; `id` numbers the questions of one robot."""
 
 from __future__ import annotations
 
@@ -25,20 +24,21 @@ class Confirmation(Asking, frozen=True):
 
 
 class Parting(Asking, frozen=True):
-    """`Leave ... (Y/N)?`: EXIT, Ctrl-D and no answer mean yes. `about`: text shown before the question."""
+    """`Leave ... (Y/N)?`: EXIT and Ctrl-D ask this; no answer means yes. `about`: text shown before the question."""
 
     text: str
     about: str = ""
 
 
 class Amendment(Asking, frozen=True):
-    """`Change?`: the new numbers of a location; an empty line or no answer leaves the location unchanged."""
+    """`Change?`: asks for new numbers of a location. An empty line or no answer leaves the location unchanged."""
 
     text: str
 
 
 class LineWanted(Asking, frozen=True):
-    """PROMPT, READ, GETC: a line for a program. `wrong`: the mistake in the previous answer, if asked again."""
+    """PROMPT, READ, GETC: a program needs a line of input. `wrong`: the mistake in the previous answer, if the question
+    is repeated."""
 
     text: str
     wrong: str = ""
@@ -57,7 +57,7 @@ class Editing(Asking, frozen=True):
 
 
 class Jogging(Asking, frozen=True):
-    """JOG: move an arm with `joints` joints by keys, at first with `speed` [%]."""
+    """JOG: move an arm with `joints` joints by keys, initially at `speed` [%]."""
 
     joints: int
     units: JointUnits
@@ -65,13 +65,13 @@ class Jogging(Asking, frozen=True):
 
 
 class Playing(Asking, frozen=True):
-    """REPLAY: play the trajectory of a file."""
+    """REPLAY: play a recorded trajectory."""
 
     path: str
 
 
 class Watching(Asking, frozen=True):
-    """SHOW: show the arm as long as it moves."""
+    """SHOW: show the arm while it moves."""
 
 
 OnScreen = Editing | Jogging | Playing | Watching
@@ -80,7 +80,7 @@ Answer = bool | str | None
 
 
 def end_of_input(question: Question) -> EndOfInput:
-    """Return the error for a question that is asked after the end of the input."""
+    """Return the error for a question asked after the end of the input."""
     text = question.text if isinstance(question, LineWanted) else ""
     return EndOfInput(
         f"PROMPT {text!r} has nothing more to read",
@@ -90,18 +90,18 @@ def end_of_input(question: Question) -> EndOfInput:
 
 
 class Pace(Struct, frozen=True):
-    """The rate of the robot clock: robot seconds in one real second."""
+    """The rate of the robot clock: seconds of robot time per second of real time."""
 
     rate: float
     paused: bool = False
 
 
 class PromptStatus(Struct, frozen=True):
-    """The state shown around the line that is typed. `prompt`: the text before the next line; `indent`: the blanks at
-    its start. `in_program`: the line belongs to a program; `typed`: the program has unsaved lines. `asked`: the
-    question of a program that is waiting for any user. `hidden`: words (HAND, TIME) that are names of variables here.
-    `clock`, `end` [s] of the timeline; `pace` is None in virtual time. `tool` [m] in the world.
-    """
+    """The state shown around the input line. `prompt`: the text before the next line; `indent`: the blanks at its
+    start. `in_program`: the line belongs to a program; `typed`: the program has unsaved lines. `asked`: the question of
+    a program that waits for an answer of any user. `hidden`: words (HAND, TIME) that are names of variables here.
+    `clock`, `end`: the robot clock and the end of the timeline [s]; `pace` is None in virtual time. `tool`: the tool's
+    position in the world [m]."""
 
     prompt: str = "."
     indent: str = ""

@@ -1,7 +1,5 @@
-"""Replies of monitor commands as values, without terminals, colours or columns (`render` adds these).
-
-Metres, radians, seconds; `render` shows millimetres and degrees.
-"""
+"""Replies of monitor commands as values, without terminals, colours or columns (`render` adds these). Units are metres,
+radians, seconds; `render` converts them to millimetres and degrees."""
 
 from __future__ import annotations
 
@@ -22,7 +20,7 @@ from vrs_cli.values.world import Contact
 
 
 class Tone(Enum):
-    """The tone of a message: NOTE says what happened; WARNING and ERROR report a mistake."""
+    """The tone of a message: NOTE reports what was done; WARNING and ERROR report a mistake."""
 
     NOTE = "note"
     WARNING = "warning"
@@ -37,7 +35,7 @@ class Message(TaggedValue, frozen=True):
 
 
 class Diagnosed(Struct, frozen=True):
-    """A diagnostic with its source line. `path` is None for typed text."""
+    """A diagnostic with its source line. `path` is None for typed input."""
 
     diagnostic: Diagnostic
     source_line: str
@@ -51,10 +49,8 @@ class DiagnosticsReport(TaggedValue, frozen=True):
 
 
 class ProgramStopped(TaggedValue, frozen=True):
-    """A program stopped early: `what` is VAL-II's word or message for it, `step` counts from 1.
-
-    `source` is the text of the step, empty if there is none.
-    """
+    """A program stopped early. `what`: VAL-II's word or message for the stop; `step` counts from 1. `source`: the text
+    of the step, empty if there is none."""
 
     what: str
     program: str
@@ -67,7 +63,8 @@ class ProgramStopped(TaggedValue, frozen=True):
 
 
 class Whereabouts(TaggedValue, frozen=True):
-    """WHERE. `stamped`: show the time, because it was asked for or runs by itself."""
+    """The answer to WHERE. `stamped`: also show the time, because the user gave a time or the clock runs in real
+    time."""
 
     position: results.Position
     stamped: bool = False
@@ -75,14 +72,14 @@ class Whereabouts(TaggedValue, frozen=True):
 
 
 class WhereaboutsTable(TaggedValue, frozen=True):
-    """Positions of WHERE FROM t1 TO t2 STEP dt."""
+    """The answer to WHERE FROM t1 TO t2 STEP dt: positions at these times."""
 
     positions: tuple[results.Position, ...]
     units: JointUnits = TURNING
 
 
 class MeasuredWhereabouts(TaggedValue, frozen=True):
-    """WHERE MEASURED. `is_last`: this is the last report; nothing is known after it."""
+    """The answer to WHERE MEASURED. `is_last`: this is the last report; nothing is known after it."""
 
     at: measured.MeasuredPosition
     is_last: bool = False
@@ -90,7 +87,8 @@ class MeasuredWhereabouts(TaggedValue, frozen=True):
 
 
 class PartRow(Struct, frozen=True):
-    """A part of the cell at a time [s]; T_world_part is None for an absent part. `on`: the body it stands on."""
+    """A part of the cell at a time [s]; T_world_part is None for an absent part. `on`: the body on which the part
+    rests."""
 
     name: str
     time: float
@@ -100,7 +98,8 @@ class PartRow(Struct, frozen=True):
 
 
 class PartTable(TaggedValue, frozen=True):
-    """PARTS, and WHERE of a part. `stamped`: show the time, because it was asked for or runs by itself."""
+    """The answer to PARTS, and to WHERE of a part. `stamped`: also show the time, because the user gave a time or the
+    clock runs in real time."""
 
     rows: tuple[PartRow, ...]
     stamped: bool = False
@@ -117,19 +116,17 @@ class BodyKind(Enum):
 
 
 class PicturedBody(Struct, frozen=True):
-    """A body near the arm, as points [m] whose convex outline is its shape in any view."""
+    """A body near the arm, as points [m]. In any view, the body's outline is the convex hull of these points."""
 
     kind: BodyKind
     points: tuple[Vector, ...]
 
 
 class ArmPicture(TaggedValue, frozen=True, tag="Picture"):
-    """SHOW: the arm at one time, as points in the world [m].
-
-    `links`: from the base to the flange, with corners of links; `joints`: the points that are joints. `past`,
-    `planned`: the path of the tool tip, as lines; `target`: the end of the present motion. `reach`: the outermost
-    positions of the tool tip. `stamped`: show the time. `bodies`: of the cell.
-    """
+    """The picture of SHOW: the arm at one time, as points in the world [m]. `links`: points from the base to the
+    flange, including the corners of links; `joints`: those points that are joints. `past`, `planned`: the path of the
+    tool tip, as lines; `target`: the end of the present motion. `reach`: the outermost positions of the tool tip.
+    `stamped`: show the time. `bodies`: the bodies of the cell."""
 
     position: results.Position
     links: tuple[Vector, ...]
@@ -143,9 +140,8 @@ class ArmPicture(TaggedValue, frozen=True, tag="Picture"):
 
 
 class ReachReport(TaggedValue, frozen=True):
-    """WHY: the text of the location, and the result. `move_contact`, `line_contact`: the first contacts of MOVE and of
-    MOVES.
-    """
+    """The answer to WHY: the text of the location, and the result. `move_contact`, `line_contact`: the first contacts
+    of MOVE and of MOVES to the location."""
 
     name: str
     reach: results.Reach
@@ -155,7 +151,7 @@ class ReachReport(TaggedValue, frozen=True):
 
 
 class NamedLocation(Struct, frozen=True):
-    """A transformation or the joints of a precision point; neither if the name is undefined."""
+    """A named location: its transformation, or the joints of a precision point; neither if the name is undefined."""
 
     name: str
     pose: Transform | None = None
@@ -167,21 +163,22 @@ class NamedLocation(Struct, frozen=True):
 
 
 class LocationTable(TaggedValue, frozen=True):
-    """Locations of LISTL, HERE, POINT, TOOL and BASE."""
+    """The locations shown by LISTL, HERE, POINT, TOOL and BASE."""
 
     rows: tuple[NamedLocation, ...]
     units: JointUnits = TURNING
 
 
 class RealTable(TaggedValue, frozen=True):
-    """LISTR: names or texts of expressions, and their values. `truths`: the values are TRUE or FALSE."""
+    """The answer to LISTR: names or texts of expressions, and their values. `truths`: show the values as TRUE or
+    FALSE."""
 
     rows: tuple[tuple[str, float], ...]
     truths: bool = False
 
 
 class StringTable(TaggedValue, frozen=True):
-    """LISTS: names and strings."""
+    """The answer to LISTS: names and strings."""
 
     rows: tuple[tuple[str, str], ...]
 
@@ -190,7 +187,7 @@ class StringTable(TaggedValue, frozen=True):
 
 
 class ListedStep(Struct, frozen=True):
-    """A step as LISTP shows it; `bad`: it could not be read."""
+    """A step as LISTP shows it; `bad`: the step could not be read."""
 
     number: int
     text: str
@@ -198,21 +195,21 @@ class ListedStep(Struct, frozen=True):
 
 
 class ProgramText(TaggedValue, frozen=True):
-    """LISTP: the header line and the indented steps."""
+    """The answer to LISTP: the header line and the indented steps."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
 class ProgramPart(TaggedValue, frozen=True):
-    """EDIT: some steps of a program, and on entry its header, otherwise ""."""
+    """A reply of EDIT: some steps of a program. `header` is empty except when EDIT opens."""
 
     header: str
     steps: tuple[ListedStep, ...]
 
 
 class FileText(TaggedValue, frozen=True):
-    """FLIST: the lines of a text file."""
+    """The answer to FLIST: the lines of a text file."""
 
     lines: tuple[str, ...]
 
@@ -225,14 +222,14 @@ class FileRow(Struct, frozen=True):
 
 
 class FileTable(TaggedValue, frozen=True):
-    """FDIRECTORY: the files of a folder."""
+    """The answer to FDIRECTORY: the files of a folder."""
 
     folder: str
     rows: tuple[FileRow, ...]
 
 
 class ProgramName(Struct, frozen=True):
-    """A row of DIRECTORY: a program and the number of its steps."""
+    """A row of DIRECTORY: the name of a program and the number of its steps."""
 
     name: str
     executable: bool
@@ -241,7 +238,7 @@ class ProgramName(Struct, frozen=True):
 
 
 class ProgramNames(TaggedValue, frozen=True):
-    """DIRECTORY: the programs in memory."""
+    """The answer to DIRECTORY: the programs in memory."""
 
     rows: tuple[ProgramName, ...]
 
@@ -257,10 +254,8 @@ class Progress(Struct, frozen=True):
 
 
 class StatusReport(TaggedValue, frozen=True):
-    """STATUS. Speeds in percent, times in seconds; `progress` is None before the first run.
-
-    `next_motion`: settings for the next motion only, as VAL-II words.
-    """
+    """The answer to STATUS. Speeds in percent, times in seconds; `progress` is None before the first run.
+    `next_motion`: settings that hold for the next motion only, as VAL-II words."""
 
     robot: str
     progress: Progress | None
@@ -274,9 +269,8 @@ class StatusReport(TaggedValue, frozen=True):
 
 
 class StatusThen(TaggedValue, frozen=True):
-    """STATUS AT t [s]: the `motion` at that time, empty if the robot is at rest; `hand` from 0 (closed) to 1; the
-    signals that are `on`, and the names of some signals.
-    """
+    """The answer to STATUS AT t [s]: the `motion` at that time, empty if the robot is at rest; `hand` from 0 (closed)
+    to 1 (open); the signals that are `on`, and the names of the named signals."""
 
     time: float
     motion: str
@@ -290,7 +284,7 @@ class StatusThen(TaggedValue, frozen=True):
 
 
 class SignalBank(Struct, frozen=True):
-    """Consecutive signals from number `first` on; `names`: the names of the signals that have one."""
+    """Consecutive signals from number `first` on. `names`: the names of those signals that have one."""
 
     title: str
     first: int
@@ -299,7 +293,7 @@ class SignalBank(Struct, frozen=True):
 
 
 class SignalTable(TaggedValue, frozen=True):
-    """IO: the states of signals."""
+    """The answer to IO: the states of signals."""
 
     banks: tuple[SignalBank, ...]
 
@@ -313,14 +307,14 @@ class SettingRow(Struct, frozen=True):
 
 
 class SettingTable(TaggedValue, frozen=True):
-    """SWITCH, PARAMETER, SPEED: the requested settings."""
+    """The answer to SWITCH, PARAMETER and SPEED: the requested settings."""
 
     title: str
     rows: tuple[SettingRow, ...]
 
 
 class ClockReport(TaggedValue, frozen=True):
-    """TIME, CLOCK: the robot clock [s], and its rate in real time."""
+    """The answer to TIME and CLOCK: the robot clock [s], and its rate in real time."""
 
     clock: float
     rate: float | None = None
@@ -328,10 +322,9 @@ class ClockReport(TaggedValue, frozen=True):
 
 
 class BodyReport(TaggedValue, frozen=True):
-    """BODY: the state of the robot's body (None: no body has reported). `unknown` [s]: the time from which on nothing
-    was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm, as long as the body differs from the
-    timeline.
-    """
+    """The answer to BODY: the state of the robot's body (None: no body has reported). `unknown` [s]: the time since
+    which nothing was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm, while the body still
+    differs from the timeline."""
 
     body: measured.BodySeen | None = None
     unknown: float | None = None
@@ -340,14 +333,14 @@ class BodyReport(TaggedValue, frozen=True):
 
 
 class Resynchronised(TaggedValue, frozen=True):
-    """RESYNC has finished; `units`: the units in which `distances` are shown."""
+    """The message that RESYNC has finished; `units`: the units in which `distances` are shown."""
 
     report: measured.ResyncReport
     units: JointUnits
 
 
 class Identification(TaggedValue, frozen=True):
-    """ID. `robot` is the title of the model, `name` its name on a command line."""
+    """The answer to ID. `robot` is the title of the model, `name` its name on a command line."""
 
     version: str
     python: str
@@ -357,7 +350,8 @@ class Identification(TaggedValue, frozen=True):
 
 
 class FreeReport(TaggedValue, frozen=True):
-    """FREE: the contents of the memory, and the share of the computer's memory that is free [%], None if unknown."""
+    """The answer to FREE: the contents of the memory, and the free share of the computer's memory [%], None if
+    unknown."""
 
     programs: int
     steps: int
@@ -370,20 +364,20 @@ class FreeReport(TaggedValue, frozen=True):
 
 
 class HelpGroup(Struct, frozen=True):
-    """A group of words in HELP."""
+    """A group of words in the overview of HELP."""
 
     title: str
     words: tuple[str, ...]
 
 
 class HelpOverview(TaggedValue, frozen=True):
-    """HELP: all words, in groups."""
+    """The answer to HELP: all words, in groups."""
 
     groups: tuple[HelpGroup, ...]
 
 
 class HelpTopic(TaggedValue, frozen=True):
-    """HELP topic: forms of words, or keys, with their meanings."""
+    """The answer to HELP with a topic: forms of words, or keys, with their meanings."""
 
     title: str
     rows: tuple[tuple[str, str], ...]
@@ -401,7 +395,7 @@ class HelpEntry(Struct, frozen=True):
 
 
 class HelpPage(TaggedValue, frozen=True):
-    """HELP word: its meanings."""
+    """The answer to HELP with a word: the meanings of the word."""
 
     word: str
     entries: tuple[HelpEntry, ...]
@@ -411,19 +405,19 @@ class HelpPage(TaggedValue, frozen=True):
 
 
 class Displaced(TaggedValue, frozen=True):
-    """The effect of a command on motions that were scheduled before."""
+    """The effect of a command on motions that were scheduled earlier."""
 
     displacement: results.Displacement
 
 
 class NoLongerTrue(TaggedValue, frozen=True):
-    """The readings of signals that no longer hold after a command."""
+    """The signal readings that no longer hold after a command."""
 
     readings: tuple[results.Untrue, ...]
 
 
 class SegmentRow(Struct, frozen=True):
-    """A segment of the motion with this number and text, from `start` to `finish` [s]."""
+    """A segment from `start` to `finish` [s], with the number and the text of its motion."""
 
     motion: int
     text: str
@@ -434,9 +428,8 @@ class SegmentRow(Struct, frozen=True):
 
 
 class TimelineTable(TaggedValue, frozen=True):
-    """TIMELINE: the commands and their segments; `stops`: segments after which a motion stops before its end; `untrue`:
-    readings of signals that no longer hold.
-    """
+    """The answer to TIMELINE: the commands and their segments. `stops`: segments at which a motion stops before its
+    end; `untrue`: signal readings that no longer hold."""
 
     commands: tuple[results.CommandRecord, ...]
     segments: tuple[SegmentRow, ...]
@@ -456,13 +449,13 @@ class BranchRow(Struct, frozen=True):
 
 
 class BranchTable(TaggedValue, frozen=True):
-    """BRANCH: all branches."""
+    """The answer to BRANCH: all branches."""
 
     rows: tuple[BranchRow, ...]
 
 
 class ComparisonTable(TaggedValue, frozen=True):
-    """COMPARE: two branches by name, and their difference."""
+    """The answer to COMPARE: two branches by name, and their difference."""
 
     a: str
     b: str
@@ -471,7 +464,7 @@ class ComparisonTable(TaggedValue, frozen=True):
 
 
 class MeasuredComparisonTable(TaggedValue, frozen=True):
-    """COMPARE MEASURED: the reports of the body beside the timeline of a branch."""
+    """The answer to COMPARE MEASURED: the reports of the body compared with the timeline of a branch."""
 
     branch: str
     comparison: measured.MeasuredComparison
@@ -479,7 +472,7 @@ class MeasuredComparisonTable(TaggedValue, frozen=True):
 
 
 class Curve(Struct, frozen=True):
-    """A curve of a plot; `mark`: the character that draws it without colours."""
+    """A curve of a plot; `mark`: the character that draws the curve without colours."""
 
     label: str
     mark: str
@@ -487,7 +480,7 @@ class Curve(Struct, frozen=True):
 
 
 class Plot(TaggedValue, frozen=True):
-    """PLOT: curves over the same times [s], in the displayed unit."""
+    """The answer to PLOT: curves over the same times [s], in the displayed unit."""
 
     title: str
     unit: str
@@ -496,7 +489,7 @@ class Plot(TaggedValue, frozen=True):
 
 
 class ReplayRow(Struct, frozen=True):
-    """The position of the tool at the end [s] of the motion with this number and text."""
+    """The position of the tool at the end [s] of a motion, with the motion's number and text."""
 
     motion: int
     text: str
@@ -505,13 +498,13 @@ class ReplayRow(Struct, frozen=True):
 
 
 class ReplayTable(TaggedValue, frozen=True):
-    """REPLAY without an animation: the initial pose, and the end of each motion."""
+    """The answer to REPLAY without an animation: the initial pose, and the end of each motion."""
 
     rows: tuple[ReplayRow, ...]
 
 
 class Farewell(TaggedValue, frozen=True):
-    """EXIT, QUIT: the shell ends."""
+    """The answer to EXIT and QUIT: the shell ends."""
 
 
 Reply = (
@@ -561,7 +554,7 @@ Reply = (
     | Farewell
 )
 
-StyledLine = tuple[tuple[str, str], ...]  # a line of a drawn reply: runs of text, each with the name of its style
+StyledLine = tuple[tuple[str, str], ...]  # a line of a drawn reply: pieces of text, each with the name of its style
 
 
 def is_error(reply: Reply) -> bool:
@@ -572,14 +565,14 @@ def is_error(reply: Reply) -> bool:
 
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
-    """Return the findings in a text with their lines, sorted."""
-    lines = dict(enumerate(text.split("\n"), 1))  # a finding may be behind the last line
+    """Return a report of the diagnostics of a text, sorted, with their source lines."""
+    lines = dict(enumerate(text.split("\n"), 1))  # a diagnostic may be after the last line
     items = (Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics))
     return DiagnosticsReport(tuple(items))
 
 
 def refusal(error: VrsError, line: str) -> Reply:
-    """Return the reply for a line that cannot be carried out, with the place if known."""
+    """Return the reply for a line that cannot be carried out, with the position of the mistake if it is known."""
     if isinstance(error, LineRefused):
         return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
     return Message(str(error), Tone.ERROR)

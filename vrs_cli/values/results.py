@@ -1,8 +1,5 @@
-"""Define the results of the engine and of programs: positions, commands, comparisons, reach, how a run ended, and
-explanations.
-
-Metres, radians, seconds.
-"""
+"""Define the results of the engine and of programs: positions, commands, comparisons, reach, outcomes of runs, and
+explanations. Units are metres, radians, seconds."""
 
 from __future__ import annotations
 
@@ -36,11 +33,9 @@ class Position(Struct, frozen=True):
 
 
 class CommandRecord(Struct, frozen=True):
-    """A motion command, and when its motion begins and ends on the present timeline [s].
-
-    If a later command has dropped the motion, `executed` is the commanded time and `end` is None. `asked`: the time
-    stamp of the command; None for a motion that follows another.
-    """
+    """A motion command, and the times at which its motion begins and ends on the present timeline [s]. If a later
+    command has dropped the motion, `executed` is the commanded time and `end` is None. `asked`: the time stamp of the
+    command; None for a motion that follows another."""
 
     number: int
     text: str
@@ -51,7 +46,7 @@ class CommandRecord(Struct, frozen=True):
 
     @property
     def is_displaced(self) -> bool:
-        """Return whether the motion begins at another time than its time stamp."""
+        """Return whether the motion begins at a time that differs from its time stamp."""
         return self.asked is not None and self.asked != self.executed
 
 
@@ -70,7 +65,7 @@ class Extent(Struct, frozen=True):
 
 
 class Pair(Struct, frozen=True):
-    """A command of two timelines; None on the side that does not have it."""
+    """The same command in two timelines; None for a timeline that does not contain it."""
 
     a: CommandRecord | None
     b: CommandRecord | None
@@ -81,7 +76,8 @@ class Pair(Struct, frozen=True):
 
 
 class Apart(Struct, frozen=True):
-    """The maximum distance of two timelines, and its time [s]. `joint` counts from 1; 0: the distance of the tool."""
+    """The maximum distance between two timelines, and the time at which it occurs [s]. `joint` counts from 1; 0: the
+    distance between the tool positions."""
 
     distance: float
     time: float
@@ -90,8 +86,7 @@ class Apart(Struct, frozen=True):
 
 class Comparison(Struct, frozen=True):
     """The difference between two timelines. `since` [s]: the first time at which the two positions may differ; None if
-    the timelines are equal. `tool` [m] and `joints` [rad]: the greatest distances at one time.
-    """
+    the timelines are equal. `tool` [m] and `joints` [rad]: the maximum distances at equal times."""
 
     a: Extent
     b: Extent
@@ -102,9 +97,8 @@ class Comparison(Struct, frozen=True):
 
 
 class Moved(Struct, frozen=True):
-    """A scheduled motion that a command has displaced: when it began `before`, and begins `after` [s]. `asked`: its
-    time stamp, None for a motion that follows another; `after` is None for a motion that was dropped.
-    """
+    """A scheduled motion that a command has moved in time or dropped: when it began `before`, and begins `after` [s].
+    `asked`: its time stamp, None for a motion that follows another. `after` is None for a motion that was dropped."""
 
     text: str
     asked: float | None
@@ -113,14 +107,13 @@ class Moved(Struct, frozen=True):
 
     @property
     def later(self) -> float:
-        """Return how much later the motion begins [s]; 0 for a motion that was dropped."""
+        """Return by how much the start of the motion is delayed [s]; 0 for a motion that was dropped."""
         return 0.0 if self.after is None else self.after - self.before
 
 
 class Displacement(Struct, frozen=True):
-    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: later motions
-    were not examined.
-    """
+    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: there are later
+    motions that were not examined."""
 
     later: tuple[Moved, ...]
     earlier: tuple[Moved, ...]
@@ -129,14 +122,11 @@ class Displacement(Struct, frozen=True):
 
 
 class Untrue(Struct, frozen=True):
-    """A value of a signal that a program has read and that no longer holds, because an earlier part of the timeline
-    changed.
-
-    `number`: the number of the reading, as `Motion.number`. `on`: the value that was read; `changed`: the signal
+    """A signal value that a program has read and that no longer holds, because an earlier part of the timeline changed.
+    `number`: the number of the reading, as in `Motion.number`. `on`: the value that was read; `changed`: the signal
     changed to `on` at the instant of the reading. `time` [s]: the time of the reading on the present timeline. `place`:
-    program and step; `command`: the next motion command, empty if there is none; `name`: the name of the signal, or
-    empty.
-    """
+    the program and step; `command`: the next motion command, empty if there is none; `name`: the name of the signal, or
+    empty."""
 
     number: int
     signal: int
@@ -150,18 +140,17 @@ class Untrue(Struct, frozen=True):
 
 class WayOut(Struct, frozen=True):
     """A motion that is possible instead of a straight line: the same line in another configuration (`words`), two lines
-    through `via` (T_world_tool), or a MOVE (neither).
-    """
+    through `via` (T_world_tool), or a MOVE (neither field is set)."""
 
     words: tuple[str, ...] = ()
     via: Transform | None = None
 
 
 class LineCheck(Struct, frozen=True):
-    """The straight line from the present position to a location. `length` [m]; `duration` [s] if the line is possible.
-    Otherwise `trouble`: the error's text, `at` [m]: the distance at which the motion fails (None: not on the line), and
-    the possible alternatives. `stops` [m]: the distances at which a possible line stops before its end.
-    """
+    """The result of checking the straight line from the present position to a location. `length` [m]; `duration` [s] if
+    the line is possible. Otherwise `trouble`: the error's text; `at` [m]: the distance at which the motion fails (None:
+    not on the line); and the possible alternatives. `stops` [m]: the distances at which the arm stops along a possible
+    line before its end."""
 
     length: float
     duration: float | None = None
@@ -172,7 +161,7 @@ class LineCheck(Struct, frozen=True):
 
 
 class Overrun(Struct, frozen=True):
-    """A joint, counted from 1, that would be outside its range; `by` [rad]: the signed distance beyond `limit`."""
+    """A joint, counted from 1, that would be out of its range. `by` [rad]: the signed distance beyond `limit`."""
 
     joint: int
     limit: float
@@ -181,11 +170,8 @@ class Overrun(Struct, frozen=True):
 
 class Option(Struct, frozen=True):
     """One configuration for a location: its joints and the joints that are out of range, or the reason why no joints
-    reach the location.
-
-    `too_far` [m]: how far the location is out of reach; negative: too close; None if the joints are known or the
-    distance is not.
-    """
+    reach the location. `too_far` [m]: how far the location is out of reach; negative if it is too close; None if the
+    joints are known or the distance is unknown."""
 
     configuration: Configuration
     joints: Joints | None
@@ -198,11 +184,9 @@ class Option(Struct, frozen=True):
 
 
 class Reach(Struct, frozen=True):
-    """The answer to WHY. `options` is empty for a precision point, which has one set of joints: `goal`.
-
-    `chosen`: the configuration that MOVE would use, None if MOVE would fail; `reason`: the reason for this. `begin`,
-    `end`: the tool tip now and at the location, in the world [m].
-    """
+    """The answer to WHY. `options` is empty for a precision point, whose only set of joints is `goal`. `chosen`: the
+    configuration that MOVE would use, None if MOVE would fail; `reason`: the reason for this choice. `begin`, `end`:
+    the tool tip now and at the location, in the world [m]."""
 
     options: tuple[Option, ...]
     goal: Option | None
@@ -233,7 +217,7 @@ class ProgramFault(Struct, frozen=True):
 
 
 class RunOutcome(Enum):
-    """How a run ended; `value` is VAL-II's word for it."""
+    """How a run ended; the value is VAL-II's word for it."""
 
     COMPLETED = "Program completed"
     HALTED = "(HALTED)"
@@ -246,7 +230,7 @@ class RunOutcome(Enum):
 
 
 class StoppedTask(Struct, frozen=True):
-    """Another task that stopped with an error, and when [s]."""
+    """Another task that stopped with an error, and the time [s]."""
 
     number: int
     fault: ProgramFault
@@ -259,9 +243,8 @@ class StoppedTask(Struct, frozen=True):
 
 class FollowReport(TaggedValue, frozen=True):
     """The result of following a chunk of targets from `begin` until the robot is at rest at `end` [s]: the number of
-    samples that came too `late`, the number `held` at the end of a range, and the mean and the worst error of each
-    joint [rad, m].
-    """
+    samples that arrived too `late`, the number `held` at the end of a range, and the mean and the maximum error of each
+    joint [rad, m]."""
 
     begin: float
     end: float
@@ -272,11 +255,8 @@ class FollowReport(TaggedValue, frozen=True):
 
 
 class RunResult(TaggedValue, frozen=True):
-    """The result of a run: cycles completed, robot clock at begin and end [s], text typed, and the error if there was
-    one.
-
-    `beside`: other tasks that stopped with an error; `detail`: the new value of a watched expression.
-    """
+    """The result of a run: completed cycles, robot clock at its start and end [s], typed text, and the error if there
+    was one. `beside`: other tasks that stopped with an error; `detail`: the new value of a watched expression."""
 
     program: str
     cycles: int
@@ -300,7 +280,7 @@ class Explainable(Struct, frozen=True):
 
 
 class ExplainOverview(TaggedValue, frozen=True):
-    """EXPLAIN without an argument: its forms."""
+    """The answer to EXPLAIN without an argument: the forms of EXPLAIN."""
 
     rows: tuple[Explainable, ...]
 
@@ -309,9 +289,8 @@ class ExplainOverview(TaggedValue, frozen=True):
 
 
 class CutIn(Struct, frozen=True):
-    """The motion that a new one interrupts: its number and text, its phase, the time at which that phase began [s], and
-    the tool-tip speed at the interruption [m/s].
-    """
+    """The motion that a new motion interrupts: its number and text, its phase, the time at which that phase began [s],
+    and the tool-tip speed at the interruption [m/s]."""
 
     number: int
     text: str
@@ -321,9 +300,8 @@ class CutIn(Struct, frozen=True):
 
 
 class Stretch(Struct, frozen=True):
-    """A part of a motion, from `start` to `finish` [s]: the peak speeds of the tool tip [m/s] and of its rotation
-    [rad/s], and the joint that comes nearest to its velocity limit, with its share of the limit.
-    """
+    """A part of a motion, from `start` to `finish` [s]: the maximum speeds of the tool tip [m/s] and of its rotation
+    [rad/s], and the joint that comes nearest to its velocity limit, with the fraction of that limit."""
 
     start: float
     finish: float
@@ -336,9 +314,8 @@ class Stretch(Struct, frozen=True):
 
 
 class Peak(Struct, frozen=True):
-    """The greatest value of a quantity in a motion, its limit, its first time [s], and the tool tip in the world at
-    that time [m].
-    """
+    """The maximum of a quantity in a motion, its limit, the first time at which it occurs [s], and the tool tip in the
+    world at that time [m]."""
 
     value: float
     limit: float
@@ -351,9 +328,8 @@ class Peak(Struct, frozen=True):
 
 
 class JointLoad(Struct, frozen=True):
-    """The load of one joint (from 1) in a motion: peak velocity, acceleration and jerk (None: not limited). `nearest`:
-    the joint value that is nearest to an end of the range, and that end.
-    """
+    """The load of one joint (from 1) in a motion: maximum velocity, acceleration and jerk (None: not limited).
+    `nearest`: the joint value that comes nearest to an end of the joint's range, and that end."""
 
     joint: int
     velocity: Peak
@@ -363,19 +339,16 @@ class JointLoad(Struct, frozen=True):
 
     @property
     def room(self) -> float:
-        """Return the distance of the joint from that end of its range [rad, m]."""
+        """Return the minimum distance of the joint from an end of its range [rad, m]."""
         return abs(self.nearest.limit - self.nearest.value)
 
 
 class MotionPlan(Struct, frozen=True):
-    """The plan of a motion that has not been commanded.
-
-    `begin`, `end` [s]. `cut`: the motion that it interrupts; None if it begins at rest. `speed`, `acceleration`:
-    fractions of nominal. `length`: of the tool tip's path [m]. `tip`: the peak speed of the tool tip; its limit is the
-    commanded speed of a straight line, otherwise 0. `joints`, `T_world_tool`, `configuration`: the position at its end.
-    `displaced`: the effect on later motions; `contact`: the first contact of the arm; `notes`: messages that the robot
-    would print.
-    """
+    """The plan of a motion that has not been commanded. `begin`, `end` [s]. `cut`: the motion that it interrupts; None
+    if it begins at rest. `speed`, `acceleration`: fractions of nominal. `length`: the length of the tool tip's path
+    [m]. `tip`: the maximum speed of the tool tip; its limit is the commanded speed of a straight line, otherwise 0.
+    `joints`, `T_world_tool`, `configuration`: the position at the end. `displaced`: the effect on later motions;
+    `contact`: the first contact of the arm; `notes`: messages that the robot would show."""
 
     begin: float
     end: float
@@ -398,9 +371,8 @@ class MotionPlan(Struct, frozen=True):
 
 
 class MotionReport(TaggedValue, frozen=True):
-    """EXPLAIN of a motion, at the time `now` [s]: its plan, or the refusal, with the location where the motion fails if
-    it is known.
-    """
+    """The answer to EXPLAIN for a motion, at the time `now` [s]: its plan, or the refusal, with the location where the
+    motion fails if it is known."""
 
     text: str
     now: float
@@ -413,7 +385,7 @@ class MotionReport(TaggedValue, frozen=True):
 
 
 class Factor(Struct, frozen=True):
-    """A named factor of a chain, the frames on both sides of it, and the product of all factors up to it."""
+    """A named factor of a chain, the frames on its two sides, and the product of all factors up to it."""
 
     name: str
     outer: str
@@ -423,10 +395,9 @@ class Factor(Struct, frozen=True):
 
 
 class ChainReport(TaggedValue, frozen=True):
-    """EXPLAIN of a location: `factors` from the world to the location. `arm`: the factors from the world to the flange
-    (BASE, the location, TOOL), whose product inverse kinematics solves. `joints` [rad]: of a precision point, whose
-    factors are the links.
-    """
+    """The answer to EXPLAIN for a location: `factors` from the world to the location. `arm`: the factors from the world
+    to the flange (BASE, the location, TOOL); inverse kinematics solves their product. `joints` [rad]: the joints of a
+    precision point; its factors are the links."""
 
     text: str
     factors: tuple[Factor, ...]
@@ -436,9 +407,8 @@ class ChainReport(TaggedValue, frozen=True):
 
 
 class AnglesReport(TaggedValue, frozen=True):
-    """EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), M, Ry(A), Rz(T).
-    `vertical`: O and T turn about one axis, so only their sum or difference is determined.
-    """
+    """The answer to EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), M, Ry(A),
+    Rz(T). `vertical`: O and T turn about the same axis, so only their sum or difference is determined."""
 
     text: str
     T: Transform
@@ -448,9 +418,8 @@ class AnglesReport(TaggedValue, frozen=True):
 
 
 class SolutionSteps(Struct, frozen=True):
-    """One configuration of EXPLAIN IK: the intermediate values by their symbols, and the time that the slowest joint
-    takes from here at full velocity [s]; None if the configuration cannot be used.
-    """
+    """One configuration in EXPLAIN IK: the intermediate values by their symbols, and the time [s] that the slowest
+    joint takes from the present position at maximum velocity; None if the configuration cannot be used."""
 
     option: Option
     steps: Mapping[str, float] = {}
@@ -458,10 +427,10 @@ class SolutionSteps(Struct, frozen=True):
 
 
 class InverseReport(TaggedValue, frozen=True):
-    """EXPLAIN IK. `method`: how the arm finds its joints; `constants`: its lengths and angles by symbol. `senses`: how
-    joints of the formulas become joints of the robot, joint = sign (theta - offset); empty if they are the same.
-    `chosen`: the configuration that MOVE uses, None if MOVE fails; `reason`: the reason for this.
-    """
+    """The answer to EXPLAIN IK. `method`: how the arm's joints are computed; `constants`: its lengths and angles by
+    symbol. `senses`: how the joints of the formulas become the robot's joints, joint = sign (theta - offset); empty if
+    they are equal. `chosen`: the configuration that MOVE uses, None if MOVE fails; `reason`: the reason for this
+    choice."""
 
     text: str
     method: str
@@ -492,9 +461,8 @@ class SegmentFate(Enum):
 
 
 class SplicedSegment(Struct, frozen=True):
-    """A segment of the motion with this number and text, with its start and finish [s] before and after a change; None
-    where it does not exist.
-    """
+    """A segment, with the number and text of its motion, and its start and finish [s] before and after a change; None
+    where the segment does not exist."""
 
     number: int
     text: str
@@ -506,11 +474,9 @@ class SplicedSegment(Struct, frozen=True):
 
 
 class SpliceReport(TaggedValue, frozen=True):
-    """EXPLAIN SPLICE: the last change by a command, UNDO or REDO (`cause`), with the times of the command [s].
-
-    `earlier`, `later`: the number of unchanged segments before the rows, and of segments after the rows that are
-    shifted by `shift` [s].
-    """
+    """The answer to EXPLAIN SPLICE: the last change by a command, UNDO or REDO (`cause`), with the times of the command
+    [s]. `earlier`: the number of unchanged segments before the rows; `later`: the number of segments after the rows,
+    which are shifted by `shift` [s]."""
 
     text: str
     cause: str

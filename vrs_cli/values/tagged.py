@@ -10,11 +10,11 @@ T = TypeVar("T", covariant=True)
 
 
 class TaggedValue(Struct, frozen=True, tag_field="kind", tag=True):
-    """A value that goes between a robot and its clients. The tag `kind` is the name of its class."""
+    """A value that is sent between a robot and its clients. The tag `kind` is the name of its class."""
 
 
 class Act(TaggedValue, Generic[T], frozen=True):
-    """A request to a robot; its result is a T."""
+    """A request to a robot; T is the type of its result."""
 
 
 class RobotAct(Act[T], Generic[T], frozen=True):

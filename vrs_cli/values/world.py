@@ -1,9 +1,6 @@
 """Define the scene around a robot (parts, fixtures, sensors, feeders, sinks), contacts, and the state of a world at one
-time.
-
-`T_world_part` is the pose of a part in the world frame, like a location of VAL-II. Metres, radians, kilograms, seconds.
-The state of a world and the timeline after it determine its further course.
-"""
+time. `T_world_part` is the pose of a part in the world frame, like a location of VAL-II. Units are metres, radians,
+kilograms, seconds. A world state and the timeline after it determine all later states."""
 
 from __future__ import annotations
 
@@ -27,9 +24,8 @@ class SpanKind(Enum):
 
 
 class PartBegin(NamedTuple):
-    """The state of a part from `begin` on [s]. `T`: T_world_part; for a held part T_flange_part; for a falling part its
-    pose when the fall begins. `on`: the bodies that the part stands on, or falls onto.
-    """
+    """The state of a part from `begin` [s] on. `T`: T_world_part; for a held part T_flange_part; for a falling part its
+    pose at the start of the fall. `on`: the bodies on which the part rests, or onto which it falls."""
 
     begin: float
     kind: SpanKind
@@ -48,7 +44,8 @@ class PartSpan(NamedTuple):
 
 
 class HandGrip(NamedTuple):
-    """From `begin` on [s]: the part in the hand, and the opening of the fingers from 0 (closed) to 1."""
+    """The state of the hand from `begin` [s] on: the part that it holds, and the opening of its fingers from 0 (closed)
+    to 1 (open)."""
 
     begin: float
     part: str | None
@@ -56,16 +53,15 @@ class HandGrip(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """The state from `begin` [s] on: whether a signal is on, or whether a sensor sees something."""
+    """The state from `begin` [s] on of a signal (on or off), or of a sensor (whether it detects something)."""
 
     begin: float
     on: bool
 
 
 class WorldNote(NamedTuple):
-    """A message about the world at a time [s]. Kinds: EMPTY (the hand closed on nothing), FALL, EDGE, FEEDER and
-    ENDLESS.
-    """
+    """A message about the world at a time [s]. Kinds: EMPTY (the hand closed on nothing), FALL (a part falls), EDGE (a
+    part rests on an edge), FEEDER (a feeder cannot bring a part), ENDLESS (rules trigger each other without end)."""
 
     time: float
     kind: str
@@ -73,10 +69,9 @@ class WorldNote(NamedTuple):
 
 
 class CourseRows(Struct, frozen=True, omit_defaults=True):
-    """The changes of a world between two times; each row holds until the next one of its list. `parts`: the states of
-    each part. `grips`: the states of the hand. `signals`: the states of inputs that the world drives, by number;
-    `sensors`: the states of sensors, by index in the scene. A signal or sensor without a row is off.
-    """
+    """The changes of a world between two times; each row is valid until the next one in its list. `parts`: the states
+    of each part. `grips`: the states of the hand. `signals`: the states of inputs that the world sets, by number;
+    `sensors`: the states of sensors, by index in the scene. A signal or sensor without a row is off."""
 
     parts: Mapping[str, tuple[PartBegin, ...]] = {}
     grips: tuple[HandGrip, ...] = ()
@@ -86,7 +81,7 @@ class CourseRows(Struct, frozen=True, omit_defaults=True):
 
 
 class Happening(Struct, frozen=True, tag_field="kind", tag=True):
-    """An event that is due in a world. `rank`: of the events at one instant the lowest rank comes first."""
+    """A planned event in a world. `rank`: among events at the same instant, the one with the lowest rank is first."""
 
     @property
     def rank(self) -> int:
@@ -99,7 +94,7 @@ class Happening(Struct, frozen=True, tag_field="kind", tag=True):
 
 
 class FingersArrive(Happening, frozen=True):
-    """The fingers arrive; their distance changes from `before` to `after` [m]."""
+    """The fingers arrive; the gap between them has changed from `before` to `after` [m]."""
 
     before: float
     after: float
@@ -133,7 +128,8 @@ class PartLands(Happening, frozen=True):
 
 
 class BodyCrosses(Happening, frozen=True):
-    """A body enters (`inside`) or leaves the region of the sensor with this index. `moved`: the arm moves the body."""
+    """A body enters (`inside`) or leaves the region of the sensor with this index. `moved`: the arm is moving the
+    body."""
 
     body: str
     region: int
@@ -147,7 +143,7 @@ class BodyCrosses(Happening, frozen=True):
 
 CertainHappening = (
     FingersArrive | SignalSwitches | PartComes | PartsGo | PartLands | BodyCrosses
-)  # these can happen without any motion of the arm
+)  # these events need no motion of the arm
 
 
 class DueHappening(NamedTuple):
@@ -158,13 +154,10 @@ class DueHappening(NamedTuple):
 
 
 class WorldState(Struct, frozen=True):
-    """The world just before `time` [s].
-
-    `hand`: the opening from 0 (closed) to 1 (open); `held`: the part in the hand; `width` [m]: the width of that part;
-    `stack`: the parts that stood on that part when the hand took it, until the arm moves. `parts`: the state of each
-    part. `on`: the inputs and outputs that are on. `inside`: for each body the sensor regions that contain it. `used`,
-    `fed`: how often rules and feeders were used, by index.
-    """
+    """The state of a world just before `time` [s]. `hand`: the opening from 0 (closed) to 1 (open); `held`: the part in
+    the hand; `width` [m]: the width of that part; `stack`: the parts that were on that part when the hand took it,
+    until the arm moves. `parts`: the state of each part. `on`: the inputs and outputs that are on. `inside`: for each
+    body, the sensor regions that it is in. `used`, `fed`: how often rules and feeders were used, by index."""
 
     time: float
     hand: float
@@ -180,9 +173,8 @@ class WorldState(Struct, frozen=True):
 
 
 class ContactSpan(NamedTuple):
-    """Two bodies touch from `begin` to `end` [s]; None: for ever. Links are named base, link 1 and so on; the last link
-    is called hand if it has fingers. The surface under the robot is the floor.
-    """
+    """Two bodies touch from `begin` to `end` [s]; None: the contact does not end. Links are named base, link 1 and so
+    on; the last link is named hand if it has fingers. The surface under the robot is named floor."""
 
     begin: float
     end: float | None
@@ -191,11 +183,9 @@ class ContactSpan(NamedTuple):
 
 
 class Contact(Struct, frozen=True):
-    """The first contact of a motion: two bodies touch at `t` [s], at a point in the world [m].
-
-    `depth` [m]: the greatest overlap during this contact; 0 if the bodies only come nearer than PARAMETER CLEARANCE.
-    `needed` [m]: the missing distance.
-    """
+    """The first contact of a motion: two bodies touch at `t` [s], at a point in the world [m]. `depth` [m]: the maximum
+    overlap during this contact; 0 if the bodies only come closer than PARAMETER CLEARANCE. `needed` [m]: the distance
+    by which they are too close."""
 
     t: float
     first: str
@@ -214,32 +204,32 @@ class Contact(Struct, frozen=True):
         return f"{self.first} touches {self.second} {where}, {1000.0 * self.depth:.1f} mm deep: {needed}"
 
 
-Colour = tuple[float, float, float]  # red, green, blue from 0 to 1
+Colour = tuple[float, float, float]  # red, green and blue, each from 0 to 1
 
 # --- shapes: all are convex, or made of convex pieces ----------------------------------------------------------------
 
 
 class BoxShape(Struct, frozen=True, tag=True):
-    """A box around its centre: its sizes along X, Y and Z [m]."""
+    """A box around its centre, with its sizes along X, Y and Z [m]."""
 
     size: Vector
 
 
 class CylinderShape(Struct, frozen=True, tag=True):
-    """A cylinder around its centre, its axis along Z [m]."""
+    """A cylinder around its centre, with its axis along Z [m]."""
 
     radius: float
     height: float
 
 
 class SphereShape(Struct, frozen=True, tag=True):
-    """A sphere around its centre [m]."""
+    """A sphere around its centre; its radius [m]."""
 
     radius: float
 
 
 class MeshShape(Struct, frozen=True, tag=True):
-    """Convex pieces, each the hull of its points [m]. `file`: the file that they come from."""
+    """Convex pieces; each is the hull of its points [m]. `file`: the file from which they were read."""
 
     pieces: tuple[tuple[Vector, ...], ...]
     file: str
@@ -251,7 +241,7 @@ Shape = BoxShape | CylinderShape | SphereShape | MeshShape
 
 
 class GraspPlace(Struct, frozen=True):
-    """A grasp: the point in the part's frame at which the hand can take a part, and the part's width there [m]."""
+    """A grasp: the point in the part's frame at which the hand can take the part, and the part's width there [m]."""
 
     point: Vector
     width: float
@@ -278,11 +268,10 @@ class Fixture(Struct, frozen=True):
 
 
 class Gripper(Struct, frozen=True):
-    """The hand. `opening`: the distance between its open fingers, which close along the tool's Y; None: the opening of
-    the robot's hand. `tolerance`: the greatest distance of the tool tip from a part that it takes. `size`: the sizes of
-    the box around the fingers, which ends at the tip and is seen by sensors. `signal`: an input that is on while the
-    hand holds a part; 0: none.
-    """
+    """The hand. `opening`: the distance between its open fingers, which close along the tool's Y axis; None: the
+    opening of the robot's hand. `tolerance`: the maximum distance between the tool tip and a part that the hand can
+    take. `size`: the sizes of the box around the fingers; it ends at the tip, and sensors detect it. `signal`: an input
+    that is on while the hand holds a part; 0: none."""
 
     opening: float | None = None
     tolerance: float = 0.005
@@ -302,16 +291,15 @@ class Beam(Struct, frozen=True, tag=True):
 
 
 class Zone(Struct, frozen=True, tag=True):
-    """A box in the world around the origin of its frame: its sizes [m]."""
+    """A box in the world around the origin of its frame, with its sizes [m]."""
 
     T_world_zone: Transform
     size: Vector
 
 
 class Proximity(Struct, frozen=True, tag=True):
-    """A proximity switch: it sees up to `range` [m] along a direction of length 1, and up to `radius` [m] beside that
-    line.
-    """
+    """A proximity switch: it detects bodies up to `range` [m] along a unit direction, and up to `radius` [m] beside
+    that line."""
 
     place: Vector
     direction: Vector
@@ -320,9 +308,7 @@ class Proximity(Struct, frozen=True, tag=True):
 
 
 class Sensor(Struct, frozen=True):
-    """An input signal that is on while a part or the hand is in the region; with a negative number it is off while they
-    are there.
-    """
+    """A sensor that sets an input: on while a part or the hand is in the region, or off if the number is negative."""
 
     name: str
     signal: int
@@ -333,10 +319,9 @@ class Sensor(Struct, frozen=True):
 
 
 class Feeder(Struct, frozen=True):
-    """Each time a signal takes a state (negative: goes off), the next of `parts` appears `after` seconds later at
-    `T_world_part`, or at the pose of the part if `T_world_part` is None. Until then the part is absent. After the last
-    part no more come, or (`again`) the first one comes again.
-    """
+    """A feeder. Each time a signal comes on (a negative number: goes off), the next of `parts` appears `after` seconds
+    later at `T_world_part`, or at the part's own pose if `T_world_part` is None. Until then the part is absent. After
+    the last part no more appear, or (`again`) the first part follows."""
 
     parts: tuple[str, ...]
     when: int
@@ -346,9 +331,8 @@ class Feeder(Struct, frozen=True):
 
 
 class PartSink(Struct, frozen=True):
-    """Each time a signal takes a state (negative: goes off), the free parts in the zone disappear `after` seconds
-    later.
-    """
+    """A sink. Each time a signal comes on (a negative number: goes off), the parts in the zone that are not held
+    disappear `after` seconds later."""
 
     when: int
     zone: Zone
@@ -368,7 +352,7 @@ class CellScene(Struct, frozen=True):
 
     @property
     def empty(self) -> bool:
-        """Return whether nothing can be taken, touched or seen."""
+        """Return whether the scene has nothing that can be taken, touched or sensed."""
         return not (self.parts or self.fixtures or self.sensors)
 
 

@@ -1,14 +1,10 @@
 """An actor: one robot to which many users send requests. Requests come from any thread; the actor does one thing at a
-time.
-
-A request is a dialogue: a generator of replies and questions. The requests of a user begin in the order in which they
-came, and users take turns, so that nobody waits for all requests of another user. An urgent request overtakes all
-others, and the requests that have not begun are then refused. A request that waits, for an answer or until a program
-stops, lets others go first.
-
-`peek` returns when the next event is due, `step` carries out that event, and nothing happens between two steps. In a
-shell, a batch run or a test, `finish` steps until a request is over; in a server, `serve` steps in a separate thread.
-"""
+time. A request is a dialogue: a generator of replies and questions. A user's requests begin in the order of their
+arrival, and users take turns, so that nobody waits for all requests of another user. An urgent request overtakes all
+others, and requests that have not begun are then refused. While a request waits, for an answer or until a program
+stops, others continue. `peek` returns when the next event is due, `step` carries out that event, and nothing happens
+between two steps. In a shell, a batch run or a test, `finish` steps until a request has ended; in a server, `serve`
+steps in a separate thread."""
 
 from __future__ import annotations
 
@@ -46,10 +42,10 @@ from vrs_cli.values.replies import Message, Reply, Tone
 if TYPE_CHECKING:
     from vrs_cli.interfaces.tasks.driver import Driver
 
-MAX_WAITING_REQUESTS = 10_000  # requests
-GROUP_COMMIT_S = 0.02  # longest time that answers wait for others, to be written to the disk together [s]
-MAX_WORK_THREADS = 3  # maximum number of threads for long work: more would keep the robot's own thread from its turn
-LAG_CHECK_S = 0.01  # time between two checks whether the users have received the output of programs (TYPE) [s]
+MAX_WAITING_REQUESTS = 10_000  # maximum number of waiting requests
+GROUP_COMMIT_S = 0.02  # [s] maximum time that answers wait so that several changes are written to disk together
+MAX_WORK_THREADS = 3  # maximum number of threads for long work; more would slow down the robot's own thread
+LAG_CHECK_S = 0.01  # [s] time between two checks whether the users have received the output of programs (TYPE)
 T = TypeVar("T")
 
 
@@ -58,30 +54,28 @@ _Given = tuple[Ticket[Any] | None, Callable[[], None]]
 
 
 class Actor:
-    """Carries out the requests to one robot, and the events that become due on the robot.
-
-    `internal_errors`: errors of vrs itself while the actor serves; `worked`: the CPU time of its thread [s]. `spent` is
-    called from any thread with the CPU time [s] of a user's request, if many users are served.
-    """
+    """Carries out the requests to one robot and the events that become due on it. `internal_errors`: errors of vrs
+    itself that occurred while serving; `worked`: the CPU time of the actor's thread [s]. If many users are served,
+    `spent` is called, from any thread, with the CPU time [s] of each user's request."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._inbox: Inbox[Callable[[], object]] = Inbox()  # calls that other threads ask for
+        self._inbox: Inbox[Callable[[], object]] = Inbox()  # messages from other threads
         self._waiting = Waiting()  # requests that have not begun
-        self._present: list[Ticket[Any]] = []  # requests that have begun and can go on; the last one goes on first
+        self._present: list[Ticket[Any]] = []  # requests that have begun and can continue; the last one continues first
         self._running: list[Ticket[Any]] = []  # requests that wait until a program has stopped
         self._asking: list[Ticket[Any]] = []
         self._beside: list[Ticket[Any]] = []  # requests for which another thread works
-        self._at_work: Ticket[Any] | None = None  # the request whose next part is being carried out
-        self._behind: frozenset[object] = frozenset()  # users who have not taken their replies
+        self._at_work: Ticket[Any] | None = None  # the request that is running now
+        self._behind: frozenset[object] = frozenset()  # users who have not yet taken their replies
         self._questions = count(1)
-        self._time_first = False  # whether time goes on before the next request begins
+        self._time_first = False  # whether time advances before the next request begins
         self._look = False  # whether a program that other requests wait for may have stopped
-        self._rests = self._stopped = False  # programs and motions are stopped; the clock was stopped because of that
-        self._answers: list[_Given] = []  # replies to give once the changes that they report are on the disk
-        self._since = inf  # real time at which the first of these answers was ready [s]
-        self._beat: Callable[[], float | None] | None = None  # the periodic callback of the robot
-        self._beats_at = inf  # time of the next call of that function, by the robot's clock [s]
+        self._rests = self._stopped = False  # everything is stopped; that stopped the clock, too
+        self._answers: list[_Given] = []  # replies to send once the changes that they report are on disk
+        self._since = inf  # [s] real time at which the first of these replies was ready
+        self._beat: Callable[[], float | None] | None = None  # periodic callback of the robot
+        self._beats_at = inf  # [s] time of its next call, by the robot's clock
         self.internal_errors: list[Exception] = []
         self.worked = 0.0
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
@@ -92,7 +86,7 @@ class Actor:
         self._closed = False
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
-            clock.sleep = self._inbox.wait  # waiting for a time is waiting for the inbox
+            clock.sleep = self._inbox.wait  # a wait for a time is a wait for a message in the inbox
         driver.devices.outside.wake = self.wake
 
     # --- requests, from any thread ---
@@ -100,10 +94,8 @@ class Actor:
     def submit(
         self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
     ) -> Ticket[T]:
-        """Queue a dialogue as a request. The ticket collects the replies and the result, or the outlet is called with
-        them. `by`: the user who sent the request; while another thread works for that user, the user's next request
-        waits.
-        """
+        """Queue a dialogue as a request. Its replies and result are collected in the ticket, or passed to the outlet.
+        `by`: the user who sent the request. While another thread works for that user, the user's next request waits."""
         ticket = Ticket(dialogue, by, outlet, self._inbox.put, self._react, self._withdraw)
         if self._closed:
             ticket.end(None, RequestRefused("the robot is not driven any more"))
@@ -115,19 +107,17 @@ class Actor:
         return ticket
 
     def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
-        """Queue a function as a request; no other request changes anything while the function runs."""
+        """Queue a function as a request. No other request changes anything while the function runs."""
         return self.submit(quietly(act), urgent=urgent)
 
     def tell(self, give: Callable[[], None]) -> None:
-        """Deliver a message of the robot itself after the replies queued before it. Call only within a step of the
-        robot.
-        """
+        """Deliver a message of the robot itself, after all replies queued so far. Call only within a step of the
+        robot."""
         self._answers.append((None, give))
 
     def let_wait(self, by: object) -> None:
-        """Hold back the requests of a user who has not taken the replies, until `let_go_on`. May be called from any
-        thread.
-        """
+        """Hold back the requests of a user who has not taken the replies, until `let_go_on` is called. May be called
+        from any thread."""
         self._behind = self._behind | {by}
 
     def let_go_on(self, by: object) -> None:
@@ -136,15 +126,13 @@ class Actor:
             self.wake()
 
     def repeat(self, beat: Callable[[], float | None]) -> None:
-        """Install the periodic callback, replacing the old one. The callback returns when it is due again in real time
-        [s], or None for never. Call only within a step of the robot.
-        """
+        """Install the periodic callback, replacing the old one. The callback returns its next due time in real time
+        [s], or None to end. Call only within a step of the robot."""
         self._beat, self._beats_at = beat, self._driver.engine.clock.reached
 
     def rest(self, rests: bool) -> None:
-        """Stop programs, motions and the clock, or let them go on; requests are carried out in both cases. May be
-        called from any thread.
-        """
+        """Stop programs, motions and the clock, or let them continue. Requests are carried out in both cases. May be
+        called from any thread."""
         self._inbox.put(partial(self._rest, rests))
 
     def _rest(self, rests: bool) -> None:
@@ -157,22 +145,21 @@ class Actor:
         """End a wait of `step`."""
         self._inbox.put(lambda: None)
 
-    # --- driving ---
+    # --- stepping ---
 
     @property
     def has_requests(self) -> bool:
-        """Return whether any request is unfinished and waits neither for a program nor for an answer."""
+        """Return whether there is an unfinished request that waits neither for a program nor for an answer."""
         return bool(len(self._inbox) or self._present or self._ready)
 
     @property
     def lets_time_pass(self) -> bool:
-        """Return whether any request waits until a program stops."""
+        """Return whether any request waits for a program to stop."""
         return bool(self._running)
 
     def peek(self) -> float:
-        """Return when the next event is due [s]: now if there is a request, infinity if nothing will happen without
-        one.
-        """
+        """Return when the next event is due [s]: now if a request can continue, infinity if nothing will happen without
+        a new request."""
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
@@ -183,9 +170,8 @@ class Actor:
         return due if passes or due <= clock.reached else inf
 
     def step(self) -> None:
-        """Carry out the next event; if none is due, wait for the next event or request. Only one thread may step at a
-        time.
-        """
+        """Carry out the next event; if none is due, wait for an event or a request. Only one thread may step at a
+        time."""
         if not self._stepping.acquire(blocking=False):
             raise RuntimeError("another thread drives this robot: wait for the ticket")
         try:
@@ -218,9 +204,8 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Step until a request is over; a terminal shows the replies and asks the questions. Return the result. Raises
-        the error of the request.
-        """
+        """Step until a request has ended, and return its result. The terminal shows its replies and asks its questions.
+        Raises the error of the request."""
         try:
             while not ticket.done():
                 time_goes_on = bool(self._running)
@@ -236,9 +221,8 @@ class Actor:
 
     @staticmethod
     def put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
-        """Show a reply or ask a question at the terminal. An error of the terminal is raised in the request, which may
-        go on.
-        """
+        """Show a reply or ask a question at the terminal. An error of the terminal is raised inside the request, which
+        may continue."""
         try:
             if isinstance(said, Question):
                 ticket.answer(said.id, terminal.ask(said))
@@ -250,7 +234,7 @@ class Actor:
             ticket.throw(error, said.id if isinstance(said, Question) else 0)
 
     def serve(self) -> None:
-        """Run the actor in a separate thread, until `close`."""
+        """Run the actor in a separate thread until `close`."""
         self._server = Thread(target=self._serve, name="robot", daemon=True)
         self._server.start()
 
@@ -258,12 +242,12 @@ class Actor:
         while not self._closed:
             try:
                 self.step()
-            except Exception as error:  # an error in a task that nobody waits for; the error has ended the task
+            except Exception as error:  # an error in a task that nobody waits for; it has ended the task
                 self.internal_errors.append(error)
             self.worked = time.thread_time()
 
     def close(self) -> None:
-        """Stop the actor: requests that have not ended are refused."""
+        """Stop the actor. Unfinished requests are refused."""
         self._inbox.put(self._end_all)
         if self._server is not None:
             self._server.join()
@@ -276,12 +260,12 @@ class Actor:
 
     @property
     def _ready(self) -> Ticket[Any] | None:
-        """Return the request that begins next: its user has taken all replies, and no thread works for that user."""
+        """Return the next request to begin: its user has taken all replies, and no other thread works for that user."""
         busy = {ticket.by for ticket in self._beside if ticket.by is not None}
         return self._waiting.next(busy | self._behind)
 
     def _line_runs(self) -> bool:
-        """Return whether a line of the prompt that other requests wait for is being carried out."""
+        """Return whether a prompt line is being carried out for which other requests wait."""
         line = self._driver.tasks.get(PROMPT_LINE)
         return line is not None and line.running
 
@@ -294,7 +278,7 @@ class Actor:
             self._driver.engine.clock.wait(due)
 
     def _happen(self) -> None:
-        """Advance time to the next due event, and resume the requests that have waited for it."""
+        """Advance time to the next due event, and resume the requests that wait for programs."""
         error: BaseException | None = None
         try:
             if self._driver.waits_for_users:
@@ -309,15 +293,14 @@ class Actor:
         self._go_on_all(error)
 
     def _go_on_all(self, error: BaseException | None = None) -> None:
-        """Resume the requests that wait until a program has stopped."""
+        """Resume the requests that waited for a program that has stopped."""
         for ticket in tuple(self._running):
             ticket.reaction = ticket.reaction if error is None else error
             self._go_on(ticket)
 
     def _work(self, ticket: Ticket[Any]) -> None:
-        """Carry out the next part of a request, and charge its CPU time to the user. A user who is alone with a robot
-        is not charged.
-        """
+        """Carry out the next part of a request, and charge its CPU time to the user. A robot's only user is not
+        charged."""
         if self._server is None:
             self._go_on(ticket)
             return
@@ -334,7 +317,7 @@ class Actor:
             said = dialogue.throw(reaction) if isinstance(reaction, BaseException) else dialogue.send(reaction)
         except StopIteration as over:
             self._answers.append((ticket, partial(ticket.end, over.value)))
-        except BaseException as error:  # raised again where the user waits for the result
+        except BaseException as error:  # raised again for the user who waits for the result
             self._answers.append((ticket, partial(ticket.end, None, error)))
         else:
             self._take_said(ticket, said)
@@ -342,7 +325,7 @@ class Actor:
             self._at_work = None
 
     def _move(self, place: list[Ticket[Any]] | Waiting | None, ticket: Ticket[Any]) -> None:
-        """Move a request to another queue; None removes the request from its queue."""
+        """Move a request to another queue; with None, remove it from its queue."""
         if ticket.place is not None:
             ticket.place.remove(ticket)
         ticket.place = place
@@ -351,9 +334,8 @@ class Actor:
 
     @property
     def at_work(self) -> Ticket[Any] | None:
-        """Return the request that the robot works on now: its next part is being carried out, or its line of the prompt
-        is running.
-        """
+        """Return the request that the robot is working on: the one that is running now, or the one whose prompt line is
+        being carried out."""
         if self._at_work is not None:
             return self._at_work
         line = self._driver.tasks.get(PROMPT_LINE)
@@ -362,9 +344,7 @@ class Actor:
         return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
     def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
-        """Move a request to the queue in which it waits after a reply or question, and deliver that reply or question
-        to its user.
-        """
+        """Queue a request while it waits after a reply or question, and deliver that reply or question to its user."""
         if isinstance(said, Work):
             self._work_beside(ticket, said)
             return
@@ -377,7 +357,8 @@ class Actor:
             self._answers.append((ticket, partial(ticket.say, said)))
 
     def _work_beside(self, ticket: Ticket[Any], it: Work) -> None:
-        """Do work in another thread if many users are served; else do the work here, as nobody else waits."""
+        """Do work in another thread if many users are served; otherwise do it in this thread, because nobody else
+        waits."""
         if self._server is None:
             it.run()
             self._move(self._present, ticket)
@@ -389,10 +370,10 @@ class Actor:
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
     def _work_on(self) -> None:
-        """Do the queued work. Runs in a separate thread."""
+        """Do the queued work. This runs in a separate thread."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
-            del one  # while this thread waits for more work, it keeps no reference to finished work
+            del one  # keep no reference to finished work while waiting for more
 
     def _do_beside(self, ticket: Ticket[Any], it: Work) -> None:
         begun = time.thread_time()
@@ -401,9 +382,8 @@ class Actor:
         self._inbox.put(partial(self._end_work, ticket))
 
     def _give_answers(self) -> None:
-        """Write changes to the disk, then answer the users who commanded them, then notify all other users. If several
-        changes go to the disk together, changes that are already requested are made first.
-        """
+        """Write changes to disk, then answer the users who commanded them, then notify all other users. If several
+        changes are to be written together, first carry out the changes that are already requested."""
         journal = self._driver.engine.book.journal
         if journal is not None and journal.unsettled:
             now = time.monotonic()
@@ -424,7 +404,7 @@ class Actor:
     # --- messages ---
 
     def _take(self) -> bool:
-        """Act on all messages in the inbox. Return whether there were any."""
+        """Process all messages in the inbox. Return whether there were any."""
         if not self._inbox and not self._closed:
             return False
         acts = self._inbox.take_all()
@@ -435,15 +415,14 @@ class Actor:
         return bool(acts)
 
     def _overtake(self, ticket: Ticket[Any]) -> None:
-        """Begin an urgent request before all others; requests that have not begun are refused."""
+        """Begin an urgent request before all others; refuse requests that have not begun."""
         for waiting in self._waiting.all():
             self._end(waiting, RequestRefused("the robot was stopped before it began", "give it again"))
         self._move(self._present, ticket)
 
     def _react(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
-        """Take the answer to the question with that id; or (id 0) the error in showing a reply, which may arrive
-        late.
-        """
+        """Process the answer to the question with this id. Id 0: process an error in showing a reply, which may arrive
+        late."""
         asks = ticket.place is self._asking
         if ticket.place is None or (question and not (asks and question == ticket.asked)):
             return
@@ -466,7 +445,7 @@ class Actor:
             self._end(ticket, RequestRefused("the robot is not driven any more"))
 
     def _end(self, ticket: Ticket[Any], why: VrsError) -> None:
-        """End a request early; its dialogue is closed and can clean up."""
+        """End a request early. Its dialogue is closed and can clean up."""
         self._move(None, ticket)
         try:
             ticket.dialogue.close()

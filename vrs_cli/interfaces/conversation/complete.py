@@ -1,10 +1,7 @@
-"""Suggest words that may come next on a line, from the tables of the language and the defined names. Pure: text in,
-words out.
-
-A suggestion replaces the `start` characters before the cursor. The tables say what each argument is (`Shape`); the
-memory of the session lists the defined names (`names_of`). A signature tells which arguments a word takes, and which of
-them is being typed.
-"""
+"""Suggest words that may come next on a line, from the tables of the language and the defined names. The functions are
+pure: text in, words out. A suggestion replaces the `start` characters before the cursor. The tables describe the kind
+of each argument (`Shape`); the session's memory lists the defined names (`names_of`). A signature shows which arguments
+a word takes, and which of them is being typed."""
 
 from __future__ import annotations
 
@@ -31,13 +28,11 @@ from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control
 from vrs_cli.values import numbers, questions
 
 MEASURED_ROBOT = (monitor.MEASURED, "where a body measured the robot")
-MAX_NAMES = 500  # maximum number of names of a kind that are offered: a menu is for reading
+MAX_NAMES = 500  # maximum number of names of one kind in a menu, so that people can read it
 
 
 class DefinedNames(Struct, frozen=True):
-    """The names that are defined, each with a short note. `variables`: a function that lists the variables of a
-    kind.
-    """
+    """The defined names, each with a short note. `variables`: a function that lists the variables of a kind."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
     variables: Callable[[Kind], Mapping[str, str] | None] = lambda _kind: None
@@ -47,15 +42,14 @@ class DefinedNames(Struct, frozen=True):
     parts: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: Kind) -> dict[str, str]:
-        """Return the variables of some kinds."""
+        """Return the variables of several kinds."""
         return {name: note for kind in kinds for name, note in (self.variables(kind) or {}).items()}
 
 
 def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (), begun: str = "") -> DefinedNames:
-    """Return the first programs, variables (also elements of arrays) and parts of the cell whose names start with
-    `begun`, and all switches and parameters. A name that is not a word is put in quotes. Variables of a kind are
-    collected when they are asked for: most lines need one kind or none.
-    """
+    """Return the first programs, variables (including elements of arrays) and parts of the cell whose names start with
+    `begun`, and all switches and parameters. A name that is not a word is quoted. Variables of a kind are collected
+    only when needed, because most lines need one kind or none."""
     programs, begun = memory.programs, begun.lower()
     first = nsmallest(MAX_NAMES, (key for key in programs if key.startswith(begun)))
     written = (name if _NAME.fullmatch(name) else f'"{name}"' for name in parts)
@@ -83,7 +77,7 @@ def _note(value: numbers.Value, units: JointUnits) -> str:
 
 # --- the text before the cursor ------------------------------------------------------------------------------------
 
-# maximum length of a line that is completed [characters]: the time of searches from its end grows with its square
+# [characters] maximum length of a completed line: the time of backward searches grows with its square
 MAX_LINE_CHARS = 1000
 _PREFIX = re.compile(r"[#$]?[A-Za-z][\w.]*$|[#$.]$|\.[A-Za-z]+$")
 _OPERAND_BEFORE = re.compile(r"([\w.]+|[\])\"])\s+$")
@@ -100,7 +94,7 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
 def innermost(text: str) -> tuple[str, int] | None:
-    """Return the function whose parentheses are open at the cursor, and the index of the argument at the cursor."""
+    """Return the function whose argument list contains the cursor, and the index of the argument at the cursor."""
     before = _BY.sub(",", text)
     at = open_bracket(before, "([")
     if at is None:
@@ -111,7 +105,7 @@ def innermost(text: str) -> tuple[str, int] | None:
 
 
 def open_bracket(text: str, opening: str) -> int | None:
-    """Return the index of the last bracket that is not closed."""
+    """Return the index of the last opening bracket without a closing one."""
     depth, closing = 0, "".join(")" if one == "(" else "]" for one in opening)
     for at in range(len(text) - 1, -1, -1):
         depth += (text[at] in closing) - (text[at] in opening)
@@ -121,7 +115,7 @@ def open_bracket(text: str, opening: str) -> int | None:
 
 
 def top_level(text: str) -> str:
-    """Return the text without what is inside parentheses or brackets."""
+    """Return the text without the parts inside parentheses or brackets."""
     kept, depth = [], 0
     for character in text:
         depth += (character in "([") - (character in ")]")
@@ -130,7 +124,7 @@ def top_level(text: str) -> str:
     return "".join(kept)
 
 
-# --- suggestions by the shape of an argument --------------------------------------------------------------------------
+# --- suggestions for each kind of argument ----------------------------------------------------------------------------
 
 Candidates = Iterable[tuple[str, str]]  # pairs of a word and its explanation
 
@@ -195,7 +189,7 @@ WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
 
 
 def _rows(table: Mapping[str, Word], begun: str = "") -> Candidates:
-    """Return the supported words of a table that start with `begun`."""
+    """Return the words of a table that are supported and start with `begun`."""
     rows = ((name, word) for name, word in table.items() if name.startswith(begun))
     return ((name, explanation(word)) for name, word in rows if word.state is State.SUPPORTED)
 
@@ -211,12 +205,9 @@ def explanation(word: Word) -> str:
 def suggestions(
     text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
 ) -> list[questions.Suggestion]:
-    """Return the words that may stand at the end of `text`, best first. `in_program`: the line is a step of a program,
-    not a command. `folder`: the folder whose files are suggested.
-
-    Without `everything`, suggest real functions and constants only after their first letter: they are so many that they
-    would hide the other words where a number is expected.
-    """
+    """Return the words that may continue `text`, best first. `in_program`: the line is a step of a program, not a
+    command. `folder`: the folder whose files are suggested. Unless `everything` is set, real functions and constants
+    are suggested only after their first letter, because there are so many that they would hide other words."""
     if len(text) > MAX_LINE_CHARS:
         return []
     line = _LABEL.sub("", text, count=1) if in_program else text
@@ -224,7 +215,7 @@ def suggestions(
     if ";" in blanked or blanked.count('"') % 2 or _NUMBER_TYPED.search(blanked):
         return []
     prefix = typed_name(line)
-    lower = prefix.lstrip("#$.").islower()  # then suggested keywords are in lower case, too
+    lower = prefix.lstrip("#$.").islower()  # suggest keywords in lower case, too
     found: dict[str, questions.Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
         key = word.upper()
@@ -237,7 +228,7 @@ def suggestions(
 
 
 def typed_name(text: str) -> str:
-    """Return the part of a name at the end of a line."""
+    """Return the part of a name that is typed at the end of a line."""
     found = _PREFIX.search(text) if len(text) <= MAX_LINE_CHARS else None
     return found.group() if found else ""
 
@@ -258,7 +249,7 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return _explain_candidates(rest.lstrip(), prefix, names)
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    group = _GROUP.match(rest) if word.group_size else None  # the complete parenthesis after words like READ
+    group = _GROUP.match(rest) if word.group_size else None  # a complete pair of parentheses, after words like READ
     return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.group_size if group else 0)
 
 
@@ -276,7 +267,7 @@ def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidat
 
 
 _COMMON = "MOVE MOVES DRIVE READY APPRO DEPART WHERE HERE SPEED OPENI CLOSEI LOAD EXECUTE HELP"
-COMMON = tuple(_COMMON.split())  # listed first
+COMMON = tuple(_COMMON.split())  # these are listed first
 
 
 def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates:
@@ -294,7 +285,7 @@ def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:
-    """Return the row of a word, which may be abbreviated; commands are searched before instructions."""
+    """Return the table row of a word, which may be abbreviated. Commands are searched before instructions."""
     tables = (INSTRUCTIONS, CONTROL) if in_program else (monitor.COMMANDS, INSTRUCTIONS, CONTROL)
     rows = rows_for(word, *tables)
     return rows[0] if len(rows) == 1 else None
@@ -302,9 +293,8 @@ def _row_of(word: str, in_program: bool) -> Word | None:
 
 def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: int) -> Candidates:
     """Return the words that may come next among the arguments of a word. `before`: the line up to the cursor, with
-    blanks in place of strings, starting at the word, or at the closed parenthesis that holds its `first` arguments, and
-    ending with the name that is being typed.
-    """
+    strings blanked out. It starts at the word, or at the closed parentheses around its `first` arguments, and ends with
+    the name that is being typed."""
     nested = innermost(before)
     if nested is not None:
         function = FUNCTIONS.get(nested[0])
@@ -315,7 +305,7 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     settled, level = before[: len(before) - len(prefix)], top_level(before)
     there = settled.upper().split()
     after_connecting = bool(there) and there[-1] in _CONNECTING
-    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # a whole operand is already there
+    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # an operand is complete
     connecting = [row for row in _connecting(word, ended) if row[0] not in there]
     if ended:
         return connecting
@@ -336,7 +326,7 @@ def _of_shape(argument: Argument, names: DefinedNames) -> Candidates:
 
 
 def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
-    """Yield the words that may come between or after arguments."""
+    """Yield the words that may come between arguments or after them."""
     yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))
     yield from ((argument.lead, argument.name) for argument in word.arguments if argument.lead)
     if operand_ended or not word.required_count:
@@ -345,7 +335,7 @@ def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
 
 
 def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:
-    """Return the argument at an index; a repeated argument is used for all indexes after it."""
+    """Return the argument at an index. The last argument, if it can be repeated, is returned for all later indexes."""
     if index < len(arguments):
         return arguments[index]
     return arguments[-1] if arguments and arguments[-1].repeated else None
@@ -362,7 +352,7 @@ EXTENSIONS: Mapping[str, tuple[str, ...]] = {
 
 
 def _files(line: str, folder: Folder) -> list[questions.Suggestion]:
-    """Return the files that a FILE argument may name: folders, and files with the right extension."""
+    """Return the files that a FILE argument may name: folders, and files with a suitable extension."""
     first = _FIRST.match(line)
     word = _row_of(first.group(1).upper(), False) if first else None
     if word is None or first is None or not word.arguments or word.arguments[0].shape is not Shape.FILE:
@@ -393,14 +383,13 @@ def _paths(typed: str, folder: Folder, extensions: tuple[str, ...]) -> Iterator[
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _FIRST_WORD = re.compile(r"\s*(?:\d+\s+)?(?:(?:DO|EXPLAIN)\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
-_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY is used in place of a comma
+_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY can separate arguments like a comma
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
 class Signature(Struct, frozen=True):
-    """The form of a word, the positions of its arguments in that form (begin and end index), and the index of the
-    `active` argument.
-    """
+    """The form of a word, the positions of its arguments in that form (start and end index), and the index of the
+    `active` argument."""
 
     form: str
     summary: str
@@ -408,13 +397,12 @@ class Signature(Struct, frozen=True):
     active: int
 
 
-Programs = Callable[[str], Program | None]  # by key
+Programs = Callable[[str], Program | None]  # forms of programs, by key
 
 
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
-    """Return the signature of the innermost function or program call that is open at the end of the text; if none is
-    open, of the first word of the text.
-    """
+    """Return the signature of the innermost unclosed function or program call at the end of the text. Without an
+    unclosed call, return the signature of the first word."""
     text = blank_out(before)
     at = open_bracket(text, "(")
     if at is not None:
@@ -423,12 +411,12 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
     found = _FIRST_WORD.match(text)
     row = _row_of(found[1], not at_prompt) if found else None
     if found is None or row is None or not row.arguments or not (found[2] or row.name == found[1].upper()):
-        return None  # the word may also be incomplete
+        return None  # the word may be typed incompletely
     return _signature(row.form, row.summary, (argument.name for argument in row.arguments), text[found.end() :])
 
 
 def blank_out(line: str) -> str:
-    """Return the line with blanks in place of strings and comments; columns do not change."""
+    """Return the line with strings and comments replaced by blanks; columns do not change."""
     return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
@@ -451,7 +439,8 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
 
 
 def _argument_places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
-    """Yield the position of each name in the form; the search starts after the word itself and the names before."""
+    """Yield the position of each argument name in a form; each search starts after the previous name, the first one
+    after the word."""
     found = re.match(r"[#$]?[\w.]+", form)
     at = found.end() if found else 0
     for name in names:

@@ -1,6 +1,5 @@
-"""Lines of a user, from a terminal, a pipe or a connection, are given to a session: programs are collected, and errors
-become replies.
-"""
+"""Pass the lines of a user, from a terminal, a pipe or a connection, to a session. Programs are collected line by line,
+and errors become replies."""
 
 from __future__ import annotations
 
@@ -32,17 +31,17 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies
 from vrs_cli.values.tagged import UserAct
 
-RUNNING = "*"  # the prompt while a program runs
-PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users have their turn
-A_PROGRAM = "a program"  # what a role may type, in error messages
-MANY_NAMES = 1000  # number of names whose search takes some milliseconds
+RUNNING = "*"  # prompt while a program runs
+PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
+A_PROGRAM = "a program"  # what each role may type, for error messages
+MANY_NAMES = 1000  # number of names from which a search takes some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
 
 
 def _place(arm: RobotArm, timeline: Timeline, t: float) -> tuple[Vector, str]:
-    """Return the position of the tool tip in the world [m] at a time [s], and the words of the configuration."""
+    """Return the position of the tool tip in the world [m] at a time [s], and the words for the arm's configuration."""
     position = position_at(arm, timeline, t)
     T = position.T_world_tool
     return (T.px, T.py, T.pz), str(arm.configuration(position.joints))
@@ -50,35 +49,33 @@ def _place(arm: RobotArm, timeline: Timeline, t: float) -> tuple[Vector, str]:
 
 class Conversation:
     """Takes the lines of one user, and collects the program that the user types. Each method returns a dialogue for the
-    actor; nothing that a user types raises an exception in it. `user_state`: the state of the user, if the robot has
-    other users too (`UserSession.put` carries out dialogues with that state).
-    """
+    actor; nothing that a user types raises an exception in it. `user_state`: the state of this user, if the robot also
+    has other users (`UserSession.put` runs dialogues with that state)."""
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
         self.session, self.user_state = session, user_state or session.user_state
         self.entry: ProgramBuffer | None = None
-        self._refused: str = ""  # the program whose heading was refused: its steps are dropped
-        self._dropped = 0  # number of dropped steps of that program among the lines being carried out
-        self._left_out = 0  # number of lines with a mistake that were left out of the typed program
-        self._pasted = ""  # programs and sections that were pasted together with the lines after them
+        self._refused: str = ""  # program whose heading was refused: its steps are dropped
+        self._dropped = 0  # number of its steps dropped among the current lines
+        self._left_out = 0  # number of faulty lines left out of the typed program
+        self._pasted = ""  # programs and sections pasted before others
         self._jogger = Jogger(self.session)
-        self._place = lru_cache(maxsize=1)(_place)  # the prompt shows it again after each key
+        self._place = lru_cache(maxsize=1)(_place)  # the prompt queries it again after each key
 
     # --- lines ---
 
     def perform(self, dialogue: Dialogue[None]) -> None:
-        """Carry out a dialogue at the terminal of the session. Errors are shown."""
+        """Carry out a dialogue at the terminal of the session, and show errors as replies."""
         try:
             self.session.converse(dialogue)
         except BrokenPipeError:
-            raise  # the reader of the output has closed it
+            raise  # the reader of the output has closed the pipe
         except (Exception, KeyboardInterrupt) as error:
             self.session.terminal.show(self.error_reply(error, ""))
 
     def lines(self, text: str, more: bool = False) -> Dialogue[None]:
-        """Carry out one line, or several that were pasted together. Ctrl-C in one of these lines drops the lines after
-        it. `more`: other lines follow in the next call.
-        """
+        """Carry out one line, or several lines that were pasted together. Ctrl-C during one of them drops the lines
+        after it. `more`: the next call continues with further lines of the same paste."""
         self.user_state.interrupted, self._dropped, refused = False, 0, self._refused
         lines = text.splitlines() or [""]
         for number, line in enumerate(lines, 1):
@@ -90,7 +87,7 @@ class Conversation:
             if self.user_state.interrupted:
                 break
             if not number % PASTED_TOGETHER:
-                yield from beside(lambda: None)  # if many users are served, the others have their turn
+                yield from beside(lambda: None)  # let other users have their turn, if many users are served
         if self._pasted:
             yield from self._guard(self._store(), "")
         if refused and self._dropped and not self.user_state.attended:  # a person has seen that the heading was refused
@@ -100,12 +97,12 @@ class Conversation:
             self.entry, self._refused = None, ""  # the user has been told that the program was refused
 
     def _answer(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then go on."""
+        """Ask the questions of tasks; the tasks then continue."""
         yield from self.session.driver.ask()
         self.session.settle()
 
     def _guard(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
-        """Report errors as replies, so that the next line can be carried out."""
+        """Show errors as replies, so that the next line can be carried out."""
         try:
             yield from dialogue
         except BrokenPipeError:
@@ -128,7 +125,7 @@ class Conversation:
         elif self.entry is not None:
             if alone and self.user_state.attended and not self._refused:
                 mistake = self.entry.mistake(line, self.session.environment.kinds)
-                if mistake is not None:  # the line does not become a step
+                if mistake is not None:  # the line does not become a step of the program
                     self._left_out += 1
                     raise diagnostics.LineRefused(mistake)
             yield from self._step(self.entry, line, goes_on=goes_on)
@@ -138,7 +135,7 @@ class Conversation:
             yield from self.session.answers(line)
 
     def mistake(self, text: str) -> diagnostics.Diagnostic | None:
-        """Return the first mistake in a line that was not sent yet. Several pasted lines are not checked."""
+        """Return the first mistake in a line that has not been sent yet. Pasted lines are not checked."""
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text or self._topic_of(text) is not None:
             return None
@@ -149,7 +146,7 @@ class Conversation:
         return None if opens_entry(text) and not ProgramBuffer(text).is_program else session.mistake(text)
 
     def _topic_of(self, line: str) -> str | None:
-        """Return the topic of a line `?`, `word?` or `?word`; "" for all topics; None for any other line."""
+        """Return the topic of a help line: `?` ("" for all topics), `word?` or `?word`; None for any other line."""
         found = _ASKED.fullmatch(line)
         if found is None:
             return None
@@ -159,9 +156,8 @@ class Conversation:
     # --- typing a program ---
 
     def _open(self, header: str) -> Dialogue[None]:
-        """Open a program with its `.PROGRAM` line. The lines after it are its steps; if the heading is refused, they
-        are dropped.
-        """
+        """Open a program with its `.PROGRAM` line. The lines after it are its steps; if the heading is refused, these
+        are dropped."""
         self.entry = ProgramBuffer(header)
         name = self.entry.name
         self._refused = name or "the program"
@@ -171,9 +167,8 @@ class Conversation:
         self._refused = ""
 
     def _step(self, entry: ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
-        """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted after this one and is
-        stored with it; it may hold the locations of the program.
-        """
+        """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted after this one and will
+        be stored with it; it may contain the locations of the program."""
         self._dropped += bool(self._refused)
         if not closes_entry(line):
             entry.add(line)
@@ -188,14 +183,14 @@ class Conversation:
                 self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
             except VrsError:
                 if self.user_state.attended:
-                    self.entry = entry  # control (the lease) has passed to another user meanwhile, but may come back
+                    self.entry = entry  # another user drives now, but this user may drive again later
                 raise
             self._pasted += entry.source
         if not goes_on:
             yield from self._store()
 
     def _store(self) -> Dialogue[None]:
-        """Check the typed programs and store them in memory. EXECUTE without a name runs the first of them."""
+        """Check the typed programs and store them in memory. EXECUTE without a name then runs the first of them."""
         text, self._pasted = self._pasted, ""
         loaded = yield from self.session.read_file(text)
         before = dict(self.session.programs)
@@ -211,9 +206,8 @@ class Conversation:
             yield replies.Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
-        """Drop the program that is being typed, and tell the user: at Ctrl-C, or at the end of the input. A person is
-        asked first if text would be lost.
-        """
+        """Drop the program that is being typed, and inform the user (Ctrl-C, or the end of the input). A person is
+        asked first if text would be lost."""
         editor = self.user_state.editor
         if editor is not None:
             name, how = editor.name, "E would have stored it"
@@ -230,7 +224,7 @@ class Conversation:
 
     @property
     def _has_text(self) -> bool:
-        """Return whether any text of the program was typed."""
+        """Return whether any text of the program has been typed."""
         editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
@@ -244,7 +238,7 @@ class Conversation:
             case acts.LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
             case acts.StopProgram():
-                # the end is reported when the arm has stopped
+                # report the end when the arm has stopped
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
                     yield replies.Message("Nothing to stop: EXIT leaves")
@@ -266,16 +260,15 @@ class Conversation:
         return None
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
-        """Interrupt the request of this ticket, at Ctrl-C, from any thread: a program, or a line of the prompt, stops
-        before its next step; KeyboardInterrupt is raised in any other request.
-        """
+        """Interrupt the request of this ticket (Ctrl-C, from any thread). A program or a line of the prompt stops
+        before its next step; in any other request KeyboardInterrupt is raised."""
         if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())
 
-    # --- while a line is typed ---
+    # --- while a line is being typed ---
 
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[questions.Suggestion]]:
-        """Suggest words for the end of an incomplete line; another thread searches if there are many names."""
+        """Suggest words for the end of an incomplete line. If there are many names, another thread searches them."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         world = session.driver.world
         parts = () if world is None else world.settings.parts
@@ -290,9 +283,8 @@ class Conversation:
         return (yield from beside_if(many, find))
 
     def status(self) -> questions.PromptStatus:
-        """Return the state that the prompt and the toolbar show. If the robot has other users too, call only in the
-        robot's thread.
-        """
+        """Return the state that the prompt and the toolbar show. If the robot also has other users, call this only in
+        the robot's thread."""
         session, engine = self.session, self.session.engine
         clock, now = engine.clock, engine.clock.reached
         tool, configuration = self._place(engine.arm, engine.timeline, now)
@@ -319,9 +311,8 @@ class Conversation:
 
     def _hidden_constants(self) -> tuple[str, ...]:
         """Return the constants that are hidden by variables of the same name: variables of the program being typed, or
-        all that have a value. If no person is attending, colours are not shown and nothing is searched, because each
-        line of a long program would be parsed.
-        """
+        any variables with a value. Without a person at the terminal nothing is searched, because no colours are shown
+        and each line of a long program would be parsed."""
         entry = self.entry
         if not self.user_state.attended:
             return ()
@@ -335,7 +326,7 @@ class Conversation:
 
     @property
     def unfinished_text(self) -> str:
-        """The program that is being typed or edited, as the text of a file."""
+        """The program that is being typed or edited, as text of a file."""
         editor, entry = self.user_state.editor, self.entry
         if editor is not None:
             return editor.source
@@ -343,6 +334,6 @@ class Conversation:
 
     @property
     def prompt(self) -> str:
-        """The prompt of the next line if that line belongs to a program, else ""."""
+        """The prompt if the next line belongs to a program, otherwise ""."""
         asks = self.user_state.editor or self.entry
         return "" if asks is None else asks.prompt

@@ -1,8 +1,6 @@
-"""One buffer for programs that are typed (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text, and a cursor.
-The buffer parses and checks its lines, and does not depend on a terminal.
-
-The sections of a file (`.LOCATIONS`, `.REALS`, `.STRINGS`) can be typed too, so that a whole file can be pasted.
-"""
+"""The buffer for programs that are typed (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text, and a cursor. It
+parses and checks its lines, and does not depend on a terminal. The sections of a file (`.LOCATIONS`, `.REALS`,
+`.STRINGS`) can be typed too, so that a whole file can be pasted."""
 
 from __future__ import annotations
 
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
 INDENT = "    "  # indentation of a block (val2 section 7)
-FIRST_STEP_LINE = 2  # line number of the first step in the text of a program; the heading is line 1
+FIRST_STEP_LINE = 2  # line number of the first step in a program's text; the heading is line 1
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 _LABEL = re.compile(r"^\s*\d+\s+")
@@ -41,7 +39,8 @@ OPENERS = frozenset({"FOR", "WHILE", "CASE"})
 
 
 class ProgramReading(NamedTuple):
-    """The result of parsing a text: the program (None if its heading cannot be parsed), and all mistakes by line."""
+    """The result of parsing a text: the program (None if its heading cannot be parsed), and all mistakes, sorted by
+    line."""
 
     program: ast.Program | None
     findings: tuple[diagnostics.Diagnostic, ...]
@@ -50,8 +49,7 @@ class ProgramReading(NamedTuple):
 class ProgramBuffer:
     """A program or section that is being typed or edited. `at`: the index of the line at the cursor, from 0;
     `len(lines)` after the last line. `inserting`: lines are inserted before that line until an empty line is typed.
-    `dialect`: the dialect of the lines.
-    """
+    `dialect`: the dialect in which the lines are parsed."""
 
     def __init__(
         self,
@@ -62,20 +60,19 @@ class ProgramBuffer:
     ) -> None:
         self.header, self.lines, self.dialect = header.strip(), list(lines), dialect
         self.at, self.inserting = len(self.lines), False
-        self._blocks = depth(self.lines)  # number of blocks that are open after the last line
+        self._blocks = depth(self.lines)  # number of blocks open after the last line
         if at is not None:
             self.move(at)
 
     @classmethod
     def of_program(cls, program: ast.Program, at: int = 0) -> ProgramBuffer:
-        """Return a buffer with the lines of a program."""
+        """Return a buffer that contains the lines of a program."""
         return cls(printer.program_header(program), printer.step_texts(program), at, program.dialect)
 
     @classmethod
     def of_text(cls, text: str, dialect: diagnostics.Dialect) -> ProgramBuffer:
-        """Return a buffer of a text whose first line is the heading. Blank lines at the end of the text are not
-        steps.
-        """
+        """Return a buffer with a text whose first line is the heading. Blank lines at the end of the text do not become
+        steps."""
         header, *lines = text.split("\n")
         while lines and not lines[-1].strip():
             lines.pop()
@@ -85,13 +82,13 @@ class ProgramBuffer:
 
     @property
     def name(self) -> str:
-        """The name in the heading, empty if the heading has none."""
+        """The name in the heading; empty if there is none."""
         found = _NAME.match(self.header)
         return found.group(1) if found else ""
 
     @property
     def is_program(self) -> bool:
-        """Return whether the buffer holds a program, not a section."""
+        """Return whether the buffer contains a program, not a section."""
         return _directive(self.header) == parser.PROGRAM
 
     @property
@@ -100,14 +97,13 @@ class ProgramBuffer:
 
     @property
     def source(self) -> str:
-        """The whole program as the text of a file."""
+        """The whole program as text of a file."""
         return f"{self.text}\n.END\n"
 
     @property
     def prompt(self) -> str:
-        """The prompt with the number of the step at the cursor, as in VAL's editor: ` 1.? `, as wide as in a
-        listing.
-        """
+        """The prompt with the number of the step at the cursor, as in VAL's editor: ` 1.? `. It is as wide as the
+        numbers in a listing."""
         return f"{self.at + 1:5d}.? "
 
     @property
@@ -121,13 +117,12 @@ class ProgramBuffer:
     # --- changes ---
 
     def move(self, at: int) -> None:
-        """Move the cursor to a line, or to the nearest existing line, and stop inserting."""
+        """Move the cursor to a line, or to the nearest line that exists, and stop inserting."""
         self.at, self.inserting = max(0, min(at, len(self.lines))), False
 
     def add(self, line: str) -> None:
-        """Put a line at the cursor, replacing the present line unless `inserting`, and move to the next. The END or
-        ELSE of a block is indented as the line that begins the block.
-        """
+        """Put a line at the cursor, replacing the present line unless `inserting`, and move to the next line. The END
+        or ELSE of a block gets the indentation of the block's first line."""
         text = line.strip()
         if self.is_program and text:
             before = self._open_blocks()
@@ -139,7 +134,7 @@ class ProgramBuffer:
         self._blocks = _blocks_after(self._blocks, text) if last else depth(self.lines)
 
     def delete(self, wanted: int) -> int:
-        """Delete `wanted` lines from the cursor on. Return how many lines were deleted."""
+        """Delete up to `wanted` lines from the cursor on. Return how many lines were deleted."""
         gone = len(self.lines[self.at : self.at + wanted])
         del self.lines[self.at : self.at + wanted]
         self._blocks = depth(self.lines)
@@ -166,19 +161,18 @@ class ProgramBuffer:
         return ProgramReading(program, diagnostics.in_order((*findings, *analysis_of(memory, program).diagnostics)))
 
     def show(self, first: int, count: int, memory: Memory) -> tuple[replies.ListedStep, ...]:
-        """Return `count` steps from index `first` (from 0) on, as listed."""
+        """Return `count` steps from index `first` (from 0) on, formatted as in a listing."""
         program = self.read().program if first < len(self.lines) else None
         return () if program is None else list_steps(analysis_of(memory, program))[first : first + count]
 
     def check(self, line: str, known: Mapping[str, Kind]) -> tuple[ast.Step, tuple[diagnostics.Diagnostic, ...]]:
-        """Return the step that a line contains, and the warnings about the line. `known`: the kinds of the variables
-        that have a value. Raises LineRefused for the first mistake, also for one in the heading.
-        """
+        """Return the step in a line, and the warnings about the line. `known`: the kinds of the variables that have a
+        value. Raises LineRefused for the first mistake, also for one in the heading."""
         step, heading = parser.parse_step(line, 1, self.dialect), parser.parse_prompt(self.header)
         if step.statement is None:
             return step, ()
         parameters = heading.parameters if isinstance(heading, ast.ProgramHeader) else ()
-        # outside the program, the name of a parameter has another meaning
+        # outside the program, a parameter's name may mean something else
         own = {parameter.key for parameter in parameters}
         meant = ast.resolve_line(step.statement, parser.variables_in((self.header, *self.lines)))
         found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
@@ -188,7 +182,7 @@ class ProgramBuffer:
         return step, found
 
     def mistake(self, line: str, known: Mapping[str, Kind]) -> diagnostics.Diagnostic | None:
-        """Return the first mistake in the next line; `.END` and the lines of a section have none."""
+        """Return the first mistake in the next line. `.END` and the lines of a section are not checked."""
         if closes_entry(line) or not self.is_program:
             return None
         try:
@@ -216,7 +210,7 @@ def _directive(line: str) -> str:
 
 
 def depth(lines: Sequence[str]) -> int:
-    """Return how many blocks are open after these lines."""
+    """Return how many blocks are open after several lines."""
     return reduce(_blocks_after, lines, 0)
 
 
@@ -247,7 +241,7 @@ def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
 
 
 def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.Step, diagnostics.Diagnostic | None]:
-    """Return a step, or a bad line with its mistake. Raises nothing."""
+    """Return a step, or a bad line that contains its mistake. Raises nothing."""
     try:
         return parser.parse_step(text, line, dialect), None
     except diagnostics.LineRefused as refused:
@@ -260,8 +254,7 @@ def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.S
 
 def canonical(text: str, dialect: diagnostics.Dialect) -> str:
     """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be parsed
-    do not change.
-    """
+    stay unchanged."""
     program = ProgramBuffer.of_text(text, dialect).read().program
     if program is None:
         return text
@@ -283,7 +276,7 @@ def program_text(program: ast.Program) -> str:
 
 
 def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
-    """Return the steps of a program in canonical form, numbered; those with a mistake are marked."""
+    """List the steps of a program in canonical form, with numbers. Steps with a mistake are marked."""
     program, wrong = analysis.program, {one.span.line for one in diagnostics.errors(analysis.diagnostics)}
     return tuple(
         replies.ListedStep(number, text, bad=isinstance(step.statement, ast.BadLine) or step.span.line in wrong)
@@ -295,14 +288,14 @@ def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
 
 
 def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
-    """Return a program whose steps have their positions in its canonical text, and that text."""
+    """Return a program whose steps refer to positions in its canonical text, and that text."""
     texts, steps = printer.step_texts(program), list[ast.Step]()
     for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
         if isinstance(step.statement, ast.BadLine):
             span = diagnostics.Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
             steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
         else:
-            # the printed parentheses are unambiguous in every dialect
+            # the printed parentheses have the same meaning in every dialect
             steps.append(parser.parse_step(text, line, diagnostics.Dialect.VPLUS))
     header = printer.program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
@@ -312,7 +305,7 @@ def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
 
 
 def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Reply, ...]]:
-    """Put an edited program in memory. Return replies: its first fault, and its new state."""
+    """Put an edited program in memory. Return replies about its first fault and its new state."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuild(program))
     first = diagnostics.first_error((yield from station.keep(whole, source)))
     report: tuple[replies.Reply, ...] = ()
@@ -329,9 +322,8 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Repl
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
-    """Return a buffer of the program of that name in memory, or of a new program. Given parameters replace those of the
-    program. Raises UsageError if the program runs.
-    """
+    """Return a buffer with the named program from memory, or with a new program. Given parameters replace those of the
+    program. Raises UsageError if the program is running."""
     check_not_running(station, asked.name)
     stored = station.programs.get(key_of(asked.name))
     program = replace(asked, dialect=station.dialect) if stored is None else stored.program
@@ -342,13 +334,13 @@ def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogu
 
 
 def analysis_of(memory: Memory, program: ast.Program) -> Analysis:
-    """Analyse a program together with the programs in memory; it replaces the one of the same name."""
+    """Analyse a program together with the programs in memory; it stands in for the stored program of the same name."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
     return analyze(program, memory.kinds, programs)
 
 
 def check_not_running(station: Station, name: str) -> None:
-    """Check that a program is not running. Raises UsageError."""
+    """Check that a program is not running. Raises UsageError if it is."""
     if station.running and station.task is not None and station.task.uses(name):
         raise UsageError(f"{name} is running", "ABORT stops it")
 

@@ -1,12 +1,8 @@
-"""EDIT, the line editor of VAL-II (val2 section 3.6), and SEE without its screen. Both work on a `ProgramBuffer`, and
-do not depend on a terminal.
-
-A sub-command of EDIT is a function of the buffer, the text after its letter, and the whole line (`SUBCOMMANDS`). Every
-other line is an instruction that replaces the step at the cursor. Nothing in memory changes before EDIT is left by `E`
-or `C`, or SEE stores: then the program is stored and its structure checked.
-
-A letter before `=` or `[` is a variable: `d = 4` is an assignment, `D 4` deletes four steps.
-"""
+"""EDIT, the line editor of VAL-II (val2 section 3.6), and SEE without its screen. Both work on a `ProgramBuffer` and do
+not depend on a terminal. Each sub-command of EDIT is a function (`SUBCOMMANDS`) of the buffer, the text after its
+letter, and the whole line. Every other line is an instruction that replaces the step at the cursor. Memory does not
+change until `E` or `C` ends EDIT, or SEE stores: then the program is stored and its structure checked. A letter before
+`=` or `[` is a variable: `d = 4` is an assignment, `D 4` deletes four steps."""
 
 from __future__ import annotations
 
@@ -46,7 +42,7 @@ _STEP_NUMBER = re.compile(r"\d{1,9}$")
 
 
 class _Context(NamedTuple):
-    """The buffer of EDIT, the memory, the text after the letter of a sub-command, and the whole line."""
+    """The input of a sub-command: the buffer of EDIT, the memory, the text after the letter, and the whole line."""
 
     buffer: ProgramBuffer
     memory: Memory
@@ -54,7 +50,7 @@ class _Context(NamedTuple):
     line: str
 
     def number(self, form: str) -> int:
-        """Parse a number of steps, or the number of a step; 1 if it is missing. Raises IllegalValue."""
+        """Parse the number of a step, or a number of steps; the default is 1. Raises IllegalValue."""
         if not self.argument:
             return 1
         if _STEP_NUMBER.match(self.argument) is None or int(self.argument) == 0:
@@ -63,7 +59,7 @@ class _Context(NamedTuple):
 
 
 def _check_alone(argument: str, letter: str) -> None:
-    """Check that no text follows a letter. Raises UsageError."""
+    """Check that no text follows a sub-command's letter. Raises UsageError."""
     if argument:
         raise UsageError(f"{letter} {argument}", f"{letter} stands alone")
 
@@ -76,9 +72,8 @@ def _delete(it: _Context) -> Replies:
 
 
 def _find(it: _Context) -> None:
-    """Go to the next step that contains the text, ignoring case; after the last step the search continues at the
-    first.
-    """
+    """Move to the next step that contains the text, ignoring case. After the last step, the search continues at the
+    first."""
     if not it.argument:
         raise UsageError("F without a text", "F text")
     buffer, wanted = it.buffer, it.argument.strip()
@@ -102,18 +97,19 @@ def _print(it: _Context) -> Replies:
 
 
 def _overlay(it: _Context) -> None:
-    """Replace the characters of the present step by those typed below them; a blank keeps the character above it."""
+    """Replace characters of the present step by the characters typed below them. A blank keeps the character above
+    it."""
     buffer, line = it.buffer, it.line
     if buffer.at == len(buffer.lines):
         raise IllegalValue("R", "there is no step here to change")
     program = buffer.read().program
     assert program is not None
     above, first = printer.step_texts(program)[buffer.at], len(line) - len(line.lstrip())
-    below = f"{line[:first]} {line[first + 1 :]}"  # the letter removed, every other character kept in its column
+    below = f"{line[:first]} {line[first + 1 :]}"  # remove the letter, and keep every other character in its column
     width = max(len(above), len(below.rstrip()))
     pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     text = "".join(old if new.isspace() else new for old, new in pairs)
-    parser.parse_step(text, 1, buffer.dialect)  # check the line: raises LineRefused
+    parser.parse_step(text, 1, buffer.dialect)  # check the line; raises LineRefused
     at, buffer.inserting = buffer.at, False
     buffer.add(text)
     buffer.move(at)
@@ -151,7 +147,7 @@ LEAVING: Mapping[str, str] = {"E": "store the program, check it, and leave", "C"
 
 
 def subcommand(line: str) -> tuple[str, str] | None:
-    """Return the letter of a sub-command, in upper case, and the text after it; None for an instruction."""
+    """Return the letter of a sub-command, in upper case, and the text after it; None if the line is an instruction."""
     found = _SUBCOMMAND.match(line.rstrip())
     if found is None or found["word"].upper() not in {*SUBCOMMANDS, *LEAVING}:
         return None
@@ -159,9 +155,8 @@ def subcommand(line: str) -> tuple[str, str] | None:
 
 
 def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
-    """Carry out a line of EDIT other than E and C, and return its replies. Raises LineRefused for an instruction that
-    cannot be parsed, VrsError for a wrong sub-command; the buffer is then unchanged.
-    """
+    """Carry out a line of EDIT except E and C, and return its replies. Raises LineRefused for an instruction that
+    cannot be parsed, VrsError for a wrong sub-command; in both cases the buffer is unchanged."""
     if not line.strip():
         buffer.move(buffer.at if buffer.inserting else buffer.at + 1)
         return ()
@@ -175,7 +170,7 @@ def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
 
 
 class Editor:
-    """EDIT: a buffer of a program of a station, from the line that opens it to `E`."""
+    """EDIT: a buffer with a program of a station, from the line that opens it until `E`."""
 
     def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
         self._station = station
@@ -199,9 +194,8 @@ class Editor:
         return self.buffer.lines != self._opened
 
     def take(self, line: str) -> Dialogue[Replies]:
-        """Carry out a line, and return its replies. Raises LineRefused, VrsError; then the editor prompts for the same
-        step again.
-        """
+        """Carry out a line, and return its replies. Raises LineRefused, VrsError; the editor then prompts for the same
+        step again."""
         letter, argument = subcommand(line) or ("", "")
         if letter == "E" or closes_entry(line):
             _check_alone(argument, "E")
@@ -225,13 +219,14 @@ class Editor:
         return self._among_memory(lambda memory: (ProgramPart(buffer.header, buffer.show(buffer.at, 1, memory)),))
 
     def _among_memory(self, work: Callable[[Memory], W]) -> Dialogue[W]:
-        """Call a function of the memory; for a long program another thread does so, with a copy of the memory."""
+        """Call a function that uses the memory. For a long program this is done in another thread, with a copy of the
+        memory."""
         environment, long = self._station.environment, len(self.buffer.lines) > LONG_PROGRAM
         memory = environment.copy() if long else environment
         return (yield from beside_if(long, lambda: work(memory)))
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
-        """Return the mistake in an instruction that was not sent yet; None for a sub-command."""
+        """Return the mistake in an instruction that has not been sent yet; None for a sub-command."""
         if not line.strip() or subcommand(line) is not None:
             return None
         return self.buffer.mistake(line, self._station.environment.kinds)
@@ -242,7 +237,7 @@ class Editor:
         return (yield from store(self._station, program))
 
     def _change(self, argument: str) -> Dialogue[Replies]:
-        """Store the program, and edit another one."""
+        """Store the program, and open another one."""
         name, comma, step = (part.strip() for part in argument.partition(","))
         if not name or (comma and not step):
             raise UsageError("C", LEAVING["C"])
@@ -258,7 +253,7 @@ class Editor:
 
 
 class ScreenDraft:
-    """SEE: a program of a station while it is edited as one text, without `.END`."""
+    """SEE: a program of a station, edited as one text without `.END`."""
 
     def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
         self._station = station
@@ -269,9 +264,8 @@ class ScreenDraft:
         self._stored = self.text
 
     def do(self, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
-        """Find the mistakes in the text, which becomes the draft, or store the text. Raises LineRefused, and
-        ProgramExists if the text has the name of another program.
-        """
+        """Find the mistakes in the text and keep it as the draft, or store it. Raises LineRefused, and ProgramExists if
+        the text has the name of another program."""
         user_state, programs = self._station.user_state, self._station.programs
         user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
         program, findings = yield from _read_text(self._station, act.text, self.dialect)
@@ -285,9 +279,8 @@ class ScreenDraft:
 
 
 def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
-    """Find the mistakes in the text of a program, or store the program, replacing the one of the same name. Raises
-    LineRefused if its heading cannot be parsed, UsageError if the program runs.
-    """
+    """Find the mistakes in the text of a program; or store the program, replacing the one of the same name. Raises
+    LineRefused if the heading cannot be parsed, UsageError if the program is running."""
     header = read_header(act.text.partition("\n")[0])
     before = station.programs.get(key_of(header.name)) if isinstance(header, ast.ProgramHeader) else None
     dialect = station.dialect if before is None else before.program.dialect
@@ -301,7 +294,8 @@ def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) ->
 
 
 def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dialogue[ProgramReading]:
-    """Parse a text among the programs in memory; for a long text another thread does so, with a copy of the memory."""
+    """Parse a text together with the programs in memory. For a long text this is done in another thread, with a copy of
+    the memory."""
     environment, long = station.environment, len(text) > LONG_TEXT
     memory = environment.copy() if long else environment
     return (yield from beside_if(long, lambda: ProgramBuffer.of_text(text, dialect).read_among(memory)))
@@ -310,7 +304,7 @@ def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dia
 def _keep_text(
     station: Station, program: ast.Program | None, findings: tuple[diagnostics.Diagnostic, ...]
 ) -> Dialogue[tuple[acts.Kept, Replies]]:
-    """Store the program of a text. Raises LineRefused if its heading could not be read."""
+    """Store the program in a text. Raises LineRefused if its heading could not be read."""
     if program is None:
         raise diagnostics.LineRefused(findings[0])
     said = yield from store(station, program)
