@@ -1,4 +1,4 @@
-"""Draw the arm for SHOW in the terminal, from the side and from above: in braille dots with colours, or in letters."""
+"""Draw the arm for SHOW in the terminal, from the side and from above, in braille dots with colours or in letters."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the page has no si
 WORDS = 3  # rows of text above and below the drawing
 MIN_WIDTH, MIN_HEIGHT = 24, 7
 GAP = 2  # columns between the two views
-FLAT = 0.01  # of the reach: an arm whose height range is smaller is drawn from above only
-THICK = 0.055  # of the reach: thickness of the links at the base; at the tool it is half
-HAND = 0.06  # of the reach: length of the fingers, and their distance when open
-EDGE = 0.04  # of the reach: free margin around the picture
+FLAT = 0.01  # fraction of the reach: an arm whose height range is smaller is drawn from above only
+THICK = 0.055  # fraction of the reach: thickness of the links at the base; at the tool it is half
+HAND = 0.06  # fraction of the reach: length of the fingers, and their distance when open
+EDGE = 0.04  # fraction of the reach: free margin around the picture
 
 
 class DrawnPart(IntEnum):
@@ -42,7 +42,7 @@ class DrawnPart(IntEnum):
 
 
 class PartStyle(NamedTuple):
-    """How a part is drawn: its ink, its letter where there are no dots, and its name in the legend."""
+    """The way a part is drawn: its ink, its letter if the terminal shows no dots, and its name in the legend."""
 
     ink: Ink
     letter: str
@@ -92,9 +92,8 @@ SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1
 
 
 class ViewFrame(NamedTuple):
-    """Where a view stands: its upper left corner [m] and its scale in cells per metre across. A cell is twice as high
-    as wide. `size`: half the extent of the arm [m].
-    """
+    """The frame of a view: its upper left corner [m] and its scale in cells per metre across. A cell is twice as high
+    as it is wide. `size`: half the extent of the arm [m]."""
 
     view: View
     left: float
@@ -116,10 +115,11 @@ class ArmDrawing:
     def __init__(self) -> None:
         self._page: tuple[object, ...] = ()
         self._frames: tuple[ViewFrame, ...] = ()
-        self._reach: tuple[Canvas, ...] = ()  # the canvases with the reach only
+        self._reach: tuple[Canvas, ...] = ()  # the canvases that show only the reach
         self._behind: tuple[object, ...] = ()  # the lines that did not change since the last picture
         self._canvases: tuple[Canvas, ...] = ()
-        self._kept: dict[tuple[ViewFrame, int], tuple[Points, Sequence[Cell]]] = {}  # the cells of each line in a view
+        # the cells that each line covers in a view
+        self._kept: dict[tuple[ViewFrame, int], tuple[Points, Sequence[Cell]]] = {}
         self._new = dict(self._kept)
         self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # finished rows of the background, by view and row
 
@@ -162,7 +162,7 @@ class ArmDrawing:
             for frame, canvas in zip(self._frames, self._reach, strict=True):
                 outline = _outline(frame.view, picture.reach)
                 Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, outline, every=3)
-        behind = (picture.past[:-1], picture.planned[1:])  # all lines except the current motion
+        behind = (picture.past[:-1], picture.planned[1:])  # all lines except those of the current motion
         if behind != self._behind:
             self._behind, self._rows = behind, {}
             pens = tuple(self._pens(self._reach, page))
@@ -200,12 +200,12 @@ def _fit_pieces(pieces: Iterable[Piece], width: int) -> TextLine:
     return TextLine(tuple(found))
 
 
-# --- where the views stand -----------------------------------------------------------------------------------------
+# --- positions of the views ----------------------------------------------------------------------------------------
 
 
 def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ...]:
     """Return the frames of the views: one common scale, each view centred."""
-    columns = list(zip(*picture.reach, picture.links[0], strict=True))  # these do not change while the arm moves
+    columns = list(zip(*picture.reach, picture.links[0], strict=True))  # these points do not change while the arm moves
     low, high = list(map(min, columns)), list(map(max, columns))
     size = max(b - a for a, b in zip(low, high, strict=True))
     views = (ABOVE,) if high[2] - low[2] <= size * FLAT else (SIDE, ABOVE)
@@ -268,7 +268,8 @@ def _draw_foreground(pen: Pen, picture: ArmPicture) -> Canvas:
     for p in picture.joints:
         pen.disc(DrawnPart.JOINT, p, 0.5 * THICK * pen.size)
     T, hand, long = picture.position.T_world_tool, picture.position.hand, HAND * pen.size
-    for side in (-0.5 * long * hand, 0.5 * long * hand):  # two fingers, apart along Y of the tool as the hand is open
+    # two fingers, whose distance along the tool's Y axis depends on how far the hand is open
+    for side in (-0.5 * long * hand, 0.5 * long * hand):
         root = along(position(T), (T.sx, T.sy, T.sz), side)
         pen.line(DrawnPart.HAND, (position(T), root, along(root, (T.ax, T.ay, T.az), long)))
     if picture.target is not None:

@@ -1,4 +1,5 @@
-"""Blocks of text between replies and their renderers: lines of coloured pieces, and grids of cells."""
+"""Define blocks of text, which replies are laid out in before they are drawn: lines of coloured pieces, and grids of
+cells."""
 
 from __future__ import annotations
 
@@ -12,13 +13,13 @@ from vrs_cli.render.colours import Ink
 
 Piece = tuple[str, Ink]
 
-SCREEN_ROWS = 200  # maximum rows on a screen of a table that grows with time
+SCREEN_ROWS = 200  # maximum rows on a screen for a table that grows with time
 GAP = 2  # blanks between the columns of a grid
 MIN_FOLD_CHARS = 20  # minimum width of a folded column
 
 
 class TextLine(Struct, frozen=True):
-    """One line of text in pieces. `latex`: the same line as a formula, if it is one."""
+    """One line of text, in coloured pieces. `latex`: the same line as LaTeX if the line is a formula, otherwise ""."""
 
     pieces: tuple[Piece, ...]
     latex: str = ""
@@ -56,10 +57,11 @@ def number_columns(*headings: str, width: int = 10) -> tuple[Column, ...]:
 
 
 class Grid(Struct, frozen=True):
-    """A table. `tight`: columns touch, because their width contains the space. `boxed`: a terminal may draw rules.
+    """A table. `tight`: columns have no space between them, because their widths include it. `boxed`: a terminal may
+    draw rules.
 
     A grid that is too wide is split into grids below each other, which repeat the first `keys` columns. `latex`: the
-    same grid as a formula, if it is a row of matrices.
+    same grid as LaTeX, if it is a row of matrices.
     """
 
     columns: tuple[Column, ...]

@@ -1,6 +1,5 @@
-"""Draw in the terminal, in braille dots with colours or in plain letters: a canvas of cells, and PLOT's curves over
-time.
-"""
+"""Draw in the terminal, in braille dots with colours or in plain letters: a canvas of cells, and the curves of PLOT
+over time."""
 
 from __future__ import annotations
 
@@ -13,26 +12,26 @@ from vrs_cli.render.colours import CURVES, Ink
 from vrs_cli.values import numbers, replies
 
 BRAILLE = 0x2800
-DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
-FINE, PLAIN = (2, 4), (1, 1)  # dots of a cell, across and down
+# bits of the dots, by row and column of a cell (Unicode 1.1, U+2800 block)
+DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+FINE, PLAIN = (2, 4), (1, 1)  # number of dots in a cell, across and down
 
-Dot = tuple[float, float]  # x to the right and y down, in dots
-Cell = tuple[int, int, int]  # row, column, dots
+Dot = tuple[float, float]  # a point on a canvas: x to the right and y down, in dots
+Cell = tuple[int, int, int]  # a cell of a canvas: its row, its column, and its dots as bits
 
-HEIGHT = 16  # lines of the drawing, unless the page is lower
+HEIGHT = 16  # rows of the drawing, unless the page is lower
 WIDTH = 64  # columns of the drawing, unless the page is narrower
-LABEL = 11  # columns of the numbers at the left
+LABEL = 11  # columns of the numbers to the left of the curves
 MIN_WIDTH, MIN_HEIGHT = 16, 6
 TICK = 10  # approximate columns between the numbers of the time axis
-TICKS = 0.5  # approximate numbers at the left per row
-SPAN = 2  # columns for which one of several coinciding curves is visible
+TICKS = 0.5  # approximate number of labels per row on the vertical axis
+SPAN = 2  # number of adjacent columns in which one of several coinciding curves is visible
 ENTRY = 28  # columns of one legend entry
 
 
 class Canvas:
-    """Rows of cells, indexed by column. `owner`: the object drawn last in each cell. `dots`: the dots of each cell as
-    bits.
-    """
+    """Rows of cells, indexed by column. `owner`: the number of the object that was drawn last in each cell. `dots`: the
+    dots of each cell, as bits."""
 
     def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
         self.width, self.height = width, height
@@ -42,7 +41,7 @@ class Canvas:
         self.shared = [False] * height  # whether a row is still shared with the canvas that was copied
 
     def copy(self) -> Canvas:
-        """Return a copy to draw on. After that, do not draw on this canvas any more."""
+        """Return a copy to draw on. After this call, do not draw on the original canvas."""
         made = Canvas(self.width, 0, self.dots_wide, self.dots_high)
         made.height, made.shared = self.height, [True] * self.height
         made.owner, made.dots = list(self.owner), list(self.dots)
@@ -130,9 +129,8 @@ class Canvas:
             self._row(owner, x - half, x + half, y + down)
 
     def pieces(self, row: int, look: Callable[[int], tuple[Ink, str]]) -> Iterator[Piece]:
-        """Return a row as pieces, one for each run of cells with the same owner. `look`: the ink of an owner, and its
-        letter if a cell is one dot.
-        """
+        """Yield a row as pieces, one for each run of cells with the same owner. `look`: returns the ink of an owner,
+        and its letter for canvases with one dot per cell."""
         dots = self.dots[row]
         for owner, columns in groupby(range(self.width), self.owner[row].get):
             if owner is None:
@@ -146,9 +144,8 @@ class Canvas:
 
 
 def round_figures(first: float, last: float, size: int, count: float) -> dict[int, str]:
-    """Return about `count` round numbers by their places, on a scale from `first` to `last` over `size` rows or
-    columns.
-    """
+    """Return about `count` round numbers, by their row or column on a scale from `first` to `last` over `size` rows or
+    columns."""
     step = round_step(abs(last - first) / max(count, 1.0))
     decimals, slack = max(0, -floor(log10(step) + 1e-9)), 1e-9 * step
     least, most = ceil((min(first, last) - slack) / step), floor((max(first, last) + slack) / step)
@@ -157,7 +154,7 @@ def round_figures(first: float, last: float, size: int, count: float) -> dict[in
 
 
 def round_step(least: float) -> float:
-    """Return the smallest number of 1, 2 or 5 times a power of ten that is at least `least`."""
+    """Return the smallest number that is at least `least` and is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
 
@@ -171,7 +168,7 @@ def chart(plot: replies.Plot, page: Page) -> Iterator[TextLine]:
     height = HEIGHT if page.height is None else max(MIN_HEIGHT, min(page.height - around, HEIGHT))
     low = min(min(curve.values) for curve in plot.curves)
     high = max(max(curve.values) for curve in plot.curves)
-    if high - low <= 1e-9:  # constant curves get some room
+    if high - low <= 1e-9:  # a scale around constant curves needs some height
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     canvas = _draw_curves(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))

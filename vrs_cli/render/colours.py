@@ -1,8 +1,9 @@
-"""Kinds of text and their colours: one table for the input line, listings, tables and bars.
+"""Define the kinds of text and their colours in one table for the input line, listings, tables and bars.
 
 Text has the background of the terminal, dark or light. Each colour has a contrast of at least 4.5 to 1 to black and to
-white (WCAG 2.2, success criterion 1.4.3), so its relative luminance is 0.175 to 0.183. The sixteen terminal colours
-fail this: bright black on black has 2.4 to 1 in common palettes, yellow on white 1.1. Bars have their own background.
+white (WCAG 2.2, success criterion 1.4.3), so its relative luminance is 0.175 to 0.183. The sixteen terminal colours do
+not reach this: bright black on black has 2.4 to 1 in common palettes, yellow on white 1.1. Bars have their own
+background.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ BLUE = "#5f5fff"
 GREY = "#767676"
 RED = "#eb0000"
 
-Palette = Mapping[Ink, tuple[str, bool]]  # colour ("": the terminal's default), bold
+Palette = Mapping[Ink, tuple[str, bool]]  # the colour ("" is the terminal's default), and whether the text is bold
 
 COLOURS: Palette = {
     Ink.TEXT: ("", False),
@@ -75,7 +76,7 @@ COLOURS: Palette = {
 
 
 class Bar(Enum):
-    """A row with its own background."""
+    """The kind of a row that has its own background."""
 
     STATUS = "status"
     TITLE = "title"
@@ -84,7 +85,7 @@ class Bar(Enum):
     ARGUMENT = "argument"
 
 
-# text, background
+# colours of the text and of the background
 BARS: Mapping[Bar, tuple[str, str]] = {
     Bar.STATUS: ("#d0d0d0", "#303030"),
     Bar.TITLE: ("#ffffff", "#005f87"),
@@ -95,13 +96,13 @@ BARS: Mapping[Bar, tuple[str, str]] = {
 
 
 def ink_style(ink: Ink, palette: Palette = COLOURS) -> str:
-    """Return the style in words that both rich and prompt-toolkit read."""
+    """Return a style in the notation that both rich and prompt-toolkit read."""
     colour, bold = palette[ink]
     return " ".join(("bold",) * bold + (colour,) * bool(colour))
 
 
 def bar_style(bar: Bar) -> str:
-    """Return the style of a bar in prompt-toolkit's words."""
+    """Return the style of a bar in prompt-toolkit's notation."""
     text, background = BARS[bar]
     return f"noreverse fg:{text} bg:{background}"
 
@@ -116,9 +117,9 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
-_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # the text after the name of an assignment
+_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name in an assignment
 
-_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # the first word after a label
+_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # the first word of a line, after its label
 
 LINKING = frozenset({"AT", "IN", "DO", "GOTO", "MONITOR"})  # linking words that are not in the tables
 
@@ -133,7 +134,7 @@ _INKS: Mapping[str, Ink] = {
 
 @cache
 def _first_ink(word: str) -> Ink | None:
-    """Return the ink of a first word, which may be abbreviated; None if it begins no statement."""
+    """Return the ink of the first word of a line, which may be abbreviated; None if the word begins no statement."""
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
     from vrs_cli.language.words.monitor import COMMANDS
     from vrs_cli.language.words.word import rows_for
@@ -169,7 +170,8 @@ def _with_links() -> frozenset[str]:
 
 
 def _words_of(line: str) -> frozenset[str]:
-    """Return linking words of this kind of line only: the relations in an IF of VAL, the type in a declaration."""
+    """Return the linking words that are valid only in this kind of line: the relations in an IF of VAL, the type in a
+    declaration."""
     from vrs_cli.language.text.lexer import SORT, VAL_IF
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
     from vrs_cli.language.words.word import rows_for
@@ -186,12 +188,12 @@ def _words_of(line: str) -> frozenset[str]:
 
 
 def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]:
-    """Yield the pieces of a VAL-II line with their inks, without parsing it; joined, they are the line.
+    """Yield the pieces of a VAL-II line with their inks, without parsing the line. The pieces joined are the line.
 
-    `variables`: keys of variables that share the name of a function.
+    `variables`: the keys of variables that have the name of a function.
     """
     first, linking = True, _words_of(line)
-    ended = False  # whether a value or the first word is complete: then a linking word may follow
+    ended = False  # whether a value or the first word is complete, so that a linking word may follow
     for token in _TOKEN.finditer(line):
         text, sort = token.group(), token.lastgroup or "operator"
         if sort != "word":

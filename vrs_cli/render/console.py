@@ -1,4 +1,4 @@
-"""Draw replies and lessons on a terminal with rich: colours, and rules for the big tables."""
+"""Draw replies and lessons on a terminal with rich, with colours, and with rules for the large tables."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vrs_cli.render.blocks import SCREEN_ROWS, Block, Grid, Page, TextLine, grid
 from vrs_cli.render.colours import COLOURS, Ink, Palette, ink_style
 from vrs_cli.values.replies import Reply
 
-PROMPT_ROWS = 8  # rows that the next prompt needs for its toolbar and menu
+PROMPT_ROWS = 8  # number of rows that the next prompt needs for its toolbar and menu
 
 
 def has_unicode(environ: Mapping[str, str]) -> bool:
-    """Return whether the terminal can show Unicode, as far as the environment says.
+    """Return whether the terminal can show Unicode, according to the environment.
 
     A locale with another encoding cannot, nor can the Linux console, whose fonts have 512 characters. Without such
-    settings, assume it can.
+    settings, assume that it can.
     """
     locale = next((value for name in ("LC_ALL", "LC_CTYPE", "LANG") if (value := environ.get(name))), "")
     encoding = locale.partition(".")[2].partition("@")[0].replace("-", "").lower()
@@ -62,8 +62,8 @@ class TerminalRenderer:
 
 
 def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
-    """Yield grids that fit the page, or their lines on a page without rules."""
-    rules = len(grid.columns) if grid.boxed else 0  # one character between two columns
+    """Yield grids that fit the page; on a page without rules, yield their lines."""
+    rules = len(grid.columns) if grid.boxed else 0  # width of a rule: one character between two columns
     for part in split(grid, None if page.width is None else page.width - rules):
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
@@ -87,16 +87,15 @@ def _table(grid: Grid, palette: Palette) -> Table:
     return table
 
 
-NO_BREAK = "\ue000"  # a private character: a blank that is never the end of a row
-WIDTH = 100  # maximum characters of a line: longer lines are hard to read
+NO_BREAK = "\ue000"  # a private character that stands for a blank at which a row must not end
+WIDTH = 100  # maximum number of characters in a line, because longer lines are hard to read
 _ITEM = re.compile(r"(\s*(?:[-*]|\d+\.)\s+)(.*)", re.DOTALL)
 _PIECE = re.compile(r"(`[^`]+`|\*\*[^*]+\*\*)")
 
 
 def draw_lesson_text(text: str, palette: Palette = COLOURS, console: Console | None = None) -> None:
-    """Write the text of a lesson, a small part of Markdown, with an empty line after each paragraph. Inline code is
-    not wrapped.
-    """
+    """Write the text of a lesson, in a small subset of Markdown, with an empty line after each paragraph. Inline code
+    is not wrapped."""
     console = console or Console(highlight=False, emoji=False, markup=False)
     width = min(console.width, WIDTH)
     for indent, line in _lines(text):
@@ -110,7 +109,7 @@ def draw_lesson_text(text: str, palette: Palette = COLOURS, console: Console | N
 
 
 def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
-    """Yield each heading, paragraph, item and line of code, with the prefix of its first row."""
+    """Yield each heading, paragraph, item and line of code, with the prefix for its first row."""
     for block in _blocks(text):
         head = block[0]
         if head.startswith("#"):

@@ -15,15 +15,14 @@ from vrs_cli.render.blocks import PIPE, Block, Grid, Page, Piece, TextLine, bloc
 from vrs_cli.render.colours import COLOURS, CURVES, GREY, RED, Ink
 from vrs_cli.values.replies import Plot, Reply
 
-WIDTH, HEIGHT = 640, 300  # [px] of the picture of a plot
+WIDTH, HEIGHT = 640, 300  # [px] size of the picture of a plot
 LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # [px] margins around the curves
-LINES = 6  # approximate grid lines of a scale
+LINES = 6  # approximate number of grid lines per scale
 
 
 def html(replies: Iterable[Reply]) -> str:
-    """Return replies as HTML, one below the other: tables, plots as SVG, other replies as monospaced lines. Equal
-    replies give equal HTML.
-    """
+    """Return replies as HTML, one below the other: tables, plots as SVG, and other replies as monospaced lines. Equal
+    replies give equal HTML."""
     return "".join(
         picture(reply) if isinstance(reply, Plot) else blocks_html(layout.blocks(reply, PIPE)) for reply in replies
     )
@@ -85,7 +84,7 @@ class SvgScale:
 
 
 def picture(plot: Plot, at: float | None = None) -> str:
-    """Return a plot as an SVG element. `at`: a time [s] to mark with a vertical line."""
+    """Return a plot as an SVG element. `at`: a time [s] that a vertical line marks."""
     values = [value for curve in plot.curves for value in curve.values]
     across = SvgScale(plot.times[0], plot.times[-1], LEFT, WIDTH - RIGHT)
     up = SvgScale(min(values), max(values), HEIGHT - BOTTOM, TOP)
@@ -136,7 +135,8 @@ _LATEX = {"\\": r"\backslash ", "^": r"\^{}", "~": r"\~{}", **{one: f"\\{one}" f
 
 
 def markdown(shown: Iterable[Block]) -> str:
-    """Return blocks as Markdown: formulas between $$, headings of tables in their first row. User text is escaped."""
+    """Return blocks as Markdown: formulas are between $$, and the first row of a table has its headings. User text is
+    escaped."""
     parts = []
     for block in shown:
         if block.latex:
@@ -156,7 +156,7 @@ def _escape(text: str) -> str:
 
 
 def latex_document(shown: Iterable[Block]) -> str:
-    """Return blocks as LaTeX that MathJax draws too: text as it is, formulas and tables between $$."""
+    """Return blocks as LaTeX that MathJax can also draw: text is unchanged, formulas and tables are between $$."""
     parts = []
     for block in shown:
         if block.latex:
@@ -182,7 +182,7 @@ TRANSCRIPT_PAGE = Page(100, unicode=True)
 
 
 class TranscriptFormat(NamedTuple):
-    """The parts of a transcript: its beginning, its end, and a function that writes a line."""
+    """The parts of a transcript: its start, its end, and a function that writes a line."""
 
     begin: str
     line: Callable[[TextLine], str]
@@ -215,7 +215,7 @@ class Transcript:
             self._line(one)
 
     def type(self, text: str) -> None:
-        """Add output of TYPE; a line is written once it is complete."""
+        """Add output of TYPE. A line is written when it is complete."""
         *complete, self._open_line = (self._open_line + text).split("\n")
         for one in complete:
             self._line(line(one))

@@ -1,4 +1,5 @@
-"""Lay out EXPLAIN and WHY as blocks. Formulas and matrices are text on a terminal, and LaTeX in a notebook."""
+"""Lay out the replies of EXPLAIN and WHY as blocks. Formulas and matrices are text on a terminal, and LaTeX in a
+notebook."""
 
 from __future__ import annotations
 
@@ -51,9 +52,8 @@ def reach_report(reply: replies.ReachReport, page: blocks.Page) -> Iterator[bloc
 
 
 def verdict(option: results.Option, units: JointUnits) -> str:
-    """Describe how reachable a location is: in reach, which joints leave their range and by how much, or how far away
-    it is.
-    """
+    """Describe whether a location can be reached: it is in reach, or which joints leave their range and by how much, or
+    how far away it is."""
     if option.usable:
         return "in reach"
     if option.joints is not None:
@@ -100,17 +100,18 @@ def _way_out(out: results.WayOut) -> str:
     return "Instead: MOVE, on another path"
 
 
-BINDS = 0.95  # of a limit: above this it binds, because lines are planned with a margin
+BINDS = 0.95  # fraction of a limit above which the limit counts as binding, because lines are planned with a margin
 ROUNDING = 1e-9  # [rad] tolerance of an angle
-NEAR_END = 1.0  # [deg, mm] a joint this close to the end of its range is at the end
+NEAR_END = 1.0  # [deg, mm] distance from the end of its range below which a joint counts as at the end
 SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
-NOTHING = 5e-4  # fraction of a limit: a smaller load is shown as zero, without a time
-ENTRY = 9  # characters of a matrix element
-PLAIN_WIDTH = 100  # characters per row of matrices, if the page has no width
+NOTHING = 5e-4  # fraction of a limit below which a load is shown as zero, without a time
+ENTRY = 9  # number of characters of a matrix element
+PLAIN_WIDTH = 100  # number of characters per row of matrices, if the page has no width
 
 
 def formula(text: str, written: str = "") -> blocks.TextLine:
-    """Return a line with a formula. `written`: its LaTeX form, needed if it contains names of a user."""
+    """Return a line with a formula. `written`: the formula as LaTeX, which must be given if it contains names of a
+    user."""
     return blocks.TextLine(((f"    {text}", Ink.TEXT),), written or latex(text))
 
 
@@ -221,7 +222,7 @@ def _how(plan: results.MotionPlan) -> str:
 
 
 def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid:
-    """Yield the peaks of each joint: value, share of the limit, and time."""
+    """Return a grid with the peaks of each joint: value, fraction of the limit, and time."""
     smooth = any(load.jerk is not None for load in loads)
     rates = (("velocity", "/s"), ("acceleration", "/s2"), *((("jerk", "/s3"),) if smooth else ()))
     columns = [blocks.Column("Joint", Ink.NAME)]
@@ -246,7 +247,7 @@ def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid
 
 
 def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
-    """Describe which limits bind, and where on the path."""
+    """Describe which limits are binding, and where on the path."""
     found = list[tuple[str, results.Peak]]()
     for load in plan.loads:
         rates = (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk))
@@ -293,7 +294,7 @@ def _product(name: str, names: Sequence[str]) -> blocks.TextLine:
 
 
 def _factors(factors: Sequence[results.Factor]) -> blocks.Grid:
-    """Yield each factor, and the product up to it."""
+    """Return a grid with each factor, and the product of the factors up to it."""
     rows = list[tuple[str, ...]]()
     for place, factor in enumerate(factors):
         rows.append((factor.name, f"{factor.inner} in {factor.outer}", *map(decimal, numbers_of(factor.T))))
@@ -377,7 +378,7 @@ def _formulas(reply: results.InverseReport, family: Family, page: blocks.Page) -
 
 
 def _sense(i: int, sign: float, zero: float) -> str:
-    """Return the equation of a robot's joint and the joint of the formulas."""
+    """Return the equation between a joint of the robot and the joint in the formulas."""
     theta = (
         f"theta{i}"
         if abs(zero) < ROUNDING
@@ -387,7 +388,7 @@ def _sense(i: int, sign: float, zero: float) -> str:
 
 
 def _values(stage: Stage, family: Family, solutions: Sequence[results.SolutionSteps]) -> blocks.Grid:
-    """Return a grid with the values of a stage, one row for configurations with equal values."""
+    """Return a grid with the values of a stage, with one row for all configurations that have equal values."""
     symbols = [family.symbols[name] for name in stage.values]
     rows = dict[tuple[str, ...], list[Configuration]]()
     for solution in solutions:
@@ -409,7 +410,7 @@ def _value_text(symbol: Symbol, value: float | None) -> str:
 
 
 def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str:
-    """Return the shortest text that names these configurations among all."""
+    """Return the shortest text that distinguishes these configurations from all others in `every`."""
     if len(ways) == len(every):
         return "all"
     found = dict[str, None]()

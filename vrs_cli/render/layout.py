@@ -1,4 +1,4 @@
-"""Lay out replies as blocks: one function for each type of reply, found in LAYOUTS."""
+"""Lay out replies as blocks. LAYOUTS has one function for each type of reply."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ TONES: Mapping[replies.Tone, Ink] = {
     replies.Tone.ERROR: Ink.ERROR,
 }
 
-PLAIN_WIDTH = 80  # characters per line of wrapped text, if the page has no width
+PLAIN_WIDTH = 80  # number of characters per line of wrapped text, if the page has no width
 NAME_COLUMN = 16
 SIGNALS_A_ROW = 16
-ROWS_ALWAYS = 2  # rows of a bank of signals that are always shown; others only if a signal is on
+ROWS_ALWAYS = 2  # rows of a bank of signals that are always shown; further rows are shown if one of their signals is on
 LINEAGE: Mapping[str, str] = {"1": "VAL", "2": "VAL-II", "+": "V+"}
 BODY_MODES: Mapping[measured.BodyMode, str] = {
     measured.BodyMode.FOLLOWS: "follows",
@@ -49,7 +49,7 @@ BODY_MODES: Mapping[measured.BodyMode, str] = {
     measured.BodyMode.STOPPED: "has stopped by itself",
 }
 NAMES = Column("", Ink.NAME, width=NAME_COLUMN)
-NOTHING: Mapping[type, str] = {  # messages for tables without rows
+NOTHING: Mapping[type, str] = {  # messages in place of tables that have no rows
     replies.LocationTable: "No locations defined",
     replies.RealTable: "No reals defined",
     replies.StringTable: "No strings defined",
@@ -373,7 +373,7 @@ def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
 
 
 def _sentence(text: str) -> str:
-    """Return the text with a capital letter and a full stop."""
+    """Return the text with a capital letter at the start and a full stop at the end."""
     text = text[:1].upper() + text[1:]
     return text if text.endswith((".", "!", "?")) or not text else f"{text}."
 
@@ -397,7 +397,7 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
 
 
 def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
-    """Return the last rows of a table that may be long, and the number of omitted rows."""
+    """Yield the last rows of a long table, after a line with the number of omitted rows."""
     if most is not None and len(grid.rows) > most:
         yield line(f"The first {len(grid.rows) - most} {what} are not shown; SAVE writes all of them", Ink.NOTE)
         grid = replace(grid, rows=grid.rows[-most:])
@@ -405,7 +405,7 @@ def _latest(grid: Grid, what: str, most: int | None) -> Iterator[Block]:
 
 
 def _command_grid(commands: Sequence[results.CommandRecord]) -> Grid:
-    """Return a grid of commands with their times; add the requested time if a motion begins at another time."""
+    """Return a grid of commands with their times, and with the requested time if any motion begins at another time."""
     displaced = any(row.is_displaced for row in commands)
     headings = ("t_iss", "asked", "t_exec", "t_end") if displaced else ("t_iss", "t_exec", "t_end")
     columns = (
@@ -499,7 +499,8 @@ def _measures(a: results.Extent, b: results.Extent) -> Iterator[tuple[str, ...]]
 
 
 def _fates(reply: replies.ComparisonTable) -> Grid:
-    """Yield each command with its times on both timelines; add the requested time where a motion begins at another."""
+    """Return a grid of commands with their times on both timelines, and with the requested time if any motion begins at
+    another time."""
     headings = (reply.a, "to", reply.b, "to", "Change")
     pairs = reply.comparison.commands
     displaced = any(record.is_displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)

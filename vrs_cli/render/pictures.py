@@ -1,11 +1,12 @@
 """Write a timeline as files that show the robot: HTML pages that play without a server, and pictures and films of the
 page.
 
-A page file holds the script for recordings, which computes the robot at each time, and the recording as JSON. Its
-security policy allows only this script, by its hash, and no address. Many recordings of one robot can share a viewer.
+A page file contains the script for recordings, which computes the robot at each time, and the recording as JSON. Its
+security policy allows only this script, identified by its hash, and no network address. Many recordings of one robot
+can share a viewer.
 
-Pictures come from the Chromium, Chrome or Edge of this machine, without a window, over the DevTools protocol. It
-renders in software, so that pictures are the same on every machine.
+The pictures come from the Chromium, Chrome or Edge of this machine, which runs without a window and is controlled over
+the DevTools protocol. It renders in software, so the pictures are the same on every machine.
 """
 
 from __future__ import annotations
@@ -55,30 +56,28 @@ POLICY = "default-src 'none'; script-src 'sha256-{script}'{more}; style-src 'uns
 
 
 class PageError(UsageError, text="No page"):
-    """The page of the browser cannot be written."""
+    """The page for the browser cannot be written."""
 
 
 def page(data: Mapping[str, Any]) -> str:
-    """Return the HTML file of a `recorded_page`: equal data give equal text. Raises PageError if the page is not
-    built.
-    """
+    """Return the HTML file of a `recorded_page`; equal data give equal text. Raises PageError if the page is not
+    built."""
     return _html(data["title"], "recording", data)
 
 
 def viewer(robot: Mapping[str, Any]) -> str:
-    """Return an HTML file that plays `replays/NAME.js` beside it as `viewer.html#NAME`; `replay` writes such files for
-    the same `robot`. Raises PageError if the page is not built.
-    """
+    """Return an HTML file that plays the file `replays/NAME.js` beside it when opened as `viewer.html#NAME`; `replay`
+    makes such files for the same `robot`. Raises PageError if the page is not built."""
     return _html(robot["model"]["title"], "robot", robot, " 'self' file:")
 
 
 def replay(moments: Mapping[str, Any]) -> str:
-    """Return the script of a recording that a `viewer` plays."""
+    """Return the script with a recording that a `viewer` plays."""
     return f"replay({json.dumps(moments, separators=(',', ':'))})\n"
 
 
 def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> str:
-    """Return the page with its data. `scripts`: a further source of scripts that the policy allows."""
+    """Return the page with its data. `scripts`: another source of scripts that the policy allows."""
     script, sheet = _page_code()
     title = escape(title).encode("ascii", "xmlcharrefreplace").decode()
     policy = POLICY.format(script=b64encode(sha256(script.encode()).digest()).decode(), more=scripts)
@@ -95,12 +94,12 @@ def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> 
 
 
 def in_script(data: Mapping[str, Any]) -> str:
-    """Return JSON that contains no end of a script and no HTML comment."""
+    """Return JSON in which no text ends a script or begins an HTML comment."""
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _ascii(code: str) -> str:
-    """Return JavaScript in ASCII with the same meaning: a notebook may be read in another encoding."""
+    """Return JavaScript in ASCII with the same meaning, because a notebook may be read in another encoding."""
 
     def escape_sign(found: re.Match[str]) -> str:
         units = found[0].encode("utf-16-be").hex()
@@ -132,9 +131,9 @@ USUAL_PATHS = (  # usual paths of browsers that are not on PATH
     r"C:\Program Files\Google\Chrome\Application\chrome.exe",
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
-BROWSER_TIMEOUT_S = 90.0  # [s] maximum wait for a browser: a slow machine draws the first picture in 10 s
+BROWSER_TIMEOUT_S = 90.0  # [s] maximum wait for a browser; a slow machine draws the first picture in 10 s
 POLL_PERIOD_S = 0.05  # [s] between two checks whether the browser has started
-PORT_FILE = "DevToolsActivePort"  # file in the browser's profile with the port and the path of the address
+PORT_FILE = "DevToolsActivePort"  # file in the browser's profile with the port and the path of its DevTools address
 FLAGS = (
     "--headless=new",
     "--use-angle=swiftshader",
@@ -148,7 +147,7 @@ FLAGS = (
     "--hide-scrollbars",
     "--no-first-run",
     "--remote-debugging-port=0",
-    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the browser itself connects to no other host either
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the browser itself also connects to no other host
 )
 
 
@@ -184,7 +183,7 @@ class BrowserPage:
         self._call("Page.navigate", url=url)
 
     def evaluate(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression; a promise is awaited."""
+        """Return the value of a JavaScript expression. If the value is a promise, wait for its result."""
         told = self._call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in told:
             details = told["exceptionDetails"]
@@ -206,7 +205,7 @@ class BrowserPage:
                 told = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))
                 if told.get("id") == self._id:
                     break
-        except Exception as error:  # websockets has errors of several families
+        except Exception as error:  # websockets raises errors of several families
             raise PictureError("the browser draws nothing", f"{method}: {error or type(error).__name__}") from error
         if "error" in told:
             raise PictureError("the browser draws nothing", f"{method}: {told['error'].get('message')}")
@@ -215,11 +214,12 @@ class BrowserPage:
 
 @contextmanager
 def browser_page() -> Iterator[BrowserPage]:
-    """Start the browser with its own profile for one page. Raises PictureError."""
+    """Start the browser with a separate profile for one page. Raises PictureError."""
     from websockets.sync.client import connect
 
     browser, none = find_browser(), subprocess.DEVNULL
-    root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)  # Chromium has no sandbox for root
+    # Chromium has no sandbox if root starts it
+    root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = (browser, *FLAGS, *root, f"--user-data-dir={profile}", "about:blank")
         with subprocess.Popen(command, stdin=none, stdout=none, stderr=none) as running:
@@ -245,11 +245,12 @@ def _address(file: Path, running: subprocess.Popen[bytes], browser: str) -> str:
     raise PictureError(f"{browser} shows nothing", "does it run with --headless=new and --use-angle=swiftshader?")
 
 
-SIZE, FILM_SIZE, GIF_SIZE = (960, 640), (1280, 720), (640, 420)  # [px]
-FINE, FAST = 1, 3  # quality of the page: with and without shadows
-FRAMES_A_SECOND = 10.0  # [1/s] frames of a film
-MAX_FRAMES = 600  # maximum frames of a film: each takes 0.1 s to 1 s to draw
-TIME_STEPS_A_SECOND = 10  # steps per second of the time in a caption: finer digits are unreadable in a film
+SIZE, FILM_SIZE, GIF_SIZE = (960, 640), (1280, 720), (640, 420)  # [px] sizes of a picture, a film and an animation
+FINE, FAST = 1, 3  # quality of the page: FINE has shadows, FAST has none
+FRAMES_A_SECOND = 10.0  # [1/s] frame rate of a film
+MAX_FRAMES = 600  # maximum number of frames of a film; drawing one takes 0.1 s to 1 s
+# number of steps per second of the time in a caption; finer digits would be unreadable in a film
+TIME_STEPS_A_SECOND = 10
 JPEG = {"quality": 92, "optimizeForSpeed": True}
 H264 = ("-c:v", "libx264", "-preset", "fast", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")
 READY = "new Promise((done) => { const look = () => (window.ready ? ready.then(done) : setTimeout(look, 20)); look() })"
@@ -265,7 +266,7 @@ def write_page(
 def write_still(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write a PNG of time t [s] with a caption. Raises PictureError if there is no browser."""
+    """Write a PNG that shows time t [s], with a caption. Raises PictureError if there is no browser."""
     with _open_scene(arm, timeline, SIZE, FINE, world) as seen:
         seen.evaluate(_picture_script(arm, timeline, t, title or arm.model.title))
         stream.write(seen.picture("png"))
@@ -278,9 +279,8 @@ def write_gif(
     from PIL import Image
 
     def in_few_colours(frame: bytes) -> Image.Image:
-        """Return a picture with few colours. An octree keeps the colours of thin lines, which the median cut gives to
-        large surfaces.
-        """
+        """Return a picture with few colours. An octree keeps the colours of thin lines; the median cut would give them
+        to large surfaces."""
         picture = Image.open(BytesIO(frame)).convert("RGB")
         return picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
@@ -292,14 +292,14 @@ def write_gif(
 def write_mp4(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write a film with `rate` frames per second, by the ffmpeg of this machine. Raises PictureError."""
+    """Write a film with `rate` frames per second, with the ffmpeg of this machine. Raises PictureError."""
     come = ("-f", "image2pipe", "-c:v", "mjpeg", "-framerate", f"{rate:.6g}", "-i", "-")
     with TemporaryDirectory() as folder, _frames(arm, timeline, rate, FILM_SIZE, world, title, "jpeg") as frames:
         made = Path(folder) / "film.mp4"
         command = (find_ffmpeg(), "-loglevel", "error", *come, *H264, str(made))
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as running:
             assert running.stdin is not None, "it is piped"
-            with suppress(BrokenPipeError):  # ffmpeg itself reports why it ended
+            with suppress(BrokenPipeError):  # ffmpeg itself reports why it stopped
                 for frame in frames:
                     running.stdin.write(frame)
             _, said = running.communicate()
@@ -318,9 +318,8 @@ def _frames(
     title: str,
     form: str,
 ) -> Iterator[Iterator[bytes]]:
-    """Give an iterator over pictures of the whole timeline, as `png` or `jpeg`. Raises PictureError for too many
-    frames.
-    """
+    """Provide an iterator over pictures of the whole timeline, as `png` or `jpeg`. Raises PictureError for too many
+    frames."""
     count = ceil((timeline.end - timeline.start) * rate)
     if count > MAX_FRAMES:
         raise PictureError(
@@ -361,7 +360,8 @@ def _picture_script(arm: RobotArm, timeline: Timeline, t: float, title: str) -> 
 
 
 def caption(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:
-    """Return `PUMA 560 3.2 s MOVES part`; the command appears only while it moves the robot."""
+    """Return a caption such as `PUMA 560 3.2 s MOVES part`. The command is in it only while the command moves the
+    robot."""
     here = position_at(arm, timeline, t)
     shown = floor(t * TIME_STEPS_A_SECOND + 1e-6) / TIME_STEPS_A_SECOND
     return f"{title}   {shown:.1f} s   {here.text if here.moving else ''}".rstrip()

@@ -1,4 +1,5 @@
-"""Make text that needs no layout: visible control characters, and sentences about motions that were moved."""
+"""Make text that needs no layout: text with visible control characters, and sentences about motions whose times
+changed."""
 
 from __future__ import annotations
 
@@ -16,9 +17,11 @@ _CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in rang
 
 
 def visible(text: str) -> str:
-    """Return text with control characters as `cat -v` shows them: ^[ for escape, ^? for delete, M-^[ for 0x9b.
+    """Return text in which control characters are shown as `cat -v` shows them: ^[ for escape, ^? for delete, M-^[ for
+    0x9b.
 
-    A program's string may hold any character, and a terminal obeys some of them: colours, title, keys to send.
+    A program's string may contain any character, and a terminal obeys some of them: it changes colours or its title, or
+    sends keys.
     """
     return _CONTROL.sub(lambda found: found[1] or _CARETS[ord(found[0])], text)
 
@@ -28,11 +31,11 @@ def for_stream(text: str, stream: TextIO) -> str:
     return visible(text) if stream.isatty() else text
 
 
-MAX_NAMES = 5  # motions listed by name; the others are counted
+MAX_NAMES = 5  # maximum number of motions listed by name; the others are counted
 
 
 def sentences(it: results.Displacement) -> Iterator[str]:
-    """Describe moved motions: `3 later motions begin 0.528 s later: AT 4, AT 6, AT 20`."""
+    """Describe motions whose times changed: `3 later motions begin 0.528 s later: AT 4, AT 6, AT 20`."""
     for moved, word in ((it.later, "later"), (it.earlier, "earlier")):
         if moved:
             begin = "begins" if len(moved) == 1 else "begin"
@@ -57,10 +60,8 @@ def _names(moved: Sequence[results.Moved]) -> str:
 
 
 def untrue_sentence(it: results.Untrue) -> str:
-    """Describe a command whose reason no longer holds.
-
-    Example: `MOVE b was given when 1001 came on at 3.200 s; it no longer does (pick step 4: WAIT SIG(1001))`.
-    """
+    """Describe a command for which the reason no longer holds. Example: `MOVE b was given when 1001 came on at 3.200 s;
+    it no longer does (pick step 4: WAIT SIG(1001))`."""
     signal, state = f"{it.signal} ({it.name})" if it.name else str(it.signal), "on" if it.on else "off"
     does, verb = ("came", "does") if it.changed else ("was", "is")
     given = f"{it.command} was given" if it.command else "a program went on"

@@ -1,6 +1,6 @@
-"""Plot curves over time: a trajectory as a picture file by matplotlib, and panels of curves as SVG without it.
+"""Plot curves over time: a trajectory as a picture file with matplotlib, and panels of curves as SVG without it.
 
-Matplotlib comes with the extra `plot`. It is looked up before anything runs, and imported as late as possible.
+Matplotlib comes with the extra `plot`. The code looks for it before anything runs, and imports it as late as possible.
 """
 
 from __future__ import annotations
@@ -28,15 +28,14 @@ from math import ceil, floor, isfinite, log10
 from typing import TYPE_CHECKING
 
 TIME = "t [s]"
-SAMPLES = 2000  # even samples, besides those at the borders of segments
-SIZE = (9.0, 8.0)  # [inch]
+SAMPLES = 2000  # number of even samples, in addition to those at the borders of segments
+SIZE = (9.0, 8.0)  # [inch] size of a picture
 STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
 
 class Curves(NamedTuple):
-    """One panel: its title with the unit, and named columns of values, each over the N values `along`. `marks`: values
-    along the axis with a named vertical line.
-    """
+    """One panel: its title with the unit, and named columns of values, each with N values at the N values of `along`.
+    `marks`: values along the axis, each with a named vertical line."""
 
     title: str
     names: Sequence[str]
@@ -46,7 +45,7 @@ class Curves(NamedTuple):
 
 
 def check_plot(path: str | Path) -> None:
-    """Raise early the error that `plot_trajectory` would raise later: UsageError or FileError."""
+    """Raise in advance the error that `plot_trajectory` would raise later: UsageError or FileError."""
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURES:
         raise PlotError(f"{path} is no picture file", f"its name ends in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
@@ -60,10 +59,8 @@ class PlotError(UsageError, text="No plot"):
 
 
 def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:
-    """Draw the whole timeline into a picture file: equal timelines give equal bytes.
-
-    Raises UsageError (no matplotlib, unknown kind of file) or FileError.
-    """
+    """Draw the whole timeline into a picture file; equal timelines give equal bytes. Raises UsageError (no matplotlib,
+    unknown kind of file) or FileError."""
     plot_panels(path, TIME, trajectory_panels(arm, timeline), title)
 
 
@@ -82,9 +79,8 @@ def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: s
 
 
 def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
-    """Return panels of joints, their velocities and the tool, at even steps and at the borders of segments, where
-    curves bend.
-    """
+    """Return panels with the joints, their velocities and the tool. The samples are at even steps and at the borders of
+    segments, where curves bend."""
     import numpy as np
 
     from vrs_cli.engine.position import positions_at
@@ -113,7 +109,7 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
         figure.suptitle(title)
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, panel in zip(axes, panels, strict=True):
-            # Draw one panel
+            # Draws one panel.
             import numpy as np
 
             before: list[Sequence[float] | Floats] = []
@@ -139,10 +135,10 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size of a panel, and its margins
 CURVE_COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a3246b")
-TICKS = 6  # approximate maximum along an axis
+TICKS = 6  # approximate maximum number of ticks along an axis
 STEPS = (1.0, 2.0, 5.0, 10.0)
-HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # makes a name readable on a curve
-FLAT = 1e-9  # half the height of a panel whose curves are constant [unit]
+HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # white outline that keeps a name readable on a curve
+FLAT = 1e-9  # half the height of a panel whose curves are constant, in the unit of the curves
 
 
 def curves_svg(panels: Sequence[Curves], along: str) -> str:
@@ -214,7 +210,8 @@ def _panel(panel: Curves, top: float) -> str:
 
 
 def _points(places: Sequence[tuple[float, float]]) -> str:
-    """Return the points of a line in tenths of a pixel, without repeated points and points inside a level stretch."""
+    """Return the points of a line in tenths of a pixel, without repeated points and without points inside a level
+    stretch."""
     rounded = [(f"{x:.1f}", f"{y:.1f}") for x, y in places]
     kept = rounded[:1]
     for (before, here), after in zip(pairwise(rounded), [*rounded[2:], None], strict=True):
@@ -225,5 +222,5 @@ def _points(places: Sequence[tuple[float, float]]) -> str:
 
 
 def _number_text(value: float) -> str:
-    """Return a number without needless digits, and never -0."""
+    """Return a number without unnecessary digits, and never as -0."""
     return f"{value + 0.0:.6g}" if abs(value) > 1e-12 else "0"

@@ -1,4 +1,4 @@
-"""Show on stderr that a long run is alive, with a line that disappears at the end."""
+"""Show on stderr that a long run is in progress, with a line that disappears at the end."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-DELAY = 0.5  # [s] a shorter run shows nothing
+DELAY = 0.5  # [s] minimum duration of a run before the line is shown
 PERIOD = 0.1  # [s] between two updates
 
 
 class RunProgress(AbstractContextManager["RunProgress"]):
-    """A progress line: call it with the robot's time [s] as often as you like. `total`: the time at which the run ends
-    at the latest.
+    """A progress line: call it with the robot's time [s] as often as you like. `total`: the latest time at which the
+    run can end.
 
     `told` formats the time, or another quantity; `wall` returns real time. Nothing is shown unless stderr is a
     terminal. Call `hide` before you print anything else.
@@ -62,7 +62,7 @@ class RunProgress(AbstractContextManager["RunProgress"]):
 
 
 def reading(path: str) -> RunProgress:
-    """Return the progress line of a file; call it with the share that was read, from 0 to 1."""
+    """Return a progress line for reading a file; call it with the fraction that was read, from 0 to 1."""
     return RunProgress(f"reading {path}", 1.0, told=lambda share: f"{share:.0%}")
 
 

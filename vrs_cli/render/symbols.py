@@ -1,13 +1,13 @@
-"""Symbols and formulas of EXPLAIN.
+"""Define the symbols and formulas of EXPLAIN.
 
 The symbols are those of Lee and Ziegler (1984), and of Fu, Gonzalez and Lee, "Robotics" (1987). theta_i, d_i, a_i:
-joint angle, offset and length of a link. A_i = T_(i-1)_i: the pose of frame i in frame i - 1. n, s, a, p: the axes and
-the position of T6, the flange in the robot's frame. ARM, ELBOW, WRIST: +1 and -1 for RIGHTY LEFTY, ABOVE BELOW, NOFLIP
-FLIP.
+joint angle, offset and length of link i. A_i = T_(i-1)_i: the pose of frame i in frame i - 1. n, s, a, p: the axes and
+the position of T6, the pose of the flange in the robot's frame. ARM, ELBOW, WRIST: +1 for RIGHTY, ABOVE, NOFLIP and -1
+for LEFTY, BELOW, FLIP.
 
-The closed forms use further symbols (u h v psi m t), which the formulas define. Their derivations stand in the modules
-of the closed forms. A stage names formulas and the values (`Steps`) that they give. Each formula is written once, as
-text; `latex` converts it.
+The closed forms use further symbols (u h v psi m t), which the formulas define. Their derivations are in the modules of
+the closed forms. A stage names formulas and the values (`Steps`) that they give. Each formula is written once, as text;
+`latex` converts it.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """A value of a closed form: its name, and the unit to show: mm, mm2, deg, SIGN, or empty."""
+    """A value of a closed form: its name, and the unit in which it is shown: mm, mm2, deg, SIGN, or ""."""
 
     name: str
     unit: str = ""
 
 
-SIGN = "sign"  # instead of a unit: +1 or -1
+SIGN = "sign"  # takes the place of a unit: the value is +1 or -1
 
 
 class Stage(NamedTuple):
-    """A step of the inverse kinematics. `values`: names of its values in `Steps`."""
+    """A step of the inverse kinematics. `values`: the names of its values in `Steps`."""
 
     title: str
     formulas: tuple[str, ...]
@@ -36,7 +36,8 @@ class Stage(NamedTuple):
 
 
 class Family(NamedTuple):
-    """The stages of a closed form, and its symbols by their names in `Steps` and among the constants of the arm."""
+    """A family of arms: the stages of its closed form, and its symbols, by their names in `Steps` and among the
+    constants of the arm."""
 
     stages: tuple[Stage, ...]
     symbols: Mapping[str, Symbol]
@@ -80,7 +81,7 @@ def latex_name(name: str) -> str:
 
 
 def _closing(text: str, opening: int) -> int:
-    """Return the index of the parenthesis that closes the one at an index."""
+    """Return the index of the parenthesis that closes the one at the given index."""
     depth = 0
     for at in range(opening, len(text)):
         depth += (text[at] == "(") - (text[at] == ")")

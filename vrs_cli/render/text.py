@@ -1,6 +1,5 @@
 """Return replies as text for output other than our terminal: plain text for pipes and files, and styled text for
-clients that draw it themselves.
-"""
+clients that draw it themselves."""
 
 from __future__ import annotations
 
@@ -11,8 +10,8 @@ from vrs_cli.values.replies import Message, Reply, StyledLine
 
 
 def plain_text(reply: Reply) -> str:
-    """Return the text of a reply, each line with its newline; "" for an empty reply."""
-    if isinstance(reply, Message):  # most runs show only such a message, and the layouts take a while to load
+    """Return the text of a reply, in which each line ends with a newline; "" for an empty reply."""
+    if isinstance(reply, Message):  # most runs show only such a message, and loading the layouts takes a while
         return "".join(f"{line.rstrip()}\n" for line in reply.text.split("\n"))
     from vrs_cli.render.blocks import PIPE, text_of
     from vrs_cli.render.layout import blocks
@@ -21,10 +20,8 @@ def plain_text(reply: Reply) -> str:
 
 
 def styled_lines(reply: Reply, columns: int) -> Iterator[StyledLine]:
-    """Yield the lines of a reply for a screen of `columns` characters, as runs of (text, name of an `Ink`).
-
-    Tables that grow with time end after `SCREEN_ROWS` rows, as on a terminal.
-    """
+    """Yield the lines of a reply for a screen of `columns` characters, as runs of (text, name of an `Ink`). Tables that
+    grow with time end after `SCREEN_ROWS` rows, as on a terminal."""
     from vrs_cli.render.blocks import SCREEN_ROWS, Page, block_lines
     from vrs_cli.render.layout import blocks
 
