@@ -33,7 +33,7 @@ SINGULAR_MEASURE = (
     1e-4  # singular measure of a pose in which a line may begin or end, and near which it is sampled closely
 )
 NEARLY_SINGULAR = 0.1  # singular measure of a pose above which differences of velocities show accelerations reliably
-MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts joints are not guessed, as wrong guesses cost too much
+MAX_GUESSED_PART = 0.2  # fraction of a stretch: on longer parts a failed guess is not followed by a search
 MIN_INTERVAL = 1e-9  # minimum interval between samples, as a fraction of a stretch
 CLOSER_PARTS = tuple(
     2.0**-k for k in range(12, 3, -1)

@@ -65,7 +65,7 @@ NEARER, WAITS = 0.7, 5  # required factor of improvement; number of steps withou
 LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step in the same direction and after a step back
 FAR = 0.05  # [rad] with a larger missing turn a search ends if another search of the pose has arrived
 ALIKE = 0.03  # [rad, m] searches for one pose with joints this close will take the same path
-MERGED = 6, 3  # such searches are merged after this step first, and then at this interval
+MERGED = 6, 3  # first step after which such searches are merged, and number of steps between merges
 FLAT = 1e-12  # smaller bends and determinants count as 0
 OVER = 1e-9  # [rad, m] a step may leave the box by rounding
 
