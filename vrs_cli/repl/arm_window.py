@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 
-RATE = 20.0  # pictures per second
-ESCAPE = 0.05  # [s] after which Esc is a key of its own
-MIN_PICTURE_ROWS = 10  # minimum height of a picture [rows]; a smaller one is left out
+RATE = 20.0  # [1/s] number of pictures per second
+ESCAPE = 0.05  # [s] time after which Esc counts as a key of its own
+MIN_PICTURE_ROWS = 10  # minimum height of a picture [rows]; a smaller picture is left out
 
-NEAR = 4  # maximum number of unchanged cells between two changed ones that are rewritten
+NEAR = 4  # maximum number of unchanged cells between two changed cells that are rewritten together with them
 
 STYLES = {ink: colours.ink_style(ink) for ink in colours.Ink}
 ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
@@ -44,9 +44,11 @@ Cell = tuple[str, colours.Ink]
 
 
 class ArmWindow(Container):
-    """A window with the picture of the arm. It gives prompt-toolkit the whole picture the first time and at the end. In
-    between it writes the changed cells itself, before prompt-toolkit writes everything else, because prompt-toolkit
-    would compare all cells, which takes longer than drawing them. `below` returns the number of rows to leave free.
+    """A window with the picture of the arm. `below` returns the number of rows to leave free.
+
+    The window gives prompt-toolkit the whole picture the first time and at the end. In between it writes the changed
+    cells itself, before prompt-toolkit writes everything else. Otherwise prompt-toolkit would compare all cells, which
+    takes longer than drawing them.
     """
 
     def __init__(self, look: Callable[[], ArmPicture], below: Callable[[], int]) -> None:
@@ -54,10 +56,10 @@ class ArmWindow(Container):
         self._drawing = arm_picture.ArmDrawing()
         self._unicode = console.has_unicode(os.environ)
         self._where: tuple[int, int, int, int] | None = None
-        self._lines: list[TextLine] = []  # the lines on the screen
+        self._lines: list[TextLine] = []  # the lines of the picture on the screen
 
     def reset(self) -> None:
-        """Do nothing: each picture begins anew."""
+        """Do nothing, because each picture is drawn from the start."""
 
     def preferred_width(self, max_available_width: int) -> Dimension:
         return Dimension(preferred=max_available_width)
@@ -79,7 +81,7 @@ class ArmWindow(Container):
         if at.height < MIN_PICTURE_ROWS:
             return
         page = Page(at.width, colours=True, unicode=self._unicode, height=at.height + 1)
-        _, *lines = self._drawing.lines(self._look(), page)  # omits the first line, which repeats the text
+        _, *lines = self._drawing.lines(self._look(), page)  # without the first line, which repeats the text
         app, where = get_app(), (at.xpos, at.ypos, at.width, at.height)
         before = app.renderer.last_rendered_screen
         if before is not None and where == self._where and len(lines) == len(self._lines) and not app.is_done:
@@ -90,7 +92,7 @@ class ArmWindow(Container):
             _rewrite(self._lines, lines, at, before.get_cursor_position(app.layout.current_window))
         else:
             if before is not None and self._where is not None:
-                _put(self._lines, before, *self._where[:2])  # the whole picture is on the screen
+                _put(self._lines, before, *self._where[:2])  # the whole picture that is on the screen
             _put(lines, screen, at.xpos, at.ypos)
         self._where, self._lines = where, lines
         screen.width, screen.height = max(screen.width, at.xpos + at.width), max(screen.height, at.ypos + at.height)
@@ -108,7 +110,7 @@ def _put(lines: Sequence[TextLine], screen: Screen, x: int, y: int) -> None:
 
 
 def _rewrite(before: Sequence[TextLine], lines: Sequence[TextLine], at: WritePosition, cursor: Point) -> None:
-    """Write the cells that have changed, and put the cursor back to its place."""
+    """Write the cells that have changed, and move the cursor back to its position."""
     app, y = get_app(), cursor.y
     out, depth = app.output, app.color_depth
     for number, (old, new) in enumerate(zip(before, lines, strict=True), at.ypos):
@@ -134,7 +136,7 @@ def _move(out: Output, down: int, x: int) -> None:
 
 
 def _changes(old: TextLine, new: TextLine) -> Iterator[tuple[int, list[Cell]]]:
-    """Yield each run of changed cells: its first column and its cells."""
+    """Yield each run of changed cells, as its first column and its cells."""
     if old == new:
         return
     cells = list(_cells(new))
@@ -156,9 +158,10 @@ def _cells(line: TextLine) -> Iterator[Cell]:
 
 
 class ArmScreen:
-    """The picture of a robot at the time `t` [s] (None: now), with text below it, until a key ends both. `actions`: the
-    function of each key, None for keys that leave. `over`: whether there is nothing more to see. `abort`: the function
-    of Ctrl-X. `world`: the cell around the robot.
+    """The picture of a robot at the time `t` [s] (None: the present time), with text below it, until a key ends both.
+
+    `actions`: the function of each key, None for keys that leave. `over`: returns whether there is nothing more to
+    show. `abort`: the function of Ctrl-X. `world`: the cell around the robot.
     """
 
     def __init__(

@@ -21,9 +21,8 @@ KEYS = ("emacs", "vi")
 
 
 class Config(Struct, frozen=True):
-    """The settings. `pager`: true, false, or a command. `colours`: by piece of text. `wrong`: what is wrong in the
-    file.
-    """
+    """The settings of the shell. `pager`: true, false, or a command. `colours`: the colour of each kind of text.
+    `wrong`: the mistakes in the file."""
 
     keys: str = "emacs"
     pager: bool | str = True
@@ -49,7 +48,7 @@ def config_path(environment: Mapping[str, str], platform: str = sys.platform) ->
 
 
 def read_config(environment: Mapping[str, str]) -> Config:
-    """Read the settings. Missing and wrong ones get their defaults."""
+    """Read the settings. A missing or wrong setting gets its default."""
     try:
         path = config_path(environment)
         text = path.read_text(encoding="utf-8")
@@ -61,12 +60,12 @@ def read_config(environment: Mapping[str, str]) -> Config:
 
 
 def config_of(text: str, path: str) -> Config:
-    """Return the settings of a text."""
+    """Return the settings in a text."""
     import tomllib
 
     try:
         given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # for instance numbers of 5000 digits, or deeply nested lists
+    except (ValueError, RecursionError) as error:  # for instance a number with 5000 digits, or deeply nested lists
         return Config(wrong=(f"{path} is no TOML: {error}",))
     good: dict[str, Any] = {}
     wrong = []
@@ -94,7 +93,8 @@ def _colours(value: object) -> str:
     return ""
 
 
-SETTINGS: Mapping[str, Callable[[object], str]] = {  # functions that return what is wrong with a value, or ""
+# functions that return what is wrong with a value, or "" if it is correct
+SETTINGS: Mapping[str, Callable[[object], str]] = {
     "keys": lambda value: "" if value in KEYS else f'{value!r} is neither "emacs" nor "vi"',
     "pager": lambda value: (
         "" if isinstance(value, bool | str) else f"{value!r} is neither true nor false nor a command"
@@ -105,7 +105,7 @@ SETTINGS: Mapping[str, Callable[[object], str]] = {  # functions that return wha
 
 
 def settings_text(config: Config) -> str:
-    """Return all settings as the text of a file."""
+    """Return all settings as the text of a settings file."""
     pager = str(config.pager).lower() if isinstance(config.pager, bool) else f'"{config.pager}"'
     rows = (
         (f'keys = "{config.keys}"', '"emacs" or "vi"'),
@@ -116,13 +116,15 @@ def settings_text(config: Config) -> str:
     return "".join(f"{setting:22}  # {note}\n" for setting, note in rows) + "\n[colours]\n" + "".join(colours)
 
 
-PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
+PRIVATE = 0o700  # folders for the state of the user's programs (XDG Base Directory Specification)
 
 
 def state_folder(environment: Mapping[str, str]) -> Path:
-    """Return the folder of files that outlive a shell: `$XDG_STATE_HOME/vrs`, or one below `~/.local/state` if the
-    variable has no absolute path. `history` has the lines, `recovery` what shells have only in memory. Raises
-    RuntimeError if there is no home.
+    """Return the folder for files that outlive a shell: `$XDG_STATE_HOME/vrs`, or `~/.local/state/vrs` if the variable
+    is not an absolute path.
+
+    Its `history` contains the typed lines, its `recovery` what shells have only in memory. Raises RuntimeError if there
+    is no home.
     """
     state = environment.get("XDG_STATE_HOME", "")
     root = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()
@@ -130,7 +132,7 @@ def state_folder(environment: Mapping[str, str]) -> Path:
 
 
 class QuietHistory(FileHistory):
-    """A history file. If it cannot be written (a full disk), a line is lost and nothing else."""
+    """A history file. If it cannot be written (a full disk), only the typed line is lost."""
 
     def store_string(self, string: str) -> None:
         with suppress(OSError):
@@ -138,7 +140,7 @@ class QuietHistory(FileHistory):
 
 
 def open_history(path: Path) -> tuple[History, str]:
-    """Return the history of a file and "", or a history in memory and the reason."""
+    """Return the history in a file and "", or a history in memory and the reason why the file cannot be used."""
     try:
         path.parent.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
         with path.open("ab"):
@@ -149,6 +151,6 @@ def open_history(path: Path) -> tuple[History, str]:
 
 
 def reason(error: Exception) -> str:
-    """Return the system's reason in lower case."""
+    """Return the operating system's reason for an error, in lower case."""
     text = (error.strerror if isinstance(error, OSError) else None) or str(error)
     return text[:1].lower() + text[1:]

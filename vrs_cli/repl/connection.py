@@ -1,6 +1,5 @@
-"""A robot behind a connection: the lines about the connection that begin with a slash, and messages about the
-connection and the lease.
-"""
+"""Use a robot behind a connection: lines about the connection, which begin with a slash, and messages about the
+connection and the lease."""
 
 from __future__ import annotations
 
@@ -17,12 +16,12 @@ from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.place import BANNER
 from vrs_cli.values.acts import Attend
 
-SLASH = "/"  # no line of VAL-II begins with it
+SLASH = "/"  # no line of VAL-II begins with this character
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
 
 
 class Remote(Struct):
-    """A robot behind an open connection. `told` gets messages about the connection."""
+    """A robot behind an open connection. `told`: called with messages about the connection."""
 
     port: Port
     told: Callable[[str], None]
@@ -35,7 +34,7 @@ class Remote(Struct):
 
 
 class ConnectionWords:
-    """Carries out lines that begin with a slash, and shows the messages about the connection."""
+    """Carries out lines that begin with a slash, and shows messages about the connection."""
 
     def __init__(self, front_end: FrontEnd) -> None:
         self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
@@ -44,7 +43,8 @@ class ConnectionWords:
         front_end.hear_connection, front_end.opening = self.hear, self._begin
 
     def _begin(self) -> None:
-        """Ask for the state that a prompt shows; it comes with the answer to the first request."""
+        """Ask for the state that the prompt shows, which arrives with the answer to the first request. Show the
+        commands and the driver."""
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:
@@ -53,7 +53,7 @@ class ConnectionWords:
                 self._told(self._driver_text(driver))
 
     def take(self, text: str) -> bool:
-        """Carry out a line that begins with a slash. Return whether the line did."""
+        """Carry out a line if it begins with a slash. Return whether it does."""
         if not text.startswith(SLASH):
             return False
         words = text[1:].split()
@@ -71,7 +71,7 @@ class ConnectionWords:
         return True
 
     def hear(self, message: ServerMessage) -> None:
-        """Show that the connection is back, changes of the lease, and texts of a lesson or its teacher."""
+        """Show that the connection is back, changes of the lease, and texts from a lesson or its teacher."""
         match message:
             case Welcome(resumed=resumed):
                 if not resumed:

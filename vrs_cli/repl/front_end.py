@@ -1,6 +1,5 @@
-"""The front end of a shell: the exchange with the robot, and what a prompt and full screens ask for (suggestions,
-status, the drafts of SEE).
-"""
+"""Connect a shell with its robot: the exchange, and the requests of a prompt and full screens (suggestions, status, the
+drafts of SEE)."""
 
 from __future__ import annotations
 
@@ -20,12 +19,12 @@ from vrs_cli.values.hand import Look, Seen
 from vrs_cli.wire import messages
 from vrs_cli.wire.messages import At, Done, Refused, ServerMessage
 
-AT_ONCE = 1.0  # [s] that a key waits for an answer
-COMING_BACK = 60.0  # [s] that a file may take to arrive
+AT_ONCE = 1.0  # [s] maximum time that a key waits for an answer
+COMING_BACK = 60.0  # [s] maximum time to wait for a file, or for the answer to a save
 
 
 class FrontEnd(loop.Exchange):
-    """The exchange of a shell, with what a prompt and full screens ask the robot for: suggestions, status, pictures."""
+    """The exchange of a shell, extended by the requests of a prompt and full screens: suggestions, status, pictures."""
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         super().__init__(terminal, port, told)
@@ -38,19 +37,20 @@ class FrontEnd(loop.Exchange):
         return self._status
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
-        """Return the signature of the word that is typed last. `steps`: always as in a program."""
+        """Return the signature of the word that was typed last. `steps`: read the text as a step of a program in any
+        case."""
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[questions.Suggestion]:
-        """Return words that may follow a text. If the robot is in this process, its internal errors are raised."""
+        """Return words that may follow a text. If the robot is in this process, its internal errors are raised here."""
         end = self.end_of(lambda id: messages.Complete(id, text, everything))
         if isinstance(end, Refused):
             end.refusal.error()
         return list(end.choices) if isinstance(end, messages.Completed) else []
 
     def end_of(self, make: MakeRequest, seconds: float = AT_ONCE) -> ServerMessage | None:
-        """Send a request without showing its answers. Return the final answer, or None if that does not arrive in
-        time."""
+        """Send a request without showing its answers. Return the final answer, or None if it does not arrive within
+        `seconds`."""
         found: feed.Inbox[ServerMessage] = feed.Inbox()
         try:
             self.port.begin(make, found.put)
@@ -59,28 +59,28 @@ class FrontEnd(loop.Exchange):
         return self.port.take(found, seconds)
 
     def rest(self) -> float:
-        """Return the time until something visible happens [s], unless a message arrives."""
+        """Return the time until the next visible change [s], if no message arrives before."""
         now = self.status()
         return min(max(self.port.due, piped.MIN_WAIT_S), piped.KEEPING_UP if now.clock < now.end else piped.RESTING)
 
-    # --- what fills the screen ---
+    # --- full screens ---
 
     def hand(self, question: questions.Jogging) -> FarHand:
-        """Return the arm of JOG. Raises RequestRefused if the robot does not answer."""
+        """Return the control of the arm for JOG. Raises RequestRefused if the robot does not answer."""
         seen = self.end_of(lambda id: At(id, Look()))
         if not isinstance(seen, Done) or not isinstance(seen.found, Seen):
             raise RequestRefused("the robot does not answer", "JOG again")
         return FarHand(self.begin, question.joints, question.units, seen.found)
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request beside the awaited one, and carry out what is due."""
+        """Send a request in addition to the one that is awaited, and carry out what is due."""
         id = self.port.begin(make, outlet)
         self.keep_up()
         self.after()
         return id
 
     def recording(self, question: questions.Playing) -> Recording:
-        """Return the trajectory of REPLAY. Its file is fetched unless the robot is in this process."""
+        """Return the trajectory for REPLAY. Its file is fetched unless the robot is in this process."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
         fetched = self.end_of(lambda id: messages.Get(id, question.path), COMING_BACK)
@@ -92,18 +92,19 @@ class FrontEnd(loop.Exchange):
             return read_trajectory(path)
 
     def watched_robot(self) -> position.Watched | None:
-        """Return the robot to watch while it moves; None if it cannot be seen."""
+        """Return the robot, to watch it while it moves; None if it cannot be watched."""
         try:
             return self.port.follow()
         except RequestRefused:
             return None
 
 
-Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # is called with the mistakes in a text
+Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # a function that is called with the mistakes in a text
 
 
 class DraftPage:
-    """The program of SEE while it is edited. Only one text is checked at a time, and then the latest one."""
+    """The program of SEE while it is edited. Only one text is checked at a time; after that the latest text is
+    checked."""
 
     def __init__(self, question: questions.Editing, front_end: FrontEnd) -> None:
         self.name, self.text, self.row, self.dialect = question.name, question.text, question.row, question.dialect
@@ -112,7 +113,7 @@ class DraftPage:
         self._looking = False
 
     def look(self, text: str, found: Found) -> None:
-        """Check a text, and call `found` with its mistakes, at once or when they arrive."""
+        """Check a text, and call `found` with its mistakes, either at once or when they arrive."""
         self._latest = text, found
         if not self._looking:
             self._send()
@@ -130,7 +131,7 @@ class DraftPage:
 
         try:
             self._front_end.begin(lambda id: At(id, acts.ReadDraft(text)), hear)
-        except RequestRefused:  # no connection: the next change of the text is checked
+        except RequestRefused:  # without a connection, only the next change of the text is checked
             self._looking = False
 
     def save(self, text: str) -> str:

@@ -1,7 +1,7 @@
-"""The shell on a terminal, with prompt-toolkit: it reads lines at a prompt, and shows the state below it.
+"""Run the shell on a terminal with prompt-toolkit: it reads lines at a prompt and shows the robot's state below the
+prompt.
 
-Only prompt-toolkit is imported before the first prompt is seen. A thread makes the robot and the language ready behind
-it.
+Only prompt-toolkit is imported before the first prompt appears. Meanwhile a thread prepares the robot and the language.
 """
 
 from __future__ import annotations
@@ -72,15 +72,15 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
     terminal.vi = config.keys == "vi"
     terminal.whole_lines = place.lives
     terminal.screens = place.front_end(terminal)
-    parser.parse_prompt("WHERE")  # prepare the parser for the first key
+    parser.parse_prompt("WHERE")  # prepare the parser before the first key is pressed
     return terminal
 
 
-# --- what is heavy (the robot, the language, numpy) is made ready behind the first prompt ---
+# --- slow parts (the robot, the language, numpy) are prepared while the first prompt is shown ---
 
 
 class BackgroundValue(Generic[V]):
-    """Computes one value in a thread. `ready` never waits; `wait` does, and raises the error of the computation."""
+    """Computes one value in a thread. `ready` never waits. `wait` waits, and raises any error of the computation."""
 
     def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
         self._make, self._when_ready = make, when_ready
@@ -89,7 +89,7 @@ class BackgroundValue(Generic[V]):
         self._error: BaseException | None = None
 
     def begin(self) -> None:
-        """Start the thread, unless it was started."""
+        """Start the thread, unless it has been started already."""
         if self._thread is None:
             self._thread = Thread(target=self._work, name="background value", daemon=True)
             self._thread.start()
@@ -97,17 +97,17 @@ class BackgroundValue(Generic[V]):
     def _work(self) -> None:
         try:
             self._value = self._make()
-        except BaseException as error:  # raised again by `wait`
+        except BaseException as error:  # `wait` raises it again
             self._error = error
         self._when_ready()
 
     @property
     def ready(self) -> V | None:
-        """The value, or None if it is not made yet."""
+        """The value, or None if it has not been computed yet."""
         return self._value
 
     def wait(self) -> V:
-        """Return the value, and begin to make it if necessary."""
+        """Return the value. Start the computation if necessary, and wait for it."""
         self.begin()
         assert self._thread is not None
         self._thread.join()
@@ -121,7 +121,7 @@ class BackgroundValue(Generic[V]):
 
 
 class ValCompleter(Completer):
-    """Suggests words. Before the tables are ready, and if the search fails, it suggests none."""
+    """Suggests words. It suggests none before the tables are ready, or if the search fails."""
 
     def __init__(self, ready: Callable[[], ShellTerminal | None]) -> None:
         self._ready = ready
@@ -144,10 +144,10 @@ class Shell:
 
     def __init__(self, place: Place) -> None:
         self.place = place
-        self._status: PromptStatus | None = None  # the last known state
+        self._status: PromptStatus | None = None  # the last known state of the robot
         history, note = open_history(state_folder(os.environ) / "history")
         self._answers: PromptSession[str] | None = None
-        self._pages = False  # whether the last line was a single one, so that long answers may go through a pager
+        self._pages = False  # whether the last input was a single line, so that long replies may go through a pager
         config = read_config(os.environ)
         self.notes = [*filter(None, (note, *config.wrong))]
         self.terminal_maker = BackgroundValue(lambda: make_terminal(place, self._answer, config), self._redraw)
@@ -172,12 +172,13 @@ class Shell:
             vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
-        self.prompts.default_buffer.enable_history_search = to_filter(True)  # beside the menu: see `key_bindings`
+        # works together with the menu: see `key_bindings`
+        self.prompts.default_buffer.enable_history_search = to_filter(True)
         self.prompts.app.before_render += self._before_render
         self.prompts.app.after_render += lambda _app: self.terminal_maker.begin()
 
     def run(self) -> int:
-        """Run until EXIT, QUIT or Ctrl-D; return the exit status."""
+        """Run until EXIT, QUIT or Ctrl-D. Return the exit status."""
         if self.place.banner:
             print(self.place.banner)
         for note in self.notes:
@@ -187,7 +188,7 @@ class Shell:
                 terminal = self.terminal_maker.wait()
                 with _interruptible(terminal):
                     terminal.screens.opening()
-            if (line := self.read()) is not None:  # the first prompt does not wait for the robot
+            if (line := self.read()) is not None:  # the first prompt appears before the robot is ready
                 exchange = self.terminal_maker.wait().screens
                 from vrs_cli.repl.loop import run_loop
 
@@ -198,14 +199,16 @@ class Shell:
 
     @property
     def _hung_up(self) -> bool:
-        """Whether the terminal is gone: its user has not left, and can be asked nothing."""
+        """Whether the terminal is gone. Its user has not chosen to leave, and cannot be asked anything."""
         return self.prompts.app.input.closed
 
-    # --- as the reader of lines ---
+    # --- the interface for `run_loop` ---
 
     def read(self) -> str | None:
-        """Return a line, or QUESTION if a program asks; None if the user leaves. Ctrl-C drops the typed line; at an
-        empty prompt it leaves a program that is being typed, or stops the running one.
+        """Return the next line, QUESTION if a program asks, or None if the user leaves.
+
+        Ctrl-C drops the typed line. If the prompt is empty, Ctrl-C leaves a program that is being typed, or stops the
+        running program.
         """
         while True:
             try:
@@ -233,9 +236,8 @@ class Shell:
         return _interruptible(terminal)
 
     def goes_on(self) -> bool:
-        """End a line: tell which lines were typed while the connection was cut, and keep them in the history. Return
-        whether the user stays.
-        """
+        """Finish a line. Report the lines that were typed while the connection was cut, and keep them in the history.
+        Return whether the user stays."""
         terminal = self.terminal_maker.wait()
         terminal.end_progress()
         for line in typed_ahead(self.prompts.app.input) if terminal.screens.was_cut() else ():
@@ -244,9 +246,8 @@ class Shell:
         return not terminal.leaving
 
     def _prompt(self, prompts: PromptSession[str], message: Callable[[], str] | str, default: str = "") -> str:
-        """Return a line. In real time the robot goes on meanwhile, and the output of programs appears above the
-        prompt.
-        """
+        """Return a typed line. In real time the robot continues meanwhile, and the output of programs appears above the
+        prompt."""
         if not self.place.lives:
             return prompts.prompt(message, default=default)
 
@@ -258,7 +259,7 @@ class Shell:
             return prompts.prompt(message, default=default, pre_run=keep_up)
 
     async def _keep_up(self, prompts: PromptSession[str]) -> None:
-        """Redraw the state when it changes; at rest redraw the time now and then."""
+        """Redraw the state when it changes; while the robot is at rest, redraw the time at intervals."""
         shown, drawn, woken, loop = "", -inf, asyncio.Event(), asyncio.get_running_loop()
         while True:
             terminal = self.terminal_maker.ready
@@ -275,7 +276,7 @@ class Shell:
                 self._redraw()
 
     def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
-        """Switch from an empty prompt to the question of a program, and leave a question that no longer needs an
+        """Switch from an empty prompt to the question of a program, or leave a question that no longer needs an
         answer."""
         idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
         withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
@@ -284,18 +285,19 @@ class Shell:
             prompts.app.exit(result=piped.QUESTION if idle else "")
 
     def _send_abort(self) -> None:
-        """Stop the robot, whatever it does. Safe in a signal handler."""
+        """Stop the robot, whatever it is doing. Safe in a signal handler."""
         if self.terminal_maker.ready is not None:
             self.terminal_maker.ready.screens.abort()
 
     def _abort(self) -> None:
-        """Abort at a prompt, by Ctrl-X: the typed line stays, and what was stopped is shown above it."""
+        """Abort at a prompt (Ctrl-X). The typed line stays, and above it the output shows what was stopped."""
         if self.terminal_maker.ready is not None:
             self._send_abort()
             run_in_terminal(self.terminal_maker.ready.screens.keep_up)
 
     def _leave_entry(self) -> bool:
-        """Leave or continue the program being typed, at Ctrl-C or Ctrl-D. Return False if no program is being typed."""
+        """Leave or continue the program that is being typed (Ctrl-C or Ctrl-D). Return False if no program is being
+        typed."""
         terminal, status = self.terminal_maker.ready, self._look()
         if terminal is None or status is None or self._hung_up or not status.in_program:
             return False
@@ -304,7 +306,7 @@ class Shell:
         return True
 
     def _leave(self) -> bool:
-        """Leave as with EXIT, at Ctrl-D; a terminal that is gone is left at once. Return whether the user leaves."""
+        """Leave as EXIT does (Ctrl-D). If the terminal is gone, leave at once. Return whether the user leaves."""
         terminal = self.terminal_maker.ready
         if terminal is None or self._hung_up:
             return True
@@ -312,13 +314,13 @@ class Shell:
             terminal.screens.leave()
         return terminal.leaving
 
-    # --- what the prompt shows ---
+    # --- the contents of the prompt ---
 
     def _before_render(self, _app: object) -> None:
         self._look()
 
     def _look(self) -> PromptStatus | None:
-        """Return the state to be shown; None while the robot is made ready."""
+        """Return the state to be shown; None while the robot is being prepared."""
         terminal = self.terminal_maker.ready
         self._status = None if terminal is None else terminal.screens.status()
         return self._status
@@ -327,7 +329,7 @@ class Shell:
         return IDLE if self._status is None else self._status.prompt
 
     def _toolbar(self) -> StyleAndTextTuples:
-        """Return the form of the typed word, if there is one, and the state."""
+        """Return the state for the toolbar, after the form of the typed word, if there is one."""
         state: StyleAndTextTuples = [("", self._state())]
         if self.terminal_maker.ready is None:
             return state
@@ -338,7 +340,7 @@ class Shell:
         return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
-        """Show the help on the word at the cursor above the prompt, at F1."""
+        """Show the help on the word at the cursor above the prompt (F1)."""
         run_in_terminal(partial(self.terminal_maker.wait().screens.take, f"? {asked_about(document)}"))
 
     def _state(self) -> str:
@@ -354,7 +356,7 @@ class Shell:
         self.prompts.app.invalidate()
 
     def _answer(self, question: str) -> str:
-        """Return a line for PROMPT and `Change?`, with a history of its own."""
+        """Return a line for PROMPT and `Change?`. These lines have a separate history."""
         if self._answers is None:
             self._answers = PromptSession(
                 history=InMemoryHistory(),
@@ -383,7 +385,7 @@ async def wait_or_wake(woken: asyncio.Event, seconds: float) -> None:
 
 
 def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
-    """Call a function in the loop of a prompt, from any thread. The prompt may be over."""
+    """Call a function in the event loop of a prompt, from any thread. Do nothing if the prompt is closed."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(act)
 
@@ -393,12 +395,11 @@ ABORT_KEY = b"\x18"  # Ctrl-X: all keyboards have this key, and few programs use
 
 @contextmanager
 def without_echo(*, signals: bool) -> Iterator[None]:
-    """Switch the echo of the terminal off. `signals`: Ctrl-C and Ctrl-X are signals; otherwise they are keys that wait
-    for the next prompt.
-    """
+    """Switch off the terminal's echo. `signals`: whether Ctrl-C and Ctrl-X send signals; otherwise they are keys for
+    the next prompt."""
     try:
         import termios
-    except ImportError:  # Windows echoes only text that is read
+    except ImportError:  # Windows echoes only text that is being read
         yield
         return
     try:
@@ -415,12 +416,13 @@ def without_echo(*, signals: bool) -> Iterator[None]:
     try:
         yield
     finally:
-        with suppress(termios.error):  # the terminal may have gone
+        with suppress(termios.error):  # the terminal may be gone
             termios.tcsetattr(sys.stdin, termios.TCSANOW, before)
 
 
 def typed_ahead(source: Input) -> list[str]:
-    """Take the lines that were typed for the next prompt, without blank ones. The last one may be unfinished."""
+    """Return the lines that were typed in advance for the next prompt, without blank ones, and remove them from the
+    input. The last line may be unfinished."""
     keys = get_typeahead(source)
     with source.raw_mode():
         while more := source.read_keys():

@@ -1,4 +1,4 @@
-"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP), while something is carried out."""
+"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP) while something is carried out."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ ENDINGS = tuple(number for number in SAID if number != signal.SIGINT)
 
 
 class Ended(KeyboardInterrupt):
-    """The exception for a signal that ends the process: everything that Ctrl-C would stop is stopped, and nothing
-    follows. `status`: the exit status as shells report it.
-    """
+    """The exception for a signal that ends the process: everything that Ctrl-C would stop is stopped, and nothing else
+    is started. `status`: the exit status in the form that shells use."""
 
     def __init__(self, number: int) -> None:
         super().__init__(SAID[number])
@@ -25,10 +24,11 @@ class Ended(KeyboardInterrupt):
 
 
 class Stoppable:
-    """Handles signals while something is carried out. At the first signal `stop` may let it come to a stop by itself. A
-    second signal, or one while it is `waiting` for something outside, breaks it off with KeyboardInterrupt.
+    """Handles signals while something is carried out. At the first signal, `stop` may let the work end by itself. A
+    second signal, or a signal while the work is `waiting` for something outside, interrupts it with KeyboardInterrupt.
 
-    `number`: the signal that came; one that ends the process counts more than Ctrl-C. Ignored signals stay ignored.
+    `number`: the number of the signal that has arrived; a signal that ends the process replaces Ctrl-C. Ignored signals
+    stay ignored.
     """
 
     def __init__(self, stop: Callable[[], bool]) -> None:
@@ -63,15 +63,16 @@ class Stoppable:
             self.waiting = False
 
     def end(self, *numbers: int) -> None:
-        """Call after everything has stopped. Raises Ended if a signal ends the process, or one of `numbers` came."""
+        """Call this method after everything has stopped. Raises Ended if the signal was one that ends the process, or
+        one of `numbers`."""
         if self.number is not None and self.number in (*ENDINGS, *numbers):
             raise Ended(self.number)
 
 
 @contextmanager
 def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
-    """Let Ctrl-C stop the running program; a second one, or one without a program, stops whatever is done. A signal
-    that ends the process does so after that has stopped.
+    """Let Ctrl-C stop the running program. A second Ctrl-C, or one without a running program, interrupts the present
+    work. A signal that ends the process does so after the work has stopped.
 
     `interrupt` stops a program, and returns whether one was running.
     """
@@ -84,7 +85,7 @@ def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
 def _handling(
     numbers: Iterable[int], handler: Callable[[int, FrameType | None], None], *, ignored_too: bool = False
 ) -> Iterator[None]:
-    """Handle signals in the main thread. `ignored_too`: also signals that are ignored."""
+    """Handle signals in the main thread. `ignored_too`: also handle signals that are now ignored."""
     before = {}
     if threading.current_thread() is threading.main_thread():
         heard = [number for number in numbers if ignored_too or signal.getsignal(number) is not signal.SIG_IGN]
@@ -97,7 +98,7 @@ def _handling(
 
 
 def ending() -> AbstractContextManager[None]:
-    """Let signals that end the process raise Ended, at any place."""
+    """Make signals that end the process raise Ended, wherever they arrive."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)
@@ -106,8 +107,7 @@ def ending() -> AbstractContextManager[None]:
 
 
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
-    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`without_echo`), while a line is carried out. Windows has no such
-    signal.
-    """
+    """Call `abort` at SIGQUIT, which Ctrl-X sends while a line is carried out (`without_echo`). Windows has no such
+    signal."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)

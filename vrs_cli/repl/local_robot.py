@@ -1,6 +1,5 @@
-"""The robot of a shell in this process, with features that only such a robot has: a transcript (LOG), a trajectory file
-(`--save`) and a recovery file.
-"""
+"""Make the robot of a shell in this process, with the features that only such a robot has: a transcript (LOG), a
+trajectory file (`--save`) and a recovery file."""
 
 from __future__ import annotations
 
@@ -32,12 +31,14 @@ if TYPE_CHECKING:
     from vrs_cli.render.documents import Transcript
 
 
-ROBOT = "; robot: "  # the first line of a file names its robot
-SLOW, REST = 0.1, 10.0  # after a text that takes more than SLOW [s], pause for REST times its duration
+ROBOT = "; robot: "  # the first line of a recovery file names its robot
+# if writing a text took more than SLOW [s], the next one is written only after REST times that duration
+SLOW, REST = 0.1, 10.0
 
 
 class ShellRobot:
-    """Makes a robot, and its front end at a terminal. The other arguments are those of `Local`. Raises VrsError."""
+    """Makes a robot, and its front end for a terminal. The arguments after `terminal` are those of `Local`. Raises
+    VrsError."""
 
     def __init__(
         self,
@@ -102,7 +103,7 @@ class ShellRobot:
 
 
 def _draw(path: Path, plot: Plot) -> None:
-    """Write a plot to a file. Raises UsageError without matplotlib, FileError."""
+    """Write a plot to a file. Raises UsageError without matplotlib, FileError if the file cannot be written."""
     from vrs_cli.render.plots import plot_curves
 
     plot_curves(path, plot)
@@ -112,7 +113,7 @@ def _draw(path: Path, plot: Plot) -> None:
 
 
 class LoggedTerminal:
-    """A terminal that also writes a transcript while LOG asks for one."""
+    """A terminal that also writes a transcript while LOG is on."""
 
     def __init__(self, terminal: Terminal) -> None:
         self._terminal = terminal
@@ -123,9 +124,8 @@ class LoggedTerminal:
         return self._terminal.attended
 
     def log(self, path: Path | None) -> Path | None:
-        """Write to a file from now on, or to none (None). Return the file that was written until now. Raises
-        FileError.
-        """
+        """Write the transcript to a file from now on, or with None to no file. Return the path of the previous file, or
+        None. Raises FileError."""
         from vrs_cli.render.documents import Transcript
 
         before, self.transcript = self.transcript, None
@@ -146,7 +146,7 @@ class LoggedTerminal:
         for line in text.splitlines():
             self._keep(lambda transcript, line=line: transcript.add_typed(prompt, line))  # type: ignore[misc]
 
-    # --- as a terminal ---
+    # --- the interface of a terminal ---
 
     def show(self, reply: Reply) -> None:
         self._terminal.show(reply)
@@ -166,10 +166,10 @@ class LoggedTerminal:
             self._keep(lambda transcript: transcript.add_typed(f"{question.text} ", said))
         return answer
 
-    # --- writing ---
+    # --- writing the transcript ---
 
     def _keep(self, write: Callable[[Transcript], None]) -> None:
-        """Add an entry to the transcript, if there is one. A full disk only ends the transcript."""
+        """Add an entry to the transcript, if there is one. A full disk ends only the transcript."""
         if self.transcript is None:
             return
         try:
@@ -187,7 +187,7 @@ class LoggedTerminal:
 
 
 class Keeper:
-    """Writes the recovery file of a conversation after each line that has changed something."""
+    """Writes the recovery file of a conversation after each line that changes something."""
 
     def __init__(
         self,
@@ -202,7 +202,7 @@ class Keeper:
         self._not_before = 0.0
 
     def keep(self) -> None:
-        """Write what is not stored yet; remove the file if everything is stored."""
+        """Write what is not stored yet, or remove the file if everything is stored."""
         session, unfinished = self._conversation.session, self._conversation.unfinished_text
         if not (unfinished or session.unstored.programs() or session.unstored.items()):
             self.forget()
@@ -220,12 +220,12 @@ class Keeper:
         self._not_before = begun + REST * took if took > SLOW else begun
 
     def forget(self) -> None:
-        """Remove the recovery file: everything is stored, or the user has left."""
+        """Remove the recovery file, because everything is stored or the user has left."""
         self._recovery.remove()
         self._kept = None
 
     def offer(self) -> None:
-        """Ask whether to load the recovery files of other shells."""
+        """Ask whether to load the recovery files that other shells have left."""
         session, terminal = self._conversation.session, self._terminal
         for one in program_file.left_files(self._folder):
             first, _, rest = one.text.partition("\n")
@@ -246,7 +246,7 @@ class Keeper:
 
 
 def _contents(text: str) -> str:
-    """Return the contents of a text in words: `programs pick, place, 2 locations`."""
+    """Describe the contents of a text: `programs pick, place, 2 locations`."""
     parts = parser.parse_file(text)[0].parts
     programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, ast.Program)))
     said = [name_some("program", programs)] if programs else []
@@ -260,25 +260,23 @@ def _contents(text: str) -> str:
 
 class Recorder:
     """The trajectory file of `--save`. It is read at once, so that a wrong file is refused before the first prompt.
-    Raises FileError.
-    """
+    Raises FileError."""
 
     def __init__(self, path: str) -> None:
         self.path = path
         self._journal: journal.Journal | None = None
-        self._show: Callable[[Reply], None] | None = None  # shows errors
+        self._show: Callable[[Reply], None] | None = None  # a function that shows errors
         with reading(path) as progress:
             self._taken = journal.take_up(Path(path), progress)
 
     @property
     def model(self) -> RobotModel | None:
-        """The robot of the existing file."""
+        """The robot of the existing file; None for a new file."""
         return None if self._taken.recording is None else self._taken.recording.model
 
     def begin(self, session: Session, terminal: Terminal) -> Message:
-        """Write from now on, and return a message about the file. `terminal`: shows errors when the session is over.
-        Raises UsageError for a file of another robot, FileError.
-        """
+        """Begin to write the file, and return a message about it. `terminal`: shows errors after the end of the
+        session. Raises UsageError for a file of another robot, FileError."""
         engine, recording = session.engine, self._taken.recording
         self._show, self._terminal = session.terminal.show, terminal
         self._journal = journal.keep_journal(self._taken, session.engine, self._tell)
@@ -295,7 +293,7 @@ class Recorder:
             self._show(Message(text, Tone.ERROR))
 
     def close(self) -> bool:
-        """Close the file, which others may write then. Return whether it is complete."""
+        """Close the file, so that others may write it. Return whether it is complete."""
         if self._journal is None:
             self._taken.close()
             return True

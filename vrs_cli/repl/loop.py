@@ -1,11 +1,12 @@
-"""The loop of the shell: read a line, send it, show the replies and ask the robot's questions, until the user leaves.
+"""Run the loop of the shell: read a line, send it, show the replies and ask the robot's questions, until the user
+leaves.
 
-`run_loop` reads lines, at a prompt or from a pipe, and gives each to `Exchange.take`. The exchange sends it to the
-port of the robot, takes the messages that come back (`_hear`), shows replies and puts questions at the terminal, until
-the line has ended. Ctrl-C stops the line that is waited for (`interrupt`), Ctrl-X the robot (`abort`). While no line is
-carried out, `keep_up` shows what comes by itself.
+`run_loop` reads lines, at a prompt or from a pipe, and passes each to `Exchange.take`. The exchange sends the line to
+the port of the robot and receives messages (`_hear`), shows replies and asks questions at the terminal, until the line
+is completed. Ctrl-C stops the line that is being carried out (`interrupt`), Ctrl-X the robot (`abort`). Between lines,
+`keep_up` shows messages that arrive without a request.
 
-No line is sent twice: if the connection was cut while a line was on its way, the user is told what became of it.
+No line is sent twice: if the connection was cut while a line was on its way, the user is informed of the outcome.
 """
 
 from __future__ import annotations
@@ -37,19 +38,18 @@ class LineReader(Protocol):
     """Reads the lines of a user, at a prompt or from a pipe."""
 
     def read(self) -> str | None:
-        """Return the next line, or QUESTION; None if the user leaves or the input ends."""
+        """Return the next line, QUESTION if a program asks, or None if the user leaves or the input ends."""
 
     def interruptible(self) -> AbstractContextManager[object]:
-        """Return a context in which Ctrl-C stops what is waited for."""
+        """Return a context in which Ctrl-C stops the command that is being carried out."""
 
     def goes_on(self) -> bool:
-        """Call after each line; return whether another one is to be read."""
+        """Call this method after each line. Return whether another line is to be read."""
 
 
 def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
-    """Have lines carried out, from the first `line` on, until the user leaves. No error of a line ends the loop. At a
-    prompt Ctrl-C does not end it either.
-    """
+    """Have lines carried out, starting with `line`, until the user leaves. No error in a line ends the loop, and at a
+    prompt Ctrl-C does not end it either."""
     while line is not None:
         try:
             with reader.interruptible():
@@ -67,7 +67,7 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
 
 
 class Lines:
-    """The lines of an input. One that is meant for the next reader can be put back."""
+    """The lines of an input. A line that belongs to the next reader can be put back."""
 
     def __init__(self, source: Iterable[str]) -> None:
         self._source = iter(source)
@@ -84,9 +84,10 @@ class Lines:
 
 
 class PlainTerminal:
-    """Writes replies and the output of programs to one stream, in order. `lines` is the input, which also answers
-    questions: a line that is no answer stays for the next reader, as a command. `failed`: a command could not be
-    carried out. `leaving`: EXIT was said.
+    """Writes replies and the output of programs to one stream, in their order.
+
+    `lines`: the input, which also answers questions. A line that is no answer stays for the next reader, as a command.
+    `failed`: whether a command could not be carried out. `leaving`: whether EXIT was given.
     """
 
     attended = False
@@ -110,10 +111,10 @@ class PlainTerminal:
         self.stream.write(for_stream(text, self.stream))
 
     def progress(self, doing: Running | Reading) -> None:
-        """Do nothing: nobody watches."""
+        """Do nothing, because nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the answer in the next line of the input, if it is one. Raises EndOfInput."""
+        """Return the answer in the next line of the input; None if that line is no answer. Raises EndOfInput."""
         if isinstance(question, LineWanted):
             return self._line(question)
         if not isinstance(question, Confirmation):
@@ -145,18 +146,17 @@ class PlainTerminal:
 
 
 ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
-WANTED = "Y or N"  # the reply to any other answer
+WANTED = "Y or N"  # the reply to an answer that is neither
 
 
 def yes_or_no(line: str) -> bool | None:
-    """Return the answer to (Y/N)?, None for any other text. A comment may follow."""
+    """Return the answer to the question (Y/N), None for any other text. A comment may follow the answer."""
     return ANSWERS.get(line.partition(";")[0].strip().upper())
 
 
 class PipeReader:
-    """Reads the lines of a pipe, and writes answers to `sink`. `live`: the robot of this process goes on while a line
-    is waited for.
-    """
+    """Reads the lines of a pipe, and writes the answers to `sink`. `live`: whether the robot of this process continues
+    while the reader waits for a line."""
 
     def __init__(self, make: MakeExchange, source: Iterable[str], sink: TextIO, live: bool) -> None:
         lines = lines_of_pipe(source) if live else None
@@ -185,11 +185,11 @@ class PipeReader:
 
 
 def run_on_pipe(make: MakeExchange, source: Iterable[str], sink: TextIO, *, live: bool) -> int:
-    """Run the shell without a terminal: nothing is echoed, and questions are answered by the next line. Return 1 if a
-    line could not be carried out, else 0.
+    """Run the shell without a terminal: nothing is echoed, and the next line answers a question. Return 1 if a line
+    could not be carried out, else 0.
 
-    A wrong line does not stop the lines after it; EXIT does, and so do Ctrl-C and a connection that is cut. Raises
-    KeyboardInterrupt for a Ctrl-C while the next line is waited for.
+    A wrong line does not prevent later lines; EXIT, Ctrl-C and a cut of the connection do. Raises KeyboardInterrupt for
+    a Ctrl-C while the shell waits for the next line.
     """
     reader = PipeReader(make, source, sink, live)
     exchange = reader.exchange
@@ -203,43 +203,46 @@ def run_on_pipe(make: MakeExchange, source: Iterable[str], sink: TextIO, *, live
 
 
 def _without_byte_order_mark(source: Iterable[str]) -> Iterator[str]:
-    """Yield lines without the byte order mark that some systems put before the first."""
+    """Yield lines without the byte order mark that some systems write before the first line."""
     for number, line in enumerate(source):
         yield line if number else line.removeprefix("\ufeff")
 
 
 class Exchange:
-    """Sends the lines of one user to a port, and shows messages and questions at a terminal. `told`: callback for
-    messages about the connection. `interrupted`: Ctrl-C was pressed during the last line. `failed`: something failed,
-    and `told` got the reason. `noted`: an error to be shown later."""
+    """Sends the lines of one user to a port, and shows messages and questions at a terminal.
+
+    `told`: a function that is called with messages about the connection. `interrupted`: whether Ctrl-C was pressed
+    during the last line. `failed`: whether something failed, with the reason passed to `told`. `noted`: an error to be
+    shown later.
+    """
 
     def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         self.terminal, self.port, self.told = terminal, port, told
         self.interrupted = self.failed = False
         self.noted = ""
-        # functions that carry out lines that are not VAL-II; each returns whether it did
+        # functions that carry out lines other than VAL-II; each returns whether the line was one of its own
         self.own_lines: list[Callable[[str], bool]] = []
         self.taken: Callable[[], None] = lambda: None  # called after each line
-        self.kept_up: Callable[[], None] = lambda: None  # called after `keep_up`, unless a line is carried out
-        # gets messages about the connection (`repl/connection.py`)
+        self.kept_up: Callable[[], None] = lambda: None  # called after `keep_up`, unless a line is being carried out
+        # called with messages about the connection (`repl/connection.py`)
         self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
-        self.driven: Driven | None = None  # a robot of this process, to be driven while a line is waited for
+        self.driven: Driven | None = None  # a robot of this process, which is driven while the reader waits for a line
         self.opening: Callable[[], None] = lambda: None  # called before the first line
         self.after: Callable[[], None] = lambda: None  # called after each command
         self.closing: Callable[[], None] = port.close  # called after the user has left
         self._heard: Inbox[ServerMessage] = Inbox()
-        self._later: deque[ServerMessage] = deque()  # messages to handle after the open question
+        self._later: deque[ServerMessage] = deque()  # messages that are handled after the open question
         self._waits = self._asks = False
-        self._breaks = self._count_breaks()  # the number of breaks at the last line
+        self._breaks = self._count_breaks()  # the number of breaks of the connection at the last line
         self._withdrawn: set[int] = set()
         self._question = 0  # the number of the open question, 0 for none
-        self.wake: Callable[[], object] = int  # called from any thread when `keep_up` has something to do
+        self.wake: Callable[[], object] = int  # called, from any thread, when `keep_up` has something to do
         port.listen(self.come)
 
-    # --- what is done: each returns when it is done, and whatever went wrong has been shown ---
+    # --- actions: each returns after its end, and has already shown any error ---
 
     def take(self, text: str) -> None:
-        """Carry out a line, or several that were pasted together."""
+        """Carry out a line, or several lines that were pasted together."""
         self.interrupted = False
         self._breaks = self._count_breaks()
         if any(take(text) for take in self.own_lines):
@@ -253,52 +256,52 @@ class Exchange:
         self.taken()
 
     def answer(self) -> None:
-        """Ask the questions that programs have."""
+        """Ask the user the questions of programs that wait for an answer."""
         self.act(acts.Attend())
 
     def was_cut(self) -> bool:
-        """Return whether the connection was cut since the last line was taken. Lines that were typed meanwhile must not
-        be taken: they would be carried out later than their author expects.
-        """
+        """Return whether the connection was cut since the last line was taken. Lines that were typed after the cut must
+        not be carried out, because it would happen later than the user expects."""
         return not self.port.open or self._breaks != self._count_breaks()
 
     def _count_breaks(self) -> int:
-        """Count cuts; for a person also stalls, because nobody expects anything of a line that is silent for long. A
-        pipe waits.
-        """
+        """Count the cuts of the connection. For a person also count stalls, because after a long silence nobody expects
+        the line to be carried out any more. A pipe waits."""
         return self.port.cuts + self.port.stalls * self.terminal.attended
 
     def drop(self, what: str) -> None:
-        """Report that a typed line is not sent."""
+        """Report that a typed line will not be sent."""
         self.lose(f"not given, for the connection was cut meanwhile: {what}")
 
     def leave_entry(self, why: str = "") -> None:
-        """Forget the program that is being typed, unless the user, who is asked, wants to go on with it."""
-        if self.port.open:  # after a cut the server forgets the entry
+        """Forget the program that is being typed, unless the user answers that it is to be continued."""
+        if self.port.open:  # after a cut the server forgets the program anyway
             self.act(acts.LeaveEntry(why))
 
     def leave(self) -> None:
-        """Leave as with EXIT, at Ctrl-D. No error keeps the user. A robot behind a connection goes on for others, so
-        nothing is lost.
-        """
+        """Leave as EXIT does (Ctrl-D). No error prevents this. A robot behind a connection keeps running for others, so
+        nothing is lost."""
         end = None if self.port.name else self.do(lambda id: At(id, acts.Say("EXIT")), None)
         if end is None or end.refusal is not None:
             self.terminal.show(Farewell())
 
     def stop_program(self) -> None:
-        """Stop the program that runs beside an empty prompt. Its end is told when the arm stands."""
+        """Stop the program that runs while the prompt is empty. A message follows when the arm is at rest."""
         self.act(acts.StopProgram())
 
     def abort(self) -> None:
-        """Stop the robot before all other requests; `keep_up` shows what was stopped. Safe in a signal handler."""
+        """Stop the robot before all other requests are carried out. `keep_up` shows what was stopped. Safe in a signal
+        handler."""
         self.port.post(Abort, self.come)
 
     def act(self, act: tagged.Act[None]) -> None:
         self.do(lambda id: At(id, act))
 
     def do(self, make: MakeRequest, line: str | None = "") -> Done | Refused | None:
-        """Send a command, show and ask what comes back until the command has ended, and return its end, or None if that
-        was not waited for. `line`: the line that a refusal is shown with; None to show no refusal.
+        """Send a command, and show messages and ask questions until the command has ended. Return its end, or None if
+        the wait was given up.
+
+        `line`: the line with which a refusal is shown; None to show no refusal.
         """
         self.noted = ""
         self._waits = True
@@ -331,15 +334,15 @@ class Exchange:
             return
         if end.seq or not self.port.name:
             self._show(_refusal_reply(end, line))
-        else:  # the refusal comes from the connection, not from the robot
+        else:  # the connection has refused the line, not the robot
             self.lose(str(end.refusal.error()))
 
     def lose(self, why: str) -> None:
-        """Report that something was not done."""
+        """Report that something was not carried out."""
         self.failed = True
         self.told(why)
 
-    # --- what comes ---
+    # --- messages ---
 
     def _hear(self, message: ServerMessage) -> None:
         match message:
@@ -361,7 +364,7 @@ class Exchange:
                 self.hear_connection(message)
 
     def _show(self, reply: Reply) -> None:
-        """Show a reply. If that fails, show the internal error instead."""
+        """Show a reply. If this fails, show the internal error instead."""
         try:
             self.terminal.show(reply)
         except BrokenPipeError:
@@ -370,8 +373,8 @@ class Exchange:
             self.terminal.show(internal_error(error))
 
     def forget_questions(self) -> None:
-        """Forget the questions of an earlier connection, because the robot has forgotten them and numbers new questions
-        from the start."""
+        """Forget the questions of an earlier connection, because the robot has forgotten them and numbers its questions
+        from the start again."""
         self._withdrawn = {self._question} - {0}
 
     def _ask(self, asked: Asked) -> None:
@@ -385,7 +388,7 @@ class Exchange:
         self.port.tell(answer)
 
     def _ask_terminal(self, question: Question) -> Answer:
-        """Return the answer of the terminal. If a screen cannot be filled, show the reason and treat the screen as
+        """Return the terminal's answer. If a full screen cannot be shown, show the reason and treat the screen as
         closed."""
         try:
             return self.terminal.ask(question)
@@ -400,33 +403,32 @@ class Exchange:
     # --- Ctrl-C ---
 
     def interrupt(self) -> bool:
-        """Stop the awaited command, at Ctrl-C. Return whether that command then ends. An open question is answered with
-        Ctrl-C. Safe in a signal handler.
-        """
+        """Stop the awaited command (Ctrl-C). Return whether the command will end. Ctrl-C at an open question is the
+        answer to that question instead. Safe in a signal handler."""
         if not self._waits or self._asks:
             return False
         self.interrupted = True
         return self.port.interrupt()
 
-    # --- while no line is carried out ---
+    # --- between lines ---
 
     def note(self, error: Exception) -> None:
-        """Keep an error for the toolbar."""
+        """Store an error for the toolbar."""
         self.noted = internal_error(error).text
 
     @property
     def question_is_withdrawn(self) -> bool:
-        """Whether the present question waits for no answer any more."""
+        """Whether the present question no longer needs an answer."""
         return self._question in self._withdrawn
 
     def come(self, message: ServerMessage) -> None:
-        """Keep a message, and wake whoever waits. This may run in the thread of a connection."""
+        """Store a message, and wake whoever waits for it. This may run in the thread of a connection."""
         self._heard.put(message)
         self.wake()
 
     def keep_up(self) -> None:
-        """Carry out and show everything that is due while no line runs. If a command waits for an answer, its messages
-        appear after its question."""
+        """Carry out and show everything that is due. While a command is waiting for an answer, its messages are shown
+        after its question."""
         try:
             while (message := self.port.take(self._heard, 0.0)) is not None:
                 if isinstance(message, Asked) or (self._waits and isinstance(message, Done | Refused)):
@@ -446,12 +448,12 @@ def _refusal_reply(end: Done | Refused, line: str) -> Reply:
     assert end.refusal is not None, "it was refused"
     try:
         return refusal(end.refusal.error(), line)
-    except Exception as error:  # an internal error in this process
+    except Exception as error:  # an internal error of this process
         return internal_error(error)
 
 
 def _parts(text: str) -> list[str]:
-    """Divide pasted text into messages of whole lines."""
+    """Divide pasted text into messages of complete lines."""
     parts, size = [""], 0
     for line in text.splitlines(keepends=True):
         if size and size + len(line) > MAX_CHARS:

@@ -1,4 +1,4 @@
-"""Read the lines of a pipe in a thread, so that whoever waits for a line can drive the robot meanwhile."""
+"""Read the lines of a pipe in a thread, so that the robot can be driven while the shell waits for a line."""
 
 from __future__ import annotations
 
@@ -10,34 +10,35 @@ from queue import Empty, Queue
 from threading import Thread
 from typing import Protocol
 
-KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two updates in real time: while the arm moves, and at rest
-MIN_WAIT_S = 0.01  # minimum wait [s]
-QUESTION = "\0"  # a reader of lines returns it in place of a line when a program asks
-AHEAD = 1000  # maximum number of lines that are read ahead
-CHUNK = 65536  # maximum number of bytes of one read
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] interval of updates in real time: while the arm moves, and at rest
+MIN_WAIT_S = 0.01  # [s] minimum wait between updates
+QUESTION = "\0"  # a reader returns this in place of a line when a program asks a question
+AHEAD = 1000  # maximum number of lines that are read in advance
+CHUNK = 65536  # maximum number of bytes in one read
 
 
 class Driven(Protocol):
     """A robot that is driven while somebody waits for something else."""
 
     def step(self) -> None:
-        """Do the next thing that is due; if nothing is, wait for it, or until `wake` is called."""
+        """Carry out the next action that is due. If none is due, wait for one, or until `wake` is called."""
 
     def wake(self) -> None:
         """End the wait. Any thread may call this."""
 
 
 class PipedLines:
-    """The lines of a stream with a file descriptor. While a line is waited for, `robot` is driven, if one is set."""
+    """The lines of a stream that has a file descriptor. While the reader waits for a line, it drives `robot`, if one is
+    set."""
 
     def __init__(self, stream: TextIOBase) -> None:
-        """Take the descriptor. Raises OSError for a stream without one."""
+        """Start with the stream's file descriptor. Raises OSError for a stream without one."""
         self.robot: Driven | None = None
-        self.after: Callable[[], object] = lambda: None  # called after each step
+        self.after: Callable[[], object] = lambda: None  # called after each step of the robot
         self._descriptor = stream.fileno()
         made = codecs.getincrementaldecoder(stream.encoding or "utf-8")(stream.errors or "strict")
         self._decoder = IncrementalNewlineDecoder(made, translate=True)
-        self._lines: Queue[str | Exception | None] = Queue(AHEAD)  # None at the end
+        self._lines: Queue[str | Exception | None] = Queue(AHEAD)  # None marks the end
         self._reader: Thread | None = None
 
     def __iter__(self) -> Iterator[str]:
@@ -45,13 +46,13 @@ class PipedLines:
 
     def __next__(self) -> str:
         """Return the next line. Raises UnicodeDecodeError."""
-        if self._reader is None:  # a raw read holds no lock of the stream, so the process may end during it
+        if self._reader is None:  # a raw read holds no lock of the stream, so the process may end during the read
             self._reader = Thread(target=self._read, name="input", daemon=True)
             self._reader.start()
         line = self._next()
         if isinstance(line, str):
             return line
-        self._lines.put(None)  # marks the end again, for a second call
+        self._lines.put(None)  # marks the end again, in case there is a second call
         raise StopIteration if line is None else line
 
     def _next(self) -> str | Exception | None:
@@ -86,7 +87,7 @@ class PipedLines:
 
 
 def lines_of_pipe(stream: object) -> PipedLines | None:
-    """Return the lines of a stream; None for a stream that a thread cannot read (a text in memory)."""
+    """Return the lines of a stream, or None for a stream that a thread cannot read (a text in memory)."""
     try:
         return PipedLines(stream) if isinstance(stream, TextIOBase) else None
     except OSError:

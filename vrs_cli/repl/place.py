@@ -1,4 +1,4 @@
-"""The place of a shell's robot: this process, or the other end of a connection."""
+"""Define where the robot of a shell runs: in this process, or at the other end of a connection."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ class Place(Protocol):
 
     @property
     def lives(self) -> bool:
-        """Whether the robot goes on while a line is typed."""
+        """Whether the robot continues while a line is typed."""
 
     @property
     def waits(self) -> bool:
-        """Whether something is shown or asked before the first line."""
+        """Whether the shell shows or asks something before the first line."""
 
     @property
     def remote(self) -> bool:
-        """Whether answers take time."""
+        """Whether answers take time, because the robot is behind a connection."""
 
     @property
     def banner(self) -> str:
-        """The text before the first prompt of a terminal; "" for none."""
+        """The text before the first prompt on a terminal; "" for none."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         """Make the front end of the shell. Raises VrsError."""
 
 
 class Local(Struct):
-    """A robot of this process. `file`: loaded first. `recovery`: the folder for what shells have only in memory.
-    `outside`: the devices of programs. `dialect`: of typed lines. `cell`: the file of the things around the robot.
-    """
+    """A robot of this process. `file`: the file to load first. `recovery`: the folder for what shells have only in
+    memory. `outside`: the devices of programs. `dialect`: the dialect of typed lines. `cell`: the file that describes
+    the robot's cell."""
 
     model: RobotModel | None = None
     file: str | None = None
@@ -76,7 +76,7 @@ class Local(Struct):
             return False
         from vrs_cli.files.program_file import recovery_files
 
-        return bool(recovery_files(self.recovery))  # left by killed shells
+        return bool(recovery_files(self.recovery))  # files that killed shells have left
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         from vrs_cli.repl.local_robot import ShellRobot

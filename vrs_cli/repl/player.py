@@ -1,6 +1,5 @@
-"""Watch and move a robot on the terminal, with prompt-toolkit: play a trajectory (REPLAY), watch a robot that others
-move, show the arm until it stands (SHOW), and move it by keys (JOG).
-"""
+"""Show and move a robot on the terminal with prompt-toolkit: play a trajectory (REPLAY), watch a robot that others
+move, show the arm until it is at rest (SHOW), and move it by keys (JOG)."""
 
 from __future__ import annotations
 
@@ -29,15 +28,14 @@ if TYPE_CHECKING:
 
 
 BAR = 30  # length of the bar [characters]
-SKIP, FAR_SKIP = 1.0, 10.0  # [s]
-STANDS = 1.0  # [s] after its last motion the arm counts as at rest
+SKIP, FAR_SKIP = 1.0, 10.0  # [s] steps through time for the keys left/right and pgup/pgdn
+STANDS = 1.0  # [s] time after its last motion at which the arm counts as at rest
 LIVE_KEYS = f"{prompt.ABORT}   any other key ends the picture, not the motion"
 
 
 class Action(NamedTuple):
-    """The effect of some keys. `change` returns the next playback; None leaves the player. `live`: only for a robot
-    that is watched while it moves.
-    """
+    """The effect of some keys. `change` returns the next playback; if `change` is None, the keys leave the player.
+    `live`: only for a robot that is watched while it moves."""
 
     keys: tuple[str, ...]
     shown: str
@@ -61,9 +59,11 @@ PLAYER_ACTIONS: tuple[Action, ...] = (
 
 
 class Player(Struct):
-    """Holds and draws a playback. `wall` returns the time of day [s]. `news`: more lines about the shown time, such as
-    who drives the robot. `live`: others move it. `passes`: whether its time passes by itself. `abort` stops a robot
-    that others move. `world`: the cell around it.
+    """Holds and draws a playback. `wall` returns the wall clock's reading [s]. `news`: returns more lines about the
+    shown time, such as who drives the robot.
+
+    `live`: whether others move the robot. `passes`: returns whether the robot's time passes by itself. `abort`: stops a
+    robot that others move. `world`: the cell around the robot.
     """
 
     watched: Watched
@@ -81,7 +81,7 @@ class Player(Struct):
         timeline = watched.timeline
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
         if self.playback.follows and self.playback.playing and self.passes():
-            self.playback = self.playback.follow(wall)  # the robot's clock may have been corrected
+            self.playback = self.playback.follow(wall)  # because the robot's clock may have been corrected
         position = position_at(watched.arm, timeline, self.playback.at(wall))
         where = plain_text(Whereabouts(position, units=watched.arm.model.units))
         doing = position.text if position.moving else "at rest"
@@ -122,7 +122,7 @@ class Player(Struct):
 
 
 def play(arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:
-    """Play a trajectory on the terminal from its start, at `rate` seconds of it per second."""
+    """Play a trajectory on the terminal from its start, at `rate` seconds of the trajectory per second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
     Player(RecordedRobot(arm, timeline), playback, world=world).screen().run()
 
@@ -134,9 +134,8 @@ async def watch(
     abort: Callable[[], object],
     world: World | None = None,
 ) -> None:
-    """Watch a robot that others move, from its present time on. `passes`: whether its time passes by itself. `abort`
-    stops it.
-    """
+    """Watch a robot that others move, from its present time on. `passes`: returns whether its time passes by itself.
+    `abort`: stops it."""
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
     player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort, world=world)
@@ -146,8 +145,9 @@ async def watch(
 def show_motion(
     watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None], world: World | None = None
 ) -> None:
-    """Show the arm as it moves (SHOW), until it has stopped or a key is pressed. `keep_up` carries out what is due.
-    `abort` stops the robot. `world`: the cell around it.
+    """Show the arm as it moves (SHOW), until it is at rest or a key is pressed.
+
+    `keep_up`: carries out what is due. `abort`: stops the robot. `world`: the cell around the robot.
     """
 
     def text() -> str:
@@ -169,9 +169,8 @@ up/down move   left/right, 1 to 9 axis   m joints/world/tool
 
 
 class JogPanel(Struct):
-    """Draws the arm, with the axis, the length of a step [mm, deg] and the speed [%], which keys change. `watched`: the
-    robot, None if it is not seen. `world`: the cell around it.
-    """
+    """Draws the arm, with the axis, the length of a step [mm, deg] and the speed [%], all of which keys change.
+    `watched`: the robot, None if it cannot be watched. `world`: the cell around the robot."""
 
     hand: FarHand
     speed: float = 100.0
@@ -207,7 +206,7 @@ class JogPanel(Struct):
         self.hand.do(StopJog())
 
     def choose(self, index: int) -> None:
-        """Choose an axis by its number from 0. A number without an axis has no effect."""
+        """Choose an axis by its index, from 0. An index without an axis has no effect."""
         if 0 <= index < len(self.axes):
             self.index = index
 
@@ -245,7 +244,7 @@ class JogPanel(Struct):
         return arm_window.ArmScreen(self.watched, None, self.text, actions, abort=abort, world=self.world)
 
     def _stop_robot(self, abort: Callable[[], None]) -> None:
-        """Stop the robot. The user has let the keys of JOG go for that, so the next one moves the arm."""
+        """Stop the robot. The user has released the keys of JOG for this, so the next key moves the arm again."""
         abort()
         self.stop()
 
@@ -256,7 +255,7 @@ class JogPanel(Struct):
 
 
 def _neighbour(row: Iterable[float], value: float, by: int) -> float:
-    """Return the next greater (by > 0) or smaller number of a row, or the value if there is none."""
+    """Return the next greater (`by` > 0) or next smaller number in a row, or the value itself if there is none."""
     choose: Callable[..., float] = min if by > 0 else max
     return choose((one for one in row if (one - value) * by > 0), default=value)
 

@@ -1,6 +1,5 @@
-"""The parts of the prompt for prompt-toolkit: colours, the bar at the bottom, suggestions from the history, and
-keys.
-"""
+"""Define the parts of the prompt for prompt-toolkit: colours, the bar at the bottom, suggestions from the history, and
+keys."""
 
 from __future__ import annotations
 
@@ -54,16 +53,16 @@ STYLE = Style.from_dict(
 
 
 def colour_depth() -> ColorDepth | None:
-    """Return the depth for all colours if the terminal has them; None: use the nearest of 256 colours."""
+    """Return the depth of 24-bit colours if the terminal has them. With None, prompt-toolkit uses the nearest of 256
+    colours."""
     if os.environ.get("COLORTERM", "").lower() in ("truecolor", "24bit"):
         return ColorDepth.from_env() or ColorDepth.DEPTH_24_BIT
     return None
 
 
 class ValLexer(Lexer):
-    """Colours lines of VAL-II. Until `ready()` it leaves them plain, because the first prompt does not wait for the
-    tables of the language. `names`: the keys of the variables that have a value.
-    """
+    """Colours lines of VAL-II. Until `ready()` is true, lines have no colours, because the first prompt does not wait
+    for the tables of the language. `names`: returns the keys of the variables that have a value."""
 
     def __init__(
         self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset, palette: Palette = COLOURS
@@ -80,7 +79,7 @@ class ValLexer(Lexer):
 
         variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
 
-        @cache  # prompt-toolkit asks for each line several times for each key
+        @cache  # at each key, prompt-toolkit asks several times for each line
         def line(number: int) -> StyleAndTextTuples:
             return [(self._styles[ink], text) for text, ink in scan(document.lines[number], variables)]
 
@@ -93,13 +92,12 @@ class ValLexer(Lexer):
 GAP = " | "
 ABORT = "^X ABORT"
 ACTIVE = "class:argument"
-MIN_MESSAGE_COLUMNS = 12  # minimum width of a message [columns]; a shorter one is left out
+MIN_MESSAGE_COLUMNS = 12  # minimum width of a message [columns]; without this room it is left out
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
-    """Return as much of the state as fits, the most useful parts first. Without a status the robot is being made ready.
-    `mode`: the mode of vi.
-    """
+    """Return as much of the state as fits, the most useful parts first. Without a status, return that the robot is
+    being prepared. `mode`: the mode of vi."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
     text = ""
@@ -112,7 +110,7 @@ def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") 
 
 
 def vi_mode(app: Application[Any]) -> str:
-    """Return the mode of vi, such as INSERT or NORMAL; "" with the keys of emacs."""
+    """Return the mode of vi, such as INSERT or NORMAL; "" if the keys are those of emacs."""
     if app.editing_mode is not EditingMode.VI:
         return ""
     mode = app.vi_state.input_mode
@@ -120,7 +118,7 @@ def vi_mode(app: Application[Any]) -> str:
 
 
 def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
-    """Return the form of the typed word with its present argument marked, and its summary if that fits."""
+    """Return the form of the typed word with the present argument marked, and the word's summary if there is room."""
     from vrs_cli.render.blocks import shorten
 
     begin, end = found.arguments[found.active]
@@ -138,7 +136,7 @@ def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
 
 
 def _message(last: str, room: int) -> str:
-    """Return the message, cut to the room that is left; "" if hardly any of it would be seen."""
+    """Return the message, cut to the room that is left; "" if too little of it would be visible."""
     from vrs_cli.render.blocks import shorten
 
     room -= len(GAP)
@@ -162,7 +160,7 @@ def _state(status: PromptStatus) -> tuple[str, ...]:
 
 
 def _pace(status: PromptStatus) -> tuple[str, ...]:
-    """Return the rate of the clock in real time, if it is not 1, and what the arm does."""
+    """Return the rate of the clock in real time, if it is not 1, and what the arm is doing."""
     clock = status.pace
     if clock is None:
         return ()
@@ -187,11 +185,11 @@ def asked_about(document: Document) -> str:
 # --- completion, suggestions and keys ---------------------------------------------------------------------------------
 
 
-MAX_SUGGESTION_LINES = 2000  # maximum number of history lines searched at each key
+MAX_SUGGESTION_LINES = 2000  # maximum number of history lines that are searched at each key
 
 
 class FromHistory(AutoSuggest):
-    """Suggests the rest of the last line that begins with the typed text, among the recent lines."""
+    """Suggests the rest of the last line that begins with the typed text. It searches only recent lines."""
 
     def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
         text = document.current_line
@@ -203,7 +201,8 @@ class FromHistory(AutoSuggest):
 
 
 def abort_binding(abort: Callable[[], None]) -> KeyBindings:
-    """Bind Ctrl-X to `abort`, at once: prompt-toolkit has other keys that begin with it."""
+    """Bind Ctrl-X to `abort`. The key acts at once, although prompt-toolkit has longer key sequences that begin with
+    it."""
     bindings = KeyBindings()
 
     @bindings.add("c-x", eager=True, save_before=lambda _event: False)
@@ -214,9 +213,10 @@ def abort_binding(abort: Callable[[], None]) -> KeyBindings:
 
 
 def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None]) -> KeyBindings:
-    """Return the keys of the prompt. Ctrl-D leaves, also on a line with only an indent. F1 explains the word at the
-    cursor. Up goes through the history unless a suggestion is chosen. Ctrl-U deletes the whole line; Ctrl-Y brings it
-    back.
+    """Return the key bindings of the prompt.
+
+    Ctrl-D leaves, even if the line has only an indent. F1 explains the word at the cursor. Up moves through the history
+    unless a suggestion is chosen. Ctrl-U deletes the whole line, and Ctrl-Y restores it.
     """
     bindings = abort_binding(abort)
 

@@ -1,5 +1,7 @@
-"""SEE on the screen, with prompt-toolkit: keys, colours, mistakes underlined while the text is typed, search, undo.
-`interfaces.editor.buffer` has the program and finds its mistakes.
+"""Edit a program on the full screen (SEE) with prompt-toolkit: keys, colours, mistakes that are underlined while the
+text is typed, search, undo.
+
+`interfaces.editor.buffer` holds the program and finds its mistakes.
 """
 
 from __future__ import annotations
@@ -51,7 +53,7 @@ UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 
 
 class WordCompleter(Completer):
-    """Suggests words for Tab."""
+    """Suggests words for the Tab key."""
 
     def __init__(self, suggested: Callable[[Document], list[questions.Suggestion]]) -> None:
         self._suggestions = suggested
@@ -89,9 +91,10 @@ class ScreenEditor:
         self.page, self._screens = (page := DraftPage(question, screens)), screens
         self.message = ""
         self.findings: tuple[diagnostics.Diagnostic, ...] = ()
-        self._draws = False  # True while the editor is on the screen
-        self._quiet = False  # True while the editor itself changes the text
-        self._touched: int | None = None  # the row that was typed in; it is formatted when the cursor leaves it
+        self._draws = False  # whether the editor is on the screen
+        self._quiet = False  # whether the editor itself is changing the text
+        # the row in which the user has typed; it is formatted when the cursor leaves it
+        self._touched: int | None = None
         self._typed_up_to = -1  # the position after the last typed character
         self._kept = page.text
         self._warned = False
@@ -129,7 +132,7 @@ class ScreenEditor:
         self.app.run(pre_run=self._begin)
 
     def _begin(self) -> None:
-        """Begin in the mode in which vi opens a text."""
+        """Start in the mode in which vi opens a text."""
         self.app.vi_state.input_mode = InputMode.NAVIGATION
 
     # --- the text ---
@@ -145,7 +148,7 @@ class ScreenEditor:
             self._touched, self.message = self._row, ""
 
     def _take_findings(self, findings: tuple[diagnostics.Diagnostic, ...]) -> None:
-        """Show the findings of this text. Over a connection they may be of a slightly older one."""
+        """Show the findings for this text. Over a connection they may belong to a slightly older text."""
         self.findings = findings
         if self._draws:
             self.app.invalidate()
@@ -155,7 +158,7 @@ class ScreenEditor:
             self.tidy()
 
     def tidy(self) -> None:
-        """Put the row that was typed in into canonical form."""
+        """Convert the row in which the user has typed to canonical form."""
         row, self._touched = self._touched, None
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
@@ -169,7 +172,7 @@ class ScreenEditor:
         self._replace("\n".join((*lines[:row], text, *lines[row + 1 :])), at_row, column)
 
     def format(self) -> None:
-        """Put the whole text into canonical form."""
+        """Convert the whole text to canonical form."""
         row, column = self._row, self.buffer.document.cursor_position_col
         self._touched = None
         text = canonical(self.buffer.text, self.page.dialect)
@@ -192,7 +195,7 @@ class ScreenEditor:
             self._quiet = before
 
     def new_line(self) -> None:
-        """Put the line into canonical form, and begin a new one with the indent of its block, at Enter."""
+        """Convert the line to canonical form, and begin a new line with the indent of its block (Enter)."""
         row, rest = self._row, self.buffer.document.current_line_after_cursor
         if rest.strip() or not row:
             self.buffer.insert_text("\n")
@@ -219,7 +222,7 @@ class ScreenEditor:
             self.message = str(error)
 
     def leave(self) -> None:
-        """Leave at once if everything is stored; otherwise at the second request."""
+        """Leave at once if everything is stored; otherwise leave at the second request."""
         if self.buffer.text == self._kept or self._warned:
             self.app.exit()
         else:
@@ -256,7 +259,7 @@ class ScreenEditor:
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
     def _suggestions(self, document: Document) -> list[questions.Suggestion]:
-        """Return words that may come next: those of the robot, and the names in this text."""
+        """Return words that may come next: the robot's suggestions, and the names in this text."""
         line = document.current_line_before_cursor
         found = self._screens.suggestions(line, True) if document.cursor_position_row else []
         begun = _BEGUN.search(line)
@@ -267,7 +270,7 @@ class ScreenEditor:
         return [*own, *found]
 
     def _message(self) -> StyleAndTextTuples:
-        """Return the latest message, else the finding at the cursor, else the first finding."""
+        """Return the latest message; without one, the finding at the cursor, or else the first finding."""
         if self.message:
             return [("", f" {self.message}")]
         if not self.findings:
@@ -321,7 +324,7 @@ class ScreenEditor:
         return lambda _event: actions[name]()
 
     def _tab(self) -> None:
-        """Complete the word that is begun with the next suggestion, else insert blanks."""
+        """Complete the word before the cursor with the next suggestion; if no word has begun, insert blanks."""
         if self.buffer.complete_state is not None:
             self.buffer.complete_next()
         elif _BEGUN.search(self.buffer.document.current_line_before_cursor):
@@ -330,7 +333,7 @@ class ScreenEditor:
             self.buffer.insert_text(INDENT)
 
     def _enter(self) -> None:
-        """Take the chosen suggestion; if none is chosen, begin a new line."""
+        """Accept the chosen suggestion; if none is chosen, begin a new line."""
         state = self.buffer.complete_state
         if state is not None and state.current_completion is not None:
             self.buffer.complete_state = None
@@ -338,7 +341,7 @@ class ScreenEditor:
             self.new_line()
 
     def _explain(self) -> None:
-        """Show the help on the word at the cursor below the text, at F1."""
+        """Show the help on the word at the cursor below the text (F1)."""
         word = asked_about(self.buffer.document)
         try:
             self.message = plain_text(help_page(word)).rstrip() if word else NO_WORD
@@ -346,7 +349,7 @@ class ScreenEditor:
             self.message = str(error)
 
     def _begins_word(self, event: KeyPressEvent) -> bool:
-        """Return whether a new step of undo begins: undo takes back one word at a time."""
+        """Return whether a new undo step begins, because undo takes back one word at a time."""
         return event.data == " " or self.buffer.cursor_position != self._typed_up_to
 
     def _type(self, event: KeyPressEvent) -> None:
@@ -354,7 +357,7 @@ class ScreenEditor:
         self._typed_up_to = self.buffer.cursor_position
 
     def _cut_line(self) -> None:
-        """Cut the line. The heading stays."""
+        """Cut the line, unless it is the heading."""
         if self._row:
             document = self.buffer.document
             lines = document.lines
@@ -364,7 +367,7 @@ class ScreenEditor:
             self.buffer.document = Document("\n".join(rest), _start_of("\n".join(rest), last))
 
     def _travel(self, go: Callable[[], None]) -> None:
-        """Undo or redo. The text comes back as it was and is not formatted again."""
+        """Undo or redo a change. The restored text is not formatted again."""
         self._touched = None
         with self._quietly():
             go()
@@ -394,7 +397,7 @@ class StepMargin(Margin):
 
 
 def _start_of(text: str, row: int) -> int:
-    """Return the position of the first character of a row that is not blank."""
+    """Return the position of the first non-blank character of a row."""
     document = Document(text)
     row = min(row, document.line_count - 1)
     line = document.lines[row]

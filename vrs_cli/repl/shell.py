@@ -1,4 +1,4 @@
-"""Run the shell: with a prompt on a terminal, from a pipe otherwise."""
+"""Run the shell, on a terminal with a prompt, otherwise from a pipe."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ FAILED = 1
 
 
 def run(place: Local, save: str | None = None) -> int:
-    """Run the shell at a robot of this process until the user leaves; return the exit status.
+    """Run the shell with a robot of this process until the user leaves. Return the exit status.
 
-    `save`: a trajectory file to begin or to go on with; without a model its robot is taken. The status is 1 if that
-    file is not complete, and on a pipe if a line could not be carried out. Raises FileError.
+    `save`: a trajectory file to begin or to continue; if no model is given, the file's robot is used. The status is 1
+    if that file is not complete and, on a pipe, if a line could not be carried out. Raises FileError.
     """
     if save is not None:
         from vrs_cli.repl.local_robot import Recorder
@@ -37,7 +37,7 @@ def run(place: Local, save: str | None = None) -> int:
 
 
 def at(place: Place) -> int:
-    """Run the shell at a robot; return the exit status. Raises VrsError."""
+    """Run the shell with a robot. Return the exit status. Raises VrsError."""
     if on_terminal():
         from vrs_cli.repl.interactive import Shell
 
@@ -46,7 +46,7 @@ def at(place: Place) -> int:
 
 
 def on_pipe(place: Place, source: Iterable[str], sink: TextIO) -> int:
-    """Run the shell at a robot without a terminal; return 1 if a line could not be carried out, else 0."""
+    """Run the shell with a robot and without a terminal. Return 1 if a line could not be carried out, else 0."""
     from vrs_cli.repl.loop import run_on_pipe
 
     return run_on_pipe(place.front_end, source, sink, live=place.lives and not place.remote)

@@ -1,6 +1,4 @@
-"""The terminal of a session with a person at it, who reads replies and answers questions; and pagers for long
-replies.
-"""
+"""Serve a person at a terminal, who reads replies and answers questions; and show long replies through a pager."""
 
 from __future__ import annotations
 
@@ -38,15 +36,14 @@ if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
 
 
-PROGRESS_DELAY_S = 0.5  # time that a program runs before its progress is shown [s]
-REFRESH = 0.1  # [s] between two lines of progress
+PROGRESS_DELAY_S = 0.5  # [s] time that a program runs before its progress is shown
+REFRESH = 0.1  # [s] minimum time between two updates of the progress
 CLEAR_LINE = "\r\x1b[K"
 
 
 class ShellTerminal:
     """A terminal with a person at it. `read` asks for a line; it raises KeyboardInterrupt for Ctrl-C and EOFError for
-    Ctrl-D. `screens`: the front end.
-    """
+    Ctrl-D. `screens`: the front end of the shell."""
 
     attended = True
 
@@ -60,15 +57,15 @@ class ShellTerminal:
     ) -> None:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
-        self.pager = ""  # a command for long replies
-        self.pages = False  # True if long replies may go through the pager
+        self.pager = ""  # the command that shows long replies; "" for none
+        self.pages = False  # whether long replies may go through the pager
         self.palette = colours.COLOURS
-        self.vi = False  # True for the keys of vi
+        self.vi = False  # whether the keys are those of vi
         self.screens: FrontEnd
         self.leaving = False
-        self.whole_lines = False  # True if a prompt may be below: output appears in whole lines
+        self.whole_lines = False  # whether a prompt may be below the output, which then appears in whole lines
         self._begun = ""
-        self._later: list[Callable[[], None]] | None = None  # calls that show messages after the editor
+        self._later: list[Callable[[], None]] | None = None  # calls that show messages after the editor has closed
         self.last = ""  # the latest message, for the toolbar
         self._since: float | None = None
         self._refreshed = 0.0
@@ -80,7 +77,7 @@ class ShellTerminal:
         return self._stream or sys.stdout
 
     def interrupt(self) -> bool:
-        """Stop the awaited command, at Ctrl-C; return False if there is none."""
+        """Stop the awaited command (Ctrl-C). Return False if there is none."""
         self.echoed = True
         return self.screens.interrupt()
 
@@ -96,9 +93,8 @@ class ShellTerminal:
         self.last = latest(reply) or self.last
 
     def _draw(self, reply: Reply) -> None:
-        """Show a reply, through the pager if it is longer than the screen; not if a prompt is below, or several lines
-        were pasted.
-        """
+        """Show a reply. A reply that is longer than the screen goes through the pager, unless a prompt is below or
+        several lines were pasted."""
         renderer = self._renderer()
         if not (self.pager and self.pages) or self.whole_lines:
             renderer.draw(reply)
@@ -125,7 +121,7 @@ class ShellTerminal:
         self._begun = ""
 
     def ask(self, question: Question) -> Answer:
-        """Ask until there is an answer. Ctrl-C means no, and stops the program that asks."""
+        """Ask the user until there is an answer. Ctrl-C means no, and stops the program that asks."""
         self._clear_progress()
         if isinstance(question, LineWanted):
             return self._line(question)
@@ -155,7 +151,7 @@ class ShellTerminal:
             return None
 
     def _parts(self, question: Parting) -> bool:
-        """Return whether the user leaves: at Y, EXIT, QUIT or Ctrl-D, but not at Ctrl-C or an empty line."""
+        """Return whether the user leaves: after Y, EXIT, QUIT or Ctrl-D, but not after Ctrl-C or an empty line."""
         if question.about:
             self.show(replies.Message(question.about, replies.Tone.WARNING))
         while True:
@@ -174,9 +170,8 @@ class ShellTerminal:
             self.type(WANTED, True)
 
     def _on_screen(self, question: OnScreen) -> bool | None:
-        """Fill the screen until the user leaves; return None if this terminal cannot. Messages that come while the
-        editor fills the screen are shown after it.
-        """
+        """Show a full screen until the user leaves it; return None if this terminal cannot. Messages that arrive while
+        the editor is open are shown after it."""
         from prompt_toolkit.utils import is_dumb_terminal
 
         from vrs_cli.repl.player import play, show_motion
@@ -216,14 +211,14 @@ class ShellTerminal:
     # --- progress ---
 
     def progress(self, doing: Running | Reading) -> None:
-        """Show the time of a running program, or the share of a file that was read."""
+        """Show the time of a running program, or the fraction of a file that was read."""
         if isinstance(doing, Running):
             self._report(f"running, t = {doing.clock:.1f} s (Ctrl-C stops it)")
         else:
             self._report(f"reading {doing.path}, {doing.share:.0%} (Ctrl-C stops it)")
 
     def _report(self, text: str) -> None:
-        """Show the progress in place of the last one, not too often, and not before a while."""
+        """Replace the displayed progress by this text, but only at intervals and after an initial delay."""
         now = self._clock()
         self._since = now if self._since is None else self._since
         if now - self._since < PROGRESS_DELAY_S or now - self._refreshed < REFRESH:
@@ -234,7 +229,7 @@ class ShellTerminal:
         self.stream.flush()
 
     def end_progress(self) -> None:
-        """End the progress of a line that was carried out."""
+        """Remove the progress of a line, because the line has been carried out."""
         self._clear_progress()
         self._since = None
 
@@ -286,7 +281,7 @@ def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
 
 
 def shown_by(pager: str, text: str) -> bool:
-    """Show a text by a pager; return whether the pager could be started."""
+    """Show a text in a pager. Return whether the pager could be started."""
     try:
         subprocess.run(shlex.split(pager), input=text, encoding="utf-8", env={**OPTIONS, **os.environ}, check=False)
     except OSError:
