@@ -1,4 +1,4 @@
-"""Find all that is wrong with a program file without running it, for `vrs check` and the language server."""
+"""Find all mistakes in a program file without running it, for `vrs check` and the language server."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vrs_cli.language.text import ast, parser
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
 
-# the motions whose first argument is their target; those of the second row stop at a distance in front of it
+# motions whose first argument is their target; those in IN_FRONT stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
 CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # if the file has one of these, locations cannot be checked before a run
@@ -30,11 +30,10 @@ CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # if the file has one of these, l
 def inspect(
     text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL, name: str = ""
 ) -> tuple[Diagnostic, ...]:
-    """Find everything that is wrong with a file on its own: the mistakes that LOAD into an empty memory finds; steps
-    that cannot be reached; constants that fail in every run; constant locations that this robot cannot reach. Findings
-    are in the order of the lines. The variables that `cell` fills have values. `name`: the name of the file, used as
-    the name of steps without a heading.
-    """
+    """Find all mistakes in a file on its own: those that LOAD finds in an empty memory, steps that cannot be reached,
+    constants that fail in every run, and constant locations that this robot cannot reach. The findings are in the order
+    of the lines. Variables that `cell` sets count as having values. `name`: the name of the file, used for steps
+    without a heading."""
     inspector = Inspector(model, dialect, cell)
     return inspector.inspect(inspector.read(text, name))
 
@@ -43,10 +42,9 @@ Parts = tuple[parser.Placed, ...]
 
 
 class Beside(Struct, frozen=True):
-    """The contents of the other files in the name space of a file: `programs` by key, and sections of variables.
-    `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in nearby files, which may
-    be called although they are in another name space.
-    """
+    """The contents of the other files that share a name space with a file: `programs` by key, and sections of
+    variables. `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in nearby files,
+    which may be called although they are in another name space."""
 
     programs: Mapping[str, Program] = NO_PROGRAMS
     sections: tuple[Section, ...] = ()
@@ -58,7 +56,7 @@ ALONE = Beside()
 
 
 def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
-    """Return, for each file of one name space, the contents of the others."""
+    """Return, for each file of one name space, the contents of the other files."""
     programs = [{program.key: program for _, program in parser.programs_of(parts)} for parts in files]
     sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, Section)) for parts in files]
     first = frozenset[str]()
@@ -74,8 +72,7 @@ _Basis = tuple[object, ...]
 
 class _Inspected(Struct, frozen=True, eq=False):
     """The findings in a program, and all data outside the program on which they depend. `of_running`: findings about
-    steps that cannot be reached, or always fail.
-    """
+    steps that cannot be reached or that always fail."""
 
     basis: _Basis
     analysis: Analysis
@@ -83,7 +80,7 @@ class _Inspected(Struct, frozen=True, eq=False):
 
 
 class Inspector:
-    """Inspects successive versions of one file: it remembers the findings in the parts that have not changed."""
+    """Inspects successive versions of one file. It keeps the findings in parts that have not changed."""
 
     def __init__(
         self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL
@@ -95,9 +92,8 @@ class Inspector:
         self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
-        """Return the parts of the present version. `name`: the name of the file, used as the name of steps without a
-        heading.
-        """
+        """Return the parts of the present version of the file. `name`: the name of the file, used for steps without a
+        heading."""
         parts = parser.parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
@@ -155,9 +151,8 @@ class Inspector:
     def _out_of_reach(
         self, environment: Environment, programs: tuple[tuple[parser.Placed, Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
-        """Yield a warning for each motion to an unreachable location that is defined in the file and that no
-        instruction changes.
-        """
+        """Yield a warning for each motion to an unreachable location, if the file defines the location and no
+        instruction changes it."""
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
         others = tuple(beside.programs.values())
         if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
@@ -179,9 +174,8 @@ class Inspector:
 
 
 def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
-    """Return everything, besides the text of a program, that the findings in it depend on: variables and programs of
-    the file.
-    """
+    """Return everything outside a program's text on which the findings in the program depend: variables and programs of
+    the file."""
     called = tuple(_signature(around, key) for key in sorted(analysis.calls))
     names = around.program_keys if None in called else ()
     asked = analysis.needs | analysis.functions | analysis.alone
@@ -210,12 +204,9 @@ def _signature(around: analyzer.Surroundings, key: str) -> tuple[object, ...] | 
 
 
 def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
-    """Return the warnings of `inspect` that a run does not give: warnings about steps that a run carries out without a
-    message, or skips.
-
-    LOAD has already reported the warnings of the analysis. A run reports a step that must fail, or a location out of
-    reach, when it reaches that step. `programs`: the programs of one file, without errors.
-    """
+    """Return the warnings of `inspect` that a run does not show: warnings about steps that a run skips or carries out
+    without a message. LOAD has already shown the warnings of the analysis. A run itself reports a step that must fail,
+    and a location out of reach. `programs`: the programs of one file, without errors."""
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:
         found += _warn_of_steps(one.analysis)
@@ -225,13 +216,14 @@ def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel)
 
 
 def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
-    """Warn of steps that cannot be reached, and of a DELAY that may be mistaken for a pause of the program."""
+    """Yield warnings of steps that cannot be reached, and of a DELAY that may be mistaken for a pause of the
+    program."""
     yield from structure.unreachable(analysis.program, analysis.blocks, analysis.labels)
     yield from analyzer.delays(analysis.program)
 
 
 def _constants(model: RobotModel) -> Constants:
-    """Return the evaluator of constants. It has a separate robot, whose settings the constants may change."""
+    """Return the evaluator of constants. It uses a separate robot, because constants may change settings."""
     robot = Engine(model)
     return Constants(memory.Context(Environment(units=model.units), robot), robot.perform)
 
@@ -240,9 +232,8 @@ def _constants(model: RobotModel) -> Constants:
 
 
 def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
-    """Warn at the first use of each switch and parameter that has no effect on this robot, unless its name is in
-    `idle`.
-    """
+    """Yield a warning at the first use of each switch and parameter that has no effect on this robot, except the names
+    in `idle`."""
     for step in program.steps:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
             for word in step.statement.arguments:
@@ -266,18 +257,18 @@ _SETTING: Mapping[str, Mapping[str, settings.Idle]] = {
 
 
 class _Way(Struct, frozen=True):
-    """A motion to a location: `distance` is how far in front of the location the motion ends [m]."""
+    """A motion to a location. `distance`: how far in front of the location the motion ends [m]."""
 
     target: ast.Variable | ast.Call
     distance: float
 
     @property
     def key(self) -> str:
-        """The key of the target variable; "" if the target is written out in the motion."""
+        """The key of the target variable; "" if the motion gives the target in numbers."""
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
-_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
+_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # marks a change of TOOL or BASE
 
 
 def _ways(program: Program) -> tuple[_Way, ...]:
@@ -299,7 +290,7 @@ def _way(statement: ast.Instruction) -> _Way | None:
 
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
-    """Return the arguments of TRANS, #PPOINT and NULL if all are numbers; None if they are not known before a run."""
+    """Return the arguments of TRANS, #PPOINT or NULL if all are numbers; None if they are unknown before a run."""
     numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
     return (
@@ -310,7 +301,7 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
 
 
 def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform | tuple[float, ...]:
-    """Return the location that numbers give; the function (TRANS, #PPOINT) fills in missing ones."""
+    """Return the location that numbers describe; the function (TRANS, #PPOINT) supplies missing ones."""
     numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
         return joints.TURNING.read(number or 0.0 for number in numbers[:joint_count])
@@ -318,7 +309,8 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform 
 
 
 def _refusal(way: _Way, environment: Environment, engine: Engine) -> MotionError | IllegalValue | None:
-    """Return why no configuration of the arm reaches a location; None if one does, or if the location has no value."""
+    """Return why no configuration of the arm reaches a location; None if one does, or if the location has no known
+    value."""
     target, distance = way.target, way.distance
     if isinstance(target, ast.Variable):
         place = _value(environment, target)

@@ -25,22 +25,22 @@ from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
 from vrs_cli.values import commands, hand, questions, replies
 
-# the next step of a sequence may begin this long before the arm stops, so that it does not stop [s]
+# [s] how long before the end of a step the next one of a sequence may begin, so that the arm does not stop
 NEXT_STEP_LEAD_S = 0.3
-# greatest motion of a joint in a step [rad, m]: if it would be larger, a singularity is too near
+# [rad, m] maximum motion of a joint in one step; a larger motion means that a singularity is near
 MAX_JOINT_JUMP = radians(45.0)
-MAX_HALVED_STEPS = 7  # maximum number of halvings of a step that would end in a contact
-SAME_JOINTS = 1e-9  # a smaller change of joints is not a step [rad]
-INCREMENT = 10.0  # size of the parts in which a long step is checked [mm, deg]
+MAX_HALVED_STEPS = 7  # maximum number of times a step that would end in a contact is halved
+SAME_JOINTS = 1e-9  # [rad] tolerance for equal joints: a smaller change is not a step
+INCREMENT = 10.0  # [mm, deg] increments in which a long step is checked
 JOG_JOINTS_HINT = "jog the joints away from there first"
-# lengths by which a line at the end of the reach is shortened, until joints can follow [mm, deg]
+# [mm, deg] lengths by which a line at the end of the reach is shortened until joints can follow
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
-HALVINGS = 12  # number of halvings of the first increment out of reach, to find how far the arm can go in it
-MAX_STEP = 1000.0  # maximum size of a step [mm, deg]
-MAX_TURN_DEG = 180.0  # a turn of the tool must be smaller [deg]: a larger one would be made in the other direction
-STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg]
-SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
-START_SPEED = 10.0  # speed at which jogging with keys begins [%]
+HALVINGS = 12  # number of bisections between the last increment in reach and the first one out of reach
+MAX_STEP = 1000.0  # [mm, deg] maximum size of a step
+MAX_TURN_DEG = 180.0  # [deg] limit on a rotation of the tool: a larger one would be made in the other direction
+STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg] sizes of steps that can be selected
+SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%] speeds that can be selected
+START_SPEED = 10.0  # [%] initial speed of jogging with keys
 
 
 UNITS: tuple[transform.Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -56,7 +56,8 @@ JOG_HINT = (
 
 @handles("JOG")
 def jog(station: Station, it: Instruction) -> Dialogue[None]:
-    """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
+    """Carry out JOG axis, amount; without arguments, jog by keys. Raises UsageError, IllegalValue, RobotNotAttached,
+    MotionError."""
     station.tasks.check_robot_free()
     if it.arguments:
         axis, amount = _read_operands(station, it)
@@ -106,19 +107,21 @@ def axis_of(engine: Engine, name: str) -> hand.Axis:
 
 
 class Jogger:
-    """Moves the arm of a station in steps. `speed` [% of full speed]. `said`: the message for the last key."""
+    """Moves the arm of a station in steps. `speed`: in percent of full speed. `said`: the message about the last
+    key."""
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
         self.engine = station.engine
         self.joints = self.engine.model.joint_count
         self.units = self.engine.model.units
-        self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the current step
+        self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the present step
         self.said = ""
-        self._goes_on = False  # whether that step began during the step before it, of the same key
+        self._goes_on = False  # whether that step began during a step of the same key
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
-        """Carry out the action of a key. Return the state of the robot then, with the reason if the action failed."""
+        """Carry out the action of a key. Return the resulting state of the robot, including the reason if the action
+        failed."""
         try:
             match act:
                 case hand.Press():
@@ -134,10 +137,9 @@ class Jogger:
         return hand.Seen(engine.position(), engine.end, engine.clock.paused, self.said)
 
     def press(self, axis: hand.Axis, amount: float) -> str:
-        """Do one step of many that keys give. The press is ignored while the arm still does the same step; any other
-        key takes effect at once, and if its step cannot be done, the arm brakes. Return a message for the user. Raises
-        MotionError.
-        """
+        """Carry out one of the many steps that a held key requests. The press is ignored while the arm is still making
+        the same step. Any other key takes effect at once; if its step is impossible, the arm brakes. Return a message
+        for the user. Raises MotionError."""
         self.station.settle()
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
@@ -151,9 +153,8 @@ class Jogger:
         return self.step(axis, amount)
 
     def _take_over(self, axis: hand.Axis, amount: float, takes_back: bool) -> str:
-        """Replace the present motion by a step. It starts where the arm comes to rest or, if it takes back the opposite
-        step, goes back to where that step began, so that opposite keys cancel out.
-        """
+        """Replace the present motion by a step from the position at which the arm comes to rest. If the step is
+        opposite to the present one, go back to where the present one began, so that opposite keys cancel out."""
         engine = self.engine
         before = engine.timeline
         begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
@@ -164,13 +165,13 @@ class Jogger:
                 self.stop()
 
     def step(self, axis: hand.Axis, amount: float) -> str:
-        """Move by `amount` [mm, deg] from where the arm will be, as far as the arm reaches. Return a message for the
-        user. Raises MotionError: no power, or too near a singularity; CollisionAhead if the arm cannot begin.
-        """
+        """Move by `amount` [mm, deg] from the position that the arm will have, as far as the arm reaches. Return a
+        message for the user. Raises MotionError (no power, or too near a singularity), and CollisionAhead if the arm
+        cannot begin the step."""
         return self._step_to_contact(self.engine.destination(self.engine.end).joints, axis, amount)
 
     def _step_to_contact(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> str:
-        """Do a step, or the longest of its halves, quarters, ... that ends before any contact."""
+        """Make a step, or the longest of its half, quarter and so on that ends before any contact."""
         why = ""
         for _ in range(MAX_HALVED_STEPS):
             try:
@@ -190,9 +191,9 @@ class Jogger:
         return why
 
     def _go_straight(self, pose: transform.Transform, axis: hand.Axis, way: float, why: str) -> None:
-        """Move along a straight line from a pose, or a little less far if `why` gives a reach limit: near the end of
-        its reach no joint can follow a straight line. Raises MotionError for a line that the arm cannot follow.
-        """
+        """Move along a straight line from a pose. If `why` gives a reach limit, shorten the line: near the end of its
+        reach, joints may be unable to follow the whole line. Raises MotionError if the arm cannot follow any of these
+        lines."""
         for left_out in SHORTENINGS if why else (0.0,):
             by = way - copysign(left_out, way)
             if by * way <= 0.0:
@@ -214,16 +215,15 @@ class Jogger:
         self.station.settle(engine.begin(commands.Move(target, straight, speed=speed, text=text), program=False))
 
     def stop(self) -> None:
-        """Brake now."""
+        """Brake immediately."""
         self.station.settle()
         self.engine.stop()
         if not self.engine.realtime:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> tuple[joints.Joints, float, str]:
-        """Return the joints at which a step ends, the fraction of the step that this is, and why the step is not
-        whole.
-        """
+        """Return the joints at which a step ends, the fraction of the step that is possible, and the reason if that is
+        not the whole step."""
         if axis.frame is hand.Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
@@ -243,9 +243,8 @@ class Jogger:
     def _last_in_reach(
         self, pose: transform.Transform, axis: hand.Axis, increment: float, reached: float, near: joints.Joints
     ) -> tuple[joints.Joints, float]:
-        """Find by bisection how far the arm can go between an increment in reach and the next one, which is out of
-        reach.
-        """
+        """Find by bisection how far the arm can move between an increment in reach and the next increment, which is out
+        of reach."""
         short = reached + 1.0
         for _ in range(HALVINGS):
             part = 0.5 * (reached + short)
@@ -266,9 +265,8 @@ class Jogger:
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
     def _joints_near(self, pose: transform.Transform, begin: joints.Joints) -> joints.Joints:
-        """Return the joints for a pose, near given ones. Raises MotionError for a pose out of reach, TooNear if a joint
-        would jump near a singularity.
-        """
+        """Return the joints for a pose that are near given ones. Raises MotionError for a pose out of reach, TooNear if
+        a joint would jump near a singularity."""
         goal = self.engine.joints_for(pose, begin)
         change = joints.largest_change(begin, goal)
         if change > MAX_JOINT_JUMP:
@@ -284,9 +282,8 @@ class Jogger:
 
 
 def step_pose(T_world_tool: transform.Transform, axis: hand.Axis, amount: float) -> transform.Transform:
-    """Return a pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in
-    place.
-    """
+    """Return a pose after a step along or about an axis [mm, deg]. A rotation about an axis of the world leaves the
+    tool tip in place."""
     unit = UNITS[axis.index % 3]
     x, y, z = (1e-3 * amount * u for u in unit)
     step, T = (

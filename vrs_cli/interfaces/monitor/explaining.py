@@ -1,10 +1,7 @@
-"""EXPLAIN and pictures. EXPLAIN describes motions before they are made, locations, and the last change of the timeline.
-It changes nothing. A separate engine (`Engine.aside`) plans the motion: the request goes through the same code as a
-real one, and only the book of that engine keeps the result.
-
-Pictures of the arm for SHOW, and of explanations (WHY, EXPLAIN), are points and lines in the world. This module does
-not depend on a terminal.
-"""
+"""EXPLAIN and pictures. EXPLAIN describes motions before they are made, locations, and the last change of the timeline;
+it changes nothing. A separate engine (`Engine.aside`) plans the motion, so the request goes through the same code as a
+real one, but only that engine's book keeps the result. Pictures of the arm for SHOW, and of explanations (WHY,
+EXPLAIN), consist of points and lines in the world. This module does not depend on a terminal."""
 
 from __future__ import annotations
 
@@ -36,15 +33,15 @@ from vrs_cli.values import world as cells
 if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
 
-BEFORE, AFTER = 10.0, 10.0  # durations of the past and the future path that are shown [s]
-LINE_ERROR_M = 0.004  # error of the lines of the path [m]: less than a dot of a wide terminal
-SAME_PLACE_M = 1e-6  # distance below which two corners count as one [m]
+BEFORE, AFTER = 10.0, 10.0  # [s] durations of the past and of the future path in a picture
+LINE_ERROR_M = 0.004  # [m] tolerance of the path's lines: less than a dot of a wide terminal
+SAME_PLACE_M = 1e-6  # [m] tolerance for equal corners
 
 Lines = tuple[tuple[transform.Vector, ...], ...]
 
 
 class Sight:
-    """Makes pictures of one arm, in a cell or alone; data that does not change from picture to picture is kept."""
+    """Makes pictures of one arm, in a cell or alone. Data that does not change between pictures is kept."""
 
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
         self.arm, self._path, self._world = arm, approximation.ToolPath(arm, LINE_ERROR_M), world
@@ -61,9 +58,8 @@ class Sight:
         return replies.ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
     def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
-        """Return the path before a time [s] and the path after it, as lines. The present segment is split: its first
-        part is the last of the past lines, its second part the first of the future lines.
-        """
+        """Return the path before a time [s] and the path after it, as lines. The present segment is split at that time:
+        its first part ends the past path, its second part begins the future path."""
         past, planned = list[tuple[transform.Vector, ...]](), list[tuple[transform.Vector, ...]]()
         for line in self._path.lines(timeline, t - BEFORE, t + AFTER):
             if line.end <= t:
@@ -79,7 +75,7 @@ class Sight:
 
 def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...]:
     """Return the outermost positions of the tool tip in the world [m]."""
-    from vrs_cli.kinematics.reach_outline import outermost  # here because it loads numpy
+    from vrs_cli.kinematics.reach_outline import outermost  # imported here because it loads numpy
 
     T_world_robot = transform.inverse(frames.base)
     return tuple(transform.moved_point(T_world_robot, p) for p in outermost(arm.model, transform.position(frames.tool)))
@@ -88,10 +84,8 @@ def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...
 def skeleton(
     arm: RobotArm, q: Joints, frames: commands.Frames
 ) -> tuple[tuple[transform.Vector, ...], tuple[transform.Vector, ...]]:
-    """Return the corners of the links from the base to the tool tip, in the world [m], and the joints among them.
-
-    A link goes along the axis of its joint first, and then across to the next one.
-    """
+    """Return the corners of the links from the base to the tool tip, in the world [m], and the joints among them. A
+    link is drawn along the axis of its joint first, then across to the next axis."""
     T_robot = arm.frames(q)
     corners, joints = list[transform.Vector](), list[transform.Vector]()
     for T, after in pairwise(T_robot):
@@ -109,7 +103,7 @@ def _foot(T: transform.Transform, p: transform.Vector) -> transform.Vector:
 
 
 def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector]) -> Iterator[transform.Vector]:
-    """Yield points in another frame, omitting a point that equals the one before."""
+    """Yield points in another frame, without a point that equals the previous one."""
     before: transform.Vector | None = None
     for p in points:
         if before is None or dist(p, before) > SAME_PLACE_M:
@@ -119,7 +113,7 @@ def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector])
 
 # --- the cell ----------------------------------------------------------------------------------------------------
 
-CIRCLE_POINTS = 8  # number of points that represent a circle
+CIRCLE_POINTS = 8  # number of points by which a circle is approximated
 
 
 def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[replies.PicturedBody, ...]:
@@ -145,9 +139,7 @@ def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[repli
 
 
 def corners(shape: cells.Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:
-    """Return points in the world whose convex hull is the shape, or an approximation of it [m]; `T`: the pose of the
-    shape.
-    """
+    """Return points in the world [m] whose convex hull is a shape, or approximates it. `T`: the pose of the shape."""
     points: list[transform.Vector]
     match shape:
         case cells.BoxShape((x, y, z)):
@@ -203,7 +195,7 @@ def sketch(report: Drawable) -> acts.Sketch | None:
 
 
 def _sketch_of_reach(report: replies.ReachReport) -> acts.Sketch:
-    """Draw the straight line as far as the arm can follow it, and the limit that stops the arm there."""
+    """Draw the straight line as far as the arm can follow it, and the limit that stops the arm at its end."""
     reach = report.reach
     stop = stopping_place(reach)
     balls = [acts.SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
@@ -224,7 +216,7 @@ def stopping_place(reach: results.Reach) -> transform.Vector:
 
 
 def reach_text(report: replies.ReachReport) -> str:
-    """Return the name of the location, and a sentence on whether the arm can follow the straight line to it."""
+    """Return the name of the location, and a sentence that says whether the arm can follow the straight line to it."""
     line = report.reach.line
     if line.duration is None:
         return f"{report.name}: {line.trouble}"
@@ -249,7 +241,7 @@ def place_of(text: str) -> str | None:
         return None
     if not (it.word.startswith("APPRO") and others):
         return printer.expression_text(place)
-    back = "0" if others[0] is None else printer.expression_text(others[0])  # distance along the axis of the tool
+    back = "0" if others[0] is None else printer.expression_text(others[0])  # distance along the tool's axis
     return f"{printer.expression_text(place)}:TRANS(0, 0, -({back}))"
 
 
@@ -318,7 +310,7 @@ def _motion(station: Station, statement: ast.Statement) -> Dialogue[results.Moti
 def _requests(station: Station, aside: Engine, statement: ast.Statement) -> Iterator[commands.Request]:
     """Yield the requests of a motion instruction. Raises VrsError for arguments without a value."""
     memory = station.environment
-    # restored afterwards: the motion itself must get the same random numbers
+    # restored afterwards, because the motion itself must get the same random numbers
     kept = memory.random.getstate(), memory.last_error
     try:
         task = runtime.statement_task(memory, aside, statement)
@@ -338,7 +330,7 @@ def _requests(station: Station, aside: Engine, statement: ast.Statement) -> Iter
 
 
 def _pose(station: Station, expression: ast.Expression, topic: str) -> transform.Transform:
-    """Return the value of an expression, a transformation. Raises TypeMismatch for any other value."""
+    """Return the value of an expression that is a transformation. Raises TypeMismatch for any other value."""
     found = evaluator(station, expression)()
     if isinstance(found, transform.Transform):
         return found
@@ -375,7 +367,8 @@ def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
 
 
 def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]]) -> tuple[results.Factor, ...]:
-    """Return factors with their products, each from the frame before it: name, inner frame, and transformation."""
+    """Return factors with their products. A factor consists of a name, its inner frame, and its transformation from the
+    previous frame."""
     product, found = transform.IDENTITY, list[results.Factor]()
     for name, inner, T in parts:
         product = transform.compose(product, T) if found else T
@@ -385,7 +378,7 @@ def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]])
 
 
 def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:
-    """Return the transformations of the links of the arm at these joints, with BASE before and TOOL after them."""
+    """Return the transformations of the arm's links at these joints, preceded by BASE and followed by TOOL."""
     frames, model, count = engine.frames, engine.model, len(q)
     links = [(f"A{i}", f"frame {i}" if i < count else "flange", link_pose(model, i, x)) for i, x in enumerate(q, 1)]
     base = [("base of the arm", "frame 0", model.base)] if model.base != transform.IDENTITY else []

@@ -36,11 +36,10 @@ def _load(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def load(station: Station, named: Path) -> Dialogue[None]:
-    """Load a file. Programs in memory are replaced if the user agrees, else kept; variables are overwritten. If no
-    program was run yet, EXECUTE without a name runs the first program of the file. A sample program of vrs is found by
-    its name from every folder. Files that a comment in the file names (`; with: lib.v2`) are loaded before the file.
-    Raises NonexistentFile, FileOutside, FileError, FileDamaged.
-    """
+    """Load a file. Programs in memory are replaced if the user agrees, otherwise kept; variables are overwritten. If no
+    program has run yet, EXECUTE without a name runs the first program of the file. Sample programs of vrs are found by
+    name from any folder. Files named in a comment of the file (`; with: lib.v2`) are loaded first. Raises
+    NonexistentFile, FileOutside, FileError, FileDamaged."""
     path, folder = program_file.find_program_file(named, station.folder), station.folder
     if path.suffix.lower() == trajectory_file.EXTENSION:
         yield from _load_trajectory(station, path)
@@ -97,8 +96,7 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
 
 def _values_to_keep(station: Station, values: Mapping[Item, numbers.Value]) -> Dialogue[dict[Item, numbers.Value]]:
     """Return the values of locations that are in no file and that the user wants to keep. If no user can be asked, the
-    file overwrites these locations, like all other variables.
-    """
+    file overwrites these locations, as it does all other variables."""
     environment = station.environment
     if not station.user_state.attended:
         return {}
@@ -111,7 +109,7 @@ def _values_to_keep(station: Station, values: Mapping[Item, numbers.Value]) -> D
 
 
 def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
-    """Make a branch from a trajectory file: the branch can be continued, compared, and merged into main."""
+    """Make a branch from a trajectory file. The branch can be continued, compared, and merged into main."""
     branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
     name = name if name[0].isalpha() else f"t{name}"
@@ -135,7 +133,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
 
 
 def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Recording]:
-    """Read a trajectory file, and show the progress at the terminal."""
+    """Read a trajectory file, showing the progress at the terminal."""
     terminal, folder = station.terminal, station.folder
     return beside(
         lambda: trajectory_file.read_trajectory(
@@ -150,7 +148,7 @@ def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Re
 @operands.handles("STORER", extension=".rv", parts={MemoryPart.REALS})
 @operands.handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
 def _store(station: Station, it: Instruction, extension: str, parts: Collection[MemoryPart]) -> Dialogue[None]:
-    """Store parts of the memory in a file: the parts that belong to some programs, or all."""
+    """Store parts of the memory in a file: the parts that belong to the named programs, or all."""
     path = _with_extension(operands.path_of(station, it), extension)
     programs = [operands.word(argument) for argument in it.arguments[1:]]
     memory, layout = station.environment.copy(), station.layout
@@ -189,7 +187,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("REPLAY")
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:
-    """Play a trajectory file on the screen of the user, or list its motions."""
+    """Play a trajectory file on the user's screen, or list its motions."""
     path = operands.path_of(station, it)
     path = path if path.exists() else _with_extension(path, trajectory_file.EXTENSION)
     recording = yield from _read_recording(station, path)
@@ -204,7 +202,7 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     if recording.dropped_tail and not shown:
         yield replies.Message(TORN, replies.Tone.WARNING)
     arm, holder = recording.arm, [recording]
-    del recording, timeline  # the other thread holds the only references, and frees the memory
+    del recording, timeline  # only the other thread has references, and it frees the memory
     rows = yield from beside(lambda: _replay_rows(arm, holder.pop()))
     if not shown:
         yield replies.ReplayTable(rows)
@@ -212,8 +210,7 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
 
 def _replay_rows(arm: RobotArm, recording: trajectory_file.Recording) -> tuple[replies.ReplayRow, ...]:
     """Return where each motion of a recording ends. The caller must hold no other reference to the recording: its
-    memory is freed in small parts, because freeing a million values at once would block every thread.
-    """
+    memory is freed here in small parts, because freeing a million values at once would block every thread."""
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
     segments, rows = list(timeline), list[replies.ReplayRow]()
@@ -248,9 +245,8 @@ def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("CD")
 def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
-    """Change to a folder, or back to the first one. Raises FileError if the path is not a folder, FileOutside if the
-    path is outside a closed folder.
-    """
+    """Change to a folder, or back to the initial one. Raises FileError if the path is not a folder, FileOutside if it
+    is outside a closed folder."""
     given, home = operands.operand(it, 0), station.home
     if given is None:
         station.change_folder(home)
@@ -258,7 +254,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
         name, present = operands.word(given), station.folder.root
         if not home.closed:
             path = station.folder.path(name)
-        elif name.strip() == "..":  # does not lead above the closed folder
+        elif name.strip() == "..":  # `..` does not lead out of a closed folder
             path = present if present == home.root else present.parent
         else:
             path = home.root if name.strip() == "/" else station.folder.inside(name)
@@ -270,7 +266,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("PWD")
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
-    """Show the present folder. In a closed folder, whose path is secret, show the path inside that folder."""
+    """Show the present folder. For a closed folder, whose own path is secret, show the path inside it."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
@@ -278,9 +274,8 @@ def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
 
 @operands.handles("LOG")
 def _log(station: Station, it: Instruction) -> Dialogue[None]:
-    """Begin or end writing the session to a file. Raises FileError, and UsageError if this robot cannot write
-    sessions.
-    """
+    """Start or stop writing the session to a file. Raises FileError, and UsageError if this robot cannot write
+    sessions."""
     given, log = operands.operand(it, 0), station.log
     path = None if given is None else station.folder.path(operands.word(given))
     if log is None:
@@ -308,7 +303,7 @@ def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
 def _copy_or_rename(
     station: Station, it: Instruction, act: Callable[[Path, Path, Folder], None], done: str
 ) -> Dialogue[None]:
-    """Copy or rename the file of `new = old`. Raises FileError and its subclasses."""
+    """Copy or rename the file in `new = old`. Raises FileError and its subclasses."""
     old = existing(station.folder.path(operands.word(it.value)))
     new = target(old, operands.path_of(station, it))
     yield from operands.may_write(station, new)

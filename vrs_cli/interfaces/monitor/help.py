@@ -1,4 +1,4 @@
-"""HELP: shows the tables of the language as pages. All content comes from these tables."""
+"""HELP: show the tables of the language as pages. All content comes from these tables."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ TUTORIAL = (
     ("vrs learn", "thirteen lessons that see what you do; type it outside this prompt"),
 )
 
-# topics that are not groups of the overview: the name, title and rows of each
+# name, title and rows of each topic that is not a group of the overview
 EDITING = "EDITING"
 
 
@@ -87,7 +87,7 @@ def _topics() -> Mapping[str, HelpTopic]:
     }
 
 
-_SHORT = {  # a one-word name for each group
+_SHORT = {  # one-word names of the groups
     "MONITOR COMMANDS": "COMMANDS",
     "INPUT, OUTPUT AND PROGRAM FLOW": "FLOW",
     "CONTROL STRUCTURES": "BLOCKS",
@@ -103,7 +103,7 @@ def _row_text(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
 
 
 def help_on(word: str) -> Iterator[Reply]:
-    """Yield the help on a word, or the overview for "". Raises UsageError."""
+    """Yield the help on a word, or the overview for "". Raises UsageError for an unknown word."""
     topic = _topics().get(word.upper())
     known = word.upper() in ALL_NAMES
     if topic is not None:
@@ -142,7 +142,8 @@ def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
 
 
 def page(typed: str) -> HelpPage:
-    """Return every meaning of a word, which may be abbreviated. Raises UsageError with similar words."""
+    """Return all meanings of a word, which may be abbreviated. Raises UsageError with similar words for an unknown
+    word."""
     name = _full_name(typed.upper())
     entries = tuple(entry for source in _SOURCES for entry in source(name))
     if not entries or name in LINKS:
@@ -156,9 +157,8 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """Return the full form of a word: the word itself, or the word for its abbreviation, its other spelling, or its
-    name in another language. Raises UsageError for an abbreviation of several words.
-    """
+    """Return the full form of a word: the word itself, or the word for which it is an abbreviation, another spelling,
+    or the name in another language. Raises UsageError for an ambiguous abbreviation."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
         return name
@@ -182,7 +182,7 @@ _TABLES: Mapping[str, Mapping[str, Word]] = {
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
-    """Yield the entries of the first words whose form contains this word (STEP, AT, THEN)."""
+    """Yield the entries of the first few words whose form contains this word (STEP, AT, THEN)."""
     users = (
         (sort, row)
         for sort, table in _TABLES.items()
@@ -194,9 +194,8 @@ def _users(name: str) -> Iterator[HelpEntry]:
 
 
 def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
-    """Return the help entry of a row. A word that is not available has no example, but a note on what to write
-    instead.
-    """
+    """Return the help entry of a table row. For an unavailable word, the entry has no example but a note on what to
+    write instead."""
     if row.state is State.SUPPORTED:
         return HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
     return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))
@@ -215,7 +214,7 @@ def _function(name: str) -> Iterator[HelpEntry]:
 
 
 def _setting(name: str) -> Iterator[HelpEntry]:
-    """Yield the entry of the switch, and of the parameter, of that name."""
+    """Yield the entries of the switch and of the parameter with that name."""
     if (switch := SWITCHES.get(name)) is not None:
         default = "ON" if switch.default else "OFF"
         yield HelpEntry("switch", name, f"{switch.summary}; {default} at the start", f"ENABLE {name}")

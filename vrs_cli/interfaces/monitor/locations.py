@@ -1,6 +1,6 @@
-"""Commands on locations and other variables: WHERE the robot, a part or the measured robot is, PARTS, WHY a location is
-in reach or not, HERE, POINT and TEACH, which define locations, and lists and deletions of variables.
-"""
+"""Commands on locations and other variables: WHERE (position of the robot, a part or the measured robot), PARTS, WHY
+(whether a location is in reach), HERE, POINT and TEACH, which define locations, and lists and deletions of
+variables."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @operands.handles("WHERE")
 def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show where the robot, the measured robot or a part is: now, at a time, or over a period of time."""
+    """Show the position of the robot, the measured robot or a part: now, at a time, or over a period of time."""
     named, stamped, over = operands.operand(it, 0), it.modifiers.has_time, operands.has_times(it)
     if operands.is_measured(named):
         yield from where_measured(station, it)
@@ -52,7 +52,7 @@ def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _check_either(it: ast.Instruction, what: str = "") -> None:
-    """Check that WHERE of `what` does not have both AT and FROM. Raises UsageError."""
+    """Check that WHERE of `what` does not have both AT and FROM. Raises UsageError if it does."""
     if it.modifiers.has_time:
         hint = f"WHERE {what}AT t, or WHERE {what}FROM t1 TO t2 STEP dt"
         raise UsageError("AT and FROM do not go together", hint)
@@ -60,7 +60,7 @@ def _check_either(it: ast.Instruction, what: str = "") -> None:
 
 @operands.handles("SHOW")
 def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show the arm on the screen of the user while the arm moves; without a screen, show one picture."""
+    """Show the arm on the user's screen while the arm moves; without a screen, show one picture."""
     engine, stamped, t = station.engine, it.modifiers.has_time, operands.moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
@@ -72,9 +72,8 @@ def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("TEACH")
 def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Define the present location without a question, under the next free name of a series: part, part1, part2; row[3],
-    row[4]. Raises InvalidName if the next name is too long.
-    """
+    """Store the present location under the next free name of a series, without asking: part, part1, part2; row[3],
+    row[4]. Raises InvalidName if the next name is too long."""
     name = operands.operand(it, 0)
     if not isinstance(name, ast.Variable):
         raise IllegalValue(printer.expression_text(name) if name else "TEACH", "the name of a location, as TEACH part")
@@ -86,7 +85,7 @@ def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _next_name(station: Station, name: ast.Variable) -> ast.Variable:
-    """Return the next name in a series. Raises InvalidName if that name is too long."""
+    """Return the name that follows in a series. Raises InvalidName if that name is too long."""
     if name.indexes:
         *others, last = name.indexes
         following = operands.real(station, last) + 1.0
@@ -100,7 +99,7 @@ def _next_name(station: Station, name: ast.Variable) -> ast.Variable:
 
 @operands.handles("HERE", "POINT")
 def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Define and show a location. A person is asked for changes until an empty line is typed."""
+    """Define and show a location. Ask a person for changes until an empty line is typed."""
     if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
     expression = operands.operand(it, 0)
@@ -113,7 +112,7 @@ def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
         return
     if reference.has_value():
         value = cast("transform.Transform | joints.Joints", reference.value())
-    else:  # VAL shows six zeros
+    else:  # VAL shows six zeros for a new location
         joint_count = station.engine.model.joint_count
         value = (0.0,) * joint_count if reference.cells.kind is values.Kind.PRECISION else transform.IDENTITY
     while True:
@@ -135,9 +134,7 @@ def _define(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def change_numbers(
     value: transform.Transform | joints.Joints, answer: str, units: joints.JointUnits = joints.TURNING
 ) -> transform.Transform | joints.Joints:
-    """Change a location by the typed numbers; a number that is left out between commas is not changed. Raises
-    IllegalValue.
-    """
+    """Change a location by the typed numbers. A number left out between commas stays unchanged. Raises IllegalValue."""
     numbers = list(values.numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
@@ -177,7 +174,8 @@ def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def explain_reach(
     station: Station, target: commands.PoseTarget | commands.JointTarget, name: str
 ) -> Dialogue[replies.ReachReport]:
-    """Explain whether a target, shown with the name `name`, can be reached from the present position."""
+    """Explain whether a target can be reached from the present position. `name`: the name of the target in the
+    report."""
     reach = yield from beside(lambda: station.engine.explain(target))
     contacts = (station.contacts.ahead(commands.Move(target, straight)) for straight in (False, True))
     return replies.ReachReport(name, reach, station.units, *contacts)
@@ -187,9 +185,8 @@ def explain_reach(
 
 
 def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Show where a body measured the robot: in the last report, at a time, or over a period of time. Raises
-    UsageError.
-    """
+    """Show the measured position of the robot: in the last report, at a time, or over a period of time. Raises
+    UsageError."""
     measured = station.engine.measured.view
     if measured.end is None:
         raise UsageError(*operands.NO_REPORT)
@@ -222,7 +219,7 @@ BRINGS_PARTS = "a cell with [[part]] brings some: vrs --cell FILE"
 
 
 def part_table(station: Station, t: float | None) -> replies.PartTable:
-    """Return where all parts are at time t [s], or now."""
+    """Return the positions of all parts at t [s], by default now."""
     stamped, t = t is not None, station.engine.now if t is None else t
     course = station.driver.course
     rows = () if course is None else tuple(_part_row(course, name, t) for name in course.parts())
@@ -245,7 +242,7 @@ def _list_parts(station: Station, it: ast.Instruction) -> Iterable[replies.Reply
 def where_part(
     station: Station, it: ast.Instruction, asked: ast.BareWord | ast.StringConstant
 ) -> Iterable[replies.Reply]:
-    """Return where a part is: now, at a time, or over a period of time. Raises UndefinedName, UsageError."""
+    """Show the position of a part: now, at a time, or over a period of time. Raises UndefinedName, UsageError."""
     course, said = station.driver.course, asked.text if isinstance(asked, ast.BareWord) else asked.value
     names = {name.lower(): name for name in (() if course is None else course.parts())}
     if said.lower() not in names and said.lower()[: values.NAME_LENGTH] in station.environment.kinds:
@@ -268,13 +265,13 @@ def where_part(
 
 # --- variables -------------------------------------------------------------------------------------------------------
 
-Rows = tuple[tuple[str, Value], ...]  # names or texts, with values
+Rows = tuple[tuple[str, Value], ...]  # names or texts of expressions, with their values
 
 REALS, STRINGS = (values.Kind.REAL,), (values.Kind.STRING,)
 
 
 def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: joints.JointUnits, truth: bool = False) -> replies.Reply:
-    """Return the reply that lists variables of these kinds. `truth`: a real number stands for true or false."""
+    """Return the reply that lists variables of these kinds. `truth`: show real numbers as true or false."""
     if kinds == REALS:
         return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
     if kinds == STRINGS:
@@ -289,7 +286,8 @@ def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: joints.JointUnits,
 @operands.handles("LISTR", kinds=REALS, hint="LISTL lists locations, LISTS strings")
 @operands.handles("LISTS", kinds=STRINGS, hint="LISTL lists locations, LISTR reals")
 def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.Kind, ...], hint: str) -> Dialogue[None]:
-    """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for another kind."""
+    """List the values of the arguments, or of all variables of some kinds. Raises TypeMismatch for an argument of
+    another kind."""
     rows, expressions = (
         list[tuple[str, Value]](),
         [argument for argument in it.arguments if argument is not None],
@@ -307,7 +305,7 @@ def _list_variables(station: Station, it: ast.Instruction, kinds: tuple[values.K
 
 
 def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
-    """Answer an expression that is typed alone at the prompt, as LISTR, LISTL or LISTS does."""
+    """Answer an expression typed alone at the prompt, as LISTR, LISTL or LISTS would."""
     if isinstance(expression, ast.Binary) and expression.operator == "==" and isinstance(expression.left, ast.Variable):
         left, right = printer.expression_text(expression.left), printer.expression_text(expression.right)
         yield replies.Message(f"== compares; {left} = {right} assigns")
@@ -320,7 +318,7 @@ def show_value(station: Station, expression: ast.Expression) -> Dialogue[None]:
 
 
 def _values(station: Station, expression: ast.Expression) -> Dialogue[Rows]:
-    """Return an expression and its value; for a name alone, the simple variable and all elements of the array."""
+    """Return an expression and its value. For a bare name, return the simple variable and all elements of the array."""
     rows: Rows = ()
     if isinstance(expression, ast.Variable) and not expression.indexes:
         if (reference := operands.own_variables(station).get(expression.key)) is not None:

@@ -1,4 +1,4 @@
-"""Commands on programs: list, copy, delete, edit, start, stop and continue them, and carry them out step by step."""
+"""Commands on programs: list, copy, delete, edit, start, stop, continue and step them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.ProgramName]:
-    """Yield a row for each program of a memory, in the order of names."""
+    """Yield a row for each program of a memory, sorted by name."""
     for _, stored in sorted(programs.items()):
         comment = f"; {stored.program.comment.strip()}" if stored.program.comment else ""
         yield replies.ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
@@ -80,13 +80,14 @@ def _rename(station: Station, it: ast.Instruction) -> None:
 
 @operands.handles("DELETE")
 def _delete(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Delete programs, the programs that only they call, and the variables that only these programs use."""
+    """Delete programs, together with the programs that only they call and the variables that only these programs
+    use."""
     environment = station.environment
     named = {environment.program(operands.word(argument)).program.key for argument in it.arguments}
     memory = environment.copy()
 
     def find() -> tuple[list[str], frozenset[str]]:
-        """Return the keys of the programs to delete, and of the variables that only these use."""
+        """Return the keys of the programs to delete, and of the variables that only those programs use."""
         under = {program.key for program in with_called(memory, sorted(named))}
         outside = [key for key in memory.programs if key not in under]
         kept = {program.key for program in with_called(memory, outside)} - named
@@ -109,9 +110,7 @@ def _delete_named(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _delete_programs(station: Station, programs: Sequence[StoredProgram], question: str) -> Dialogue[bool]:
-    """Delete programs if the user agrees; the question begins with the names of the programs. Raises
-    ProgramInterlocked.
-    """
+    """Delete programs if the user agrees. The question begins with their names. Raises ProgramInterlocked."""
     for program in programs:
         station.check_free(program.name)
     if not (yield from operands.may_delete(station, f"{', '.join(program.name for program in programs)} {question}")):
@@ -163,7 +162,8 @@ def _see(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program, int]:
-    """Return the named program, or the last one, and the step number. Raises NoProgramSpecified, IllegalValue."""
+    """Return the named program or, by default, the last one, and the step number. Raises NoProgramSpecified,
+    IllegalValue."""
     given = operands.operand(it, 0)
     last = station.user_state.last_edited or station.last_program
     if given is None and last is None:
@@ -183,7 +183,7 @@ def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program
 
 @operands.handles("EXECUTE")
 def _execute(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Run a program; with a task number, start it as a task beside the others."""
+    """Run a program. With a task number, start it as a task beside the others."""
     number = values.whole(operands.real_or(station, it, 3, 0.0))
     if number:
         yield from _start(station, it, checked_task(number))
@@ -194,9 +194,8 @@ def _execute(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def asked_program(
     station: Station, it: ast.Instruction
 ) -> Dialogue[tuple[str | None, tuple[variables.Reference | None, ...], int, int]]:
-    """Compile the program that EXECUTE or a similar command names. Return its name, arguments, cycles and first step.
-    Raises UndefinedName.
-    """
+    """Compile the program named by EXECUTE or a similar command. Return its name, arguments, cycles and first step.
+    Raises UndefinedName."""
     given = operands.operand(it, 0)
     name = None if given is None else station.environment.meant(operands.word(given)).name
     step = values.whole(operands.real_or(station, it, 2, 1.0))
@@ -208,7 +207,7 @@ def asked_program(
 
 @operands.handles("PCEXECUTE", number=effects.PROCESS_CONTROL)
 def _start(station: Station, it: ast.Instruction, number: int) -> Dialogue[None]:
-    """Start a task beside the robot program."""
+    """Start a task that runs beside the robot program."""
     name, arguments, cycles, step = yield from asked_program(station, it)
     if name is None:
         raise NoProgramSpecified(f"task {number} needs a program", "name it")
@@ -225,10 +224,10 @@ def _task_number(station: Station, it: ast.Instruction) -> int:
 @operands.handles("PCPROCEED", number=effects.PROCESS_CONTROL)
 @operands.handles("PCRETRY", number=effects.PROCESS_CONTROL, retry=True)
 def _go_on(station: Station, it: ast.Instruction, number: int | None = None, retry: bool = False) -> Dialogue[None]:
-    """Continue a stopped task; `retry`: with the step that failed."""
+    """Continue a stopped task. `retry`: repeat the step that failed."""
     number = _task_number(station, it) if number is None else number
     track = station.tasks.get(number)
-    # the task continues at another step than the next one
+    # the task continues at a step other than the next one
     if track is not None and (retry or track.task.fault is not None):
         yield from station.compile_program(track.task.program, everywhere=True)
     if not number:
@@ -249,9 +248,8 @@ operands.handles("KILL")(lambda station, it: station.tasks.kill(_task_number(sta
 
 
 def run(station: Station, track: Track) -> Dialogue[None]:
-    """Wait for a program, and report how it ended. If the user goes on typing meanwhile, the report comes at the
-    end.
-    """
+    """Wait for a program, and report how it ended. If the user continues typing meanwhile, report at the end of the
+    program."""
     if station.user_state.lives and not station.user_state.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
@@ -273,7 +271,7 @@ def ending(station: Station, result: results.RunResult) -> replies.Reply:
 @operands.handles("ABORT")
 @operands.handles("PCABORT", number=effects.PROCESS_CONTROL)
 def _abort(station: Station, it: ast.Instruction, number: int | None = None) -> Iterable[replies.Reply]:
-    """Stop a task; if none is named, the robot program and the motion."""
+    """Stop a task; without a number, stop the robot program and the motion."""
     number = _task_number(station, it) if number is None else number
     if not number:
         return _stop(station, station.abort)
@@ -290,9 +288,8 @@ def emergency_stop(station: Station) -> Dialogue[None]:
 
 
 def _stop(station: Station, stop: Callable[[], None]) -> list[replies.Reply]:
-    """Call `stop`, and report what was stopped. A user who waits for the end of the program gets the report of that
-    end, and needs no reply.
-    """
+    """Call `stop`, and report what was stopped. A user who is waiting for the program gets the report of its end, so no
+    other reply is needed."""
     scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
     track = station.tasks.get(ROBOT_PROGRAM)
     waits = running and track is not None and track.driven_by is station.user_state
@@ -319,7 +316,7 @@ def _prime(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("SSTEP", "XSTEP", "NEXT")
 def _step(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Carry out one step of the named program, or of the stopped one; XSTEP steps into called programs."""
+    """Carry out one step of the named program, or of the stopped one. XSTEP steps into called programs."""
     if operands.operand(it, 0) is not None:
         station.begin(*(yield from asked_program(station, it)), primed=True)
     yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
@@ -343,7 +340,7 @@ def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
             found = station.environment.executable(stored).compilation.stand(step - 1)
             if found is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
-            breakpoints.add((key, found + 1))  # the first executable step from there on
+            breakpoints.add((key, found + 1))  # the first executable step from that step on
         else:
             breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
@@ -354,7 +351,7 @@ def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("WATCH")
 def _watch(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Watch an expression: programs stop when its value changes. Without an expression, stop watching."""
+    """Watch an expression: programs stop when its value changes. Without an expression, end the watch."""
     watches, expression = station.tasks.watches, operands.operand(it, 0)
     if expression is None:
         watches.clear()

@@ -34,7 +34,7 @@ from vrs_cli.values import replies
 def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
-    """Undo commands, or redo them, and report which."""
+    """Undo or redo commands, and report which ones."""
     engine, steps = station.engine, whole(operands.real_or(station, it, 0, 1.0))
     if steps < 1:
         raise IllegalValue(f"{it.word} {steps}", "at least one command")
@@ -77,7 +77,7 @@ def branch_table(station: Station) -> replies.BranchTable:
 
 
 def check_tasks_stand(station: Station) -> None:
-    """Check that no task runs on the present branch. Raises UsageError."""
+    """Check that no task is running on the present branch. Raises UsageError if one is."""
     running = next(station.tasks.running, None)
     if running is not None:
         number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
@@ -102,7 +102,7 @@ def _compare(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def comparison(station: Station, first: str, second: str) -> Dialogue[replies.ComparisonTable]:
-    """Compare two branches. Raises UsageError if there is no branch of a name."""
+    """Compare two branches. Raises UsageError for an unknown branch name."""
     branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
     found = yield from beside(lambda: compare(arm, one, other))
@@ -128,7 +128,7 @@ def _delete_branches(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
-    """Return the present timeline, its commands in force, and the readings of programs that are no longer true."""
+    """Return the present timeline: its commands in effect, and the readings of programs that no longer hold."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
     wrong = tuple(untrue(engine.book, station.environment.signals))
@@ -155,7 +155,7 @@ def _segment_row(segment: Segment) -> replies.SegmentRow:
 
 @operands.handles("PLOT")
 def _plot(station: Station, it: Instruction) -> Dialogue[None]:
-    """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot draws no files."""
+    """Show curves, or draw them into a file. Raises FileError, and UsageError if this robot cannot draw files."""
     engine, (names, file) = station.engine, split_file(operands.words(it))
     selection = select_curves(engine.arm, names)
     if engine.end <= engine.timeline.start:
@@ -174,22 +174,22 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     yield replies.Message(f"{path} written")
 
 
-SAMPLES = 481  # number of samples of a curve: more than the widest drawing has dots
-PICTURES = (".svg", ".png", ".pdf")  # suffixes of the files that a plot can be drawn into
+SAMPLES = 481  # number of samples of a curve: more than the dots across the widest drawing
+PICTURES = (".svg", ".png", ".pdf")  # suffixes of files for plots
 SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1; into a file: PLOT 1, arm.svg"
 IN_PYTHON = f'plot(1, 2), plot("velocity", 1), plot("X", "Z"); quantities: {", ".join(QUANTITIES).lower()}'
 _JOINT = re.compile(r"[0-9]{1,3}")
 
 
 class Selection(Struct, frozen=True):
-    """The names of quantities with a common scale, and joint numbers from 1 (none for quantities of the tool)."""
+    """Names of quantities that share a scale, and joint numbers from 1 (none for quantities of the tool)."""
 
     names: tuple[str, ...]
     joints: tuple[int, ...]
 
 
 def split_file(names: Sequence[str]) -> tuple[Sequence[str], str]:
-    """Separate the names of curves from the name of a file after them; "" if there is no file."""
+    """Split the arguments into names of curves and the name of a file after them; "" if there is no file."""
     has_file = bool(names) and names[-1].lower().endswith(PICTURES)
     return (names[:-1], names[-1]) if has_file else (names, "")
 
@@ -226,7 +226,7 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.
         unit = ", ".join(dict.fromkeys(first.unit.replace("deg", units.unit(joint)) for joint in asked.joints))
         return replies.Plot(first.title, unit, tuple(times.tolist()), curves)
     xyz = positions.T_world_tool[:, :, 3] * 1000.0
-    speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)  # between neighbouring samples
+    speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)  # between two neighbouring samples
     rows = {"X": xyz[:, 0], "Y": xyz[:, 1], "Z": xyz[:, 2], "SPEED": speed, "HAND": positions.hand}
     names = (curve for name in asked.names for curve in QUANTITIES[name].curves)
     curves = tuple(replies.Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))

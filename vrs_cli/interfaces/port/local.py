@@ -1,4 +1,5 @@
-"""The port to a robot in this process. While a thread waits for a message, it advances the robot's time and tasks."""
+"""The port to a robot in the same process. A thread that waits for a message meanwhile advances the robot's time and
+tasks."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 T = TypeVar("T")
-LOOK_AGAIN_S = 0.005  # time between two checks whether another thread, which runs the robot, has done the request [s]
+LOOK_AGAIN_S = 0.005  # [s] time between two checks whether the thread that runs the robot has finished the request
 
 
 class KnownError(Refusal, frozen=True, kw_only=True):
@@ -40,23 +41,22 @@ class KnownError(Refusal, frozen=True, kw_only=True):
     cause: BaseException
 
     def error(self) -> VrsError:
-        """Return the error. Raises it if it is not a VrsError."""
+        """Return the error. If it is not a VrsError, raise it."""
         if isinstance(self.cause, VrsError):
             return self.cause
         raise self.cause
 
 
 class _LocalUser(UserSession):
-    """The user of a robot of this process, whose status can be read at any time."""
+    """The user of a robot in the same process. Its status can be read at any time."""
 
     tells_status, begins = False, -inf
-    conditions: Conditions | None = None  # for all requests of the user
+    conditions: Conditions | None = None  # used for all requests of the user
 
     @property
     def rate(self) -> float | None:
-        """Return how many seconds of robot time pass in one real second; None if robot time does not advance in real
-        time.
-        """
+        """Return how many seconds of robot time pass per second of real time; None if robot time does not follow real
+        time."""
         clock = self.session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
 
@@ -74,7 +74,7 @@ class _LocalUser(UserSession):
 
 
 class LocalPort:
-    """The port of the user of a robot in this process. `typed` is called with each line before it is carried out."""
+    """The port of a user of a robot in the same process. `typed` is called with each line before it is carried out."""
 
     name, one_user, open, cuts, stalls = "", True, True, 0, 0
 
@@ -88,14 +88,14 @@ class LocalPort:
         session.body.told.append(self._warn)
 
     def under(self, conditions: Conditions) -> LocalPort:
-        """Return a port to the same robot, whose requests are carried out under these conditions."""
+        """Return a port to the same robot whose requests are carried out under these conditions."""
         other = copy(self)
         other.user = copy(self.user)
         other.user.conditions = conditions
         return other
 
     def check_open(self) -> None:
-        """Do nothing: a robot in this process is always connected."""
+        """Do nothing: a robot in the same process is always connected."""
 
     # --- messages ---
 
@@ -119,20 +119,21 @@ class LocalPort:
         self.console.outlets.append(outlet)
 
     def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
-        """Take a message. With `seconds`, carry out only what is due now, even if that takes longer than `seconds`."""
+        """Return the next message. With `seconds`, carry out only the events that are due now, even if these take
+        longer than `seconds`."""
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:
             if not self._driving.acquire(timeout=LOOK_AGAIN_S):
-                continue  # another thread drives the robot
+                continue  # another thread runs the robot
             try:
                 if inbox:
-                    break  # that thread has filled the inbox meanwhile
+                    break  # that thread has meanwhile delivered a message
                 goes_on = self._actor.lets_time_pass
                 self._actor.step()
                 if goes_on:
                     self.console.progress(Running(self.session.engine.now))
-            except Exception as error:  # an error in a task that nobody waits for; the error has ended the task
+            except Exception as error:  # an error in a task that nobody waits for; it has ended the task
                 self.console.show(internal_error(error))
             finally:
                 self._driving.release()
@@ -149,7 +150,7 @@ class LocalPort:
             self.step()
 
     def step(self) -> None:
-        """Carry out the next due event; if none is due, wait for one, or until `wake` is called."""
+        """Carry out the next due event. If none is due, wait for one or until `wake` is called."""
         with self._driving:
             try:
                 self._actor.step()
@@ -161,7 +162,7 @@ class LocalPort:
         self._actor.wake()
 
     def give_up(self, error: BaseException) -> str:
-        """Drop the requests that have not ended; their outlets receive the reason."""
+        """Drop the unfinished requests. Their outlets receive the reason."""
         self.user.drop(error)
         return ""
 
@@ -205,7 +206,7 @@ class LocalPort:
 
     @property
     def due(self) -> float:
-        """Return in how many seconds `take` has an event to carry out; infinity in virtual time."""
+        """Return the seconds until the next event for `take`; infinity in virtual time."""
         clock = self.session.engine.clock
         return clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else inf
 

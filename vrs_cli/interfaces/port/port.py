@@ -1,7 +1,6 @@
 """The port to a robot: one user sends requests, and receives replies, questions, and the end of each request. There are
-two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles use
-either. `Previewed` is the timeline as a user knows it, with commands that are still on their way.
-"""
+two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles work with
+both. `Previewed` is the timeline as a user knows it, including commands that are still on their way."""
 
 from __future__ import annotations
 
@@ -33,14 +32,13 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.numbers import seconds
 from vrs_cli.wire.messages import At
 
-MakeRequest = Callable[[int], messages.Request]  # makes a request with that id
+MakeRequest = Callable[[int], messages.Request]  # makes a request with this id
 Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Console:
-    """The terminal of a session whose user communicates by messages. `attended`: a person is there. `progress` is
-    called while a program runs or a file is read.
-    """
+    """The terminal of a session whose user communicates by messages. `attended`: a person is present. `progress` is
+    called while a program runs or a file is read."""
 
     def __init__(self, attended: bool = False) -> None:
         self.attended = attended
@@ -54,7 +52,7 @@ class Console:
         self._tell(messages.Typed(text, newline))
 
     def ask(self, _question: questions.Question) -> Answered:
-        """Return no answer: questions reach the user through the request that the user sent."""
+        """Return no answer, because questions reach the user through the request."""
         return None
 
     def _tell(self, message: messages.ServerMessage) -> None:
@@ -63,15 +61,13 @@ class Console:
 
 
 class FollowedRobot(position.Watched, Protocol):
-    """A robot whose timeline is known from `begins` on [s] and kept up to date, as are the reports of its body,
-    `measured`.
-    """
+    """A robot whose timeline is known from `begins` [s] on and is kept up to date. The reports of its body, `measured`,
+    are kept up to date too."""
 
     @property
     def rate(self) -> float | None:
-        """Return how many seconds of robot time pass in one real second; None if robot time does not advance in real
-        time.
-        """
+        """Return how many seconds of robot time pass per second of real time; None if robot time does not follow real
+        time."""
 
     @property
     def begins(self) -> float: ...
@@ -80,19 +76,19 @@ class FollowedRobot(position.Watched, Protocol):
 
 
 class Port(Protocol):
-    """The connection of one user to a robot. Any thread may send; `take` is for the thread that waits."""
+    """The connection of one user to a robot. Any thread may send; only the waiting thread calls `take`."""
 
     @property
     def name(self) -> str:
-        """The user's name at the robot, empty for a robot of this process."""
+        """The user's name at the robot; empty for a robot in the same process."""
 
     @property
     def one_user(self) -> bool:
-        """Return whether the robot has no other users."""
+        """Return whether the robot has only this user."""
 
     @property
     def open(self) -> bool:
-        """Return whether there is a connection now; always so in this process."""
+        """Return whether there is a connection now; always true in the same process."""
 
     @property
     def world(self) -> World | None:
@@ -100,91 +96,86 @@ class Port(Protocol):
 
     @property
     def cuts(self) -> int:
-        """Return how often the connection was lost."""
+        """Return how many times the connection was lost."""
 
     @property
     def stalls(self) -> int:
-        """Return how often the connection was quiet for so long that it may have been cut."""
+        """Return how many times the connection was silent for so long that it may have been cut."""
 
     def check_open(self) -> None:
-        """Check that there is a connection now. Raises RequestRefused."""
+        """Check that there is a connection now. Raises RequestRefused if not."""
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request and return its id. Its replies go to the outlet, its end last. Raises RequestRefused without a
-        connection.
-        """
+        """Send a request and return its id. The outlet receives its replies and, last, its end. Raises RequestRefused
+        without a connection."""
 
     def take(
         self, inbox: feed.Inbox[messages.ServerMessage], seconds: float | None = None
     ) -> messages.ServerMessage | None:
-        """Wait for the next message of an inbox, and return it; None after `seconds` [s]. In this process the robot's
-        time and tasks go on meanwhile.
-        """
+        """Wait for the next message in an inbox, and return it; None after `seconds` [s]. In the same process, the
+        robot's time and tasks advance meanwhile."""
 
     def tell(self, message: messages.ClientMessage) -> None:
-        """Send a message that has no answer. Safe in a signal handler."""
+        """Send a message that has no answer. Safe to call in a signal handler."""
 
     def post(self, make: MakeRequest, outlet: Outlet) -> None:
-        """Send a request without waiting, not even until it is sent. Without a connection `Refused` goes to the outlet.
-        Safe in a signal handler.
-        """
+        """Send a request without any waiting, even for the sending. Without a connection, the outlet receives
+        `Refused`. Safe to call in a signal handler."""
 
     def interrupt(self) -> bool:
-        """Stop the request that is waited for (Ctrl-C). Return whether the request will end without further action.
-        Safe in a signal handler.
-        """
+        """Stop the request for which the user waits (Ctrl-C). Return whether the request will end without further
+        action. Safe to call in a signal handler."""
 
     def give_up(self, error: BaseException) -> str:
-        """Stop waiting for sent requests, because of an error on this side. Return a message about them for the
-        user.
-        """
+        """Stop waiting for sent requests because of an error on this side. Return a message about these requests for
+        the user."""
 
     def listen(self, outlet: Outlet) -> None:
-        """Send all messages that belong to no request to an outlet."""
+        """Send all messages that belong to no request to this outlet."""
 
     def follow(self) -> FollowedRobot:
-        """Return the robot's timeline and clock, kept up to date from now on. Raises RequestRefused."""
+        """Return the robot's timeline and clock, kept up to date afterwards. Raises RequestRefused."""
 
     def subscribe(self) -> feed.Subscription[TimelineChange]:
-        """Subscribe to the timeline and to every later change of it. The timeline is followed."""
+        """Subscribe to the timeline and to all later changes of it. The timeline must be followed."""
 
     def preview_now(self) -> Previewed:
-        """Return what the robot will do, including the requests that are on their way to it. The timeline is
-        followed.
-        """
+        """Return the robot's future, including the effects of requests that are on their way to it. The timeline must
+        be followed."""
 
     def status(self) -> questions.PromptStatus:
-        """Return the state that a prompt shows now, as far as it is known on this side."""
+        """Return the state that a prompt shows, as far as it is known on this side."""
 
     def program(self, key: str) -> Program | None:
-        """Return a program in memory, if the robot is in this process."""
+        """Return a program in memory; only possible if the robot is in the same process."""
 
     @property
     def on_screen(self) -> object:
-        """Return the object that the open question shows on the screen, if the robot is in this process."""
+        """Return the object that the open question shows on the screen; only possible if the robot is in the same
+        process."""
 
     @property
     def due(self) -> float:
-        """Return in how many seconds `take` has an event to carry out; infinity if all events happen without `take`."""
+        """Return the seconds until `take` has an event to carry out; infinity if events happen without `take`."""
 
     def close(self) -> None:
-        """Leave the robot: no more requests are sent."""
+        """Disconnect from the robot: no more requests are sent."""
 
 
 def ends(message: messages.ServerMessage, id: int) -> bool:
-    """Return whether the message is the end of the request with this id."""
+    """Return whether a message is the end of the request with this id."""
     return isinstance(message, messages.Done | messages.Refused | messages.Result) and message.id == id
 
 
 def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
-    """Return the last message of a request. Raises the error if the robot refused the request."""
+    """Return the last message of a request. Raises the error if the robot has refused the request."""
     if isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
         raise end.refusal.error()
     return end
 
 
 def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], Answered]) -> messages.Answer:
-    """Ask the user a question; return the answer, or the message that the user does not answer."""
+    """Ask the user a question. Return the answer, or the message that there is none."""
     try:
         return messages.Answer(asked.number, ask(asked.question))
     except EndOfInput:
@@ -193,15 +184,14 @@ def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], Answere
         return messages.Answer(asked.number, how=messages.How.INTERRUPTED)
 
 
-FRESH = 3.0  # time for which a flag is shown after the interval that it is about [s]
+FRESH = 3.0  # [s] how long a flag is shown after the interval to which it refers
 
 
 class Expected(Struct, frozen=True):
-    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]. The command
-    changes the timeline from `begin` on [s] (None: no change), or the robot will answer with the error `refused`.
-    `planned`: the change is shown already; else it may change everything from its arrival on. `text`: the command as
-    typed.
-    """
+    """The expected effect of a command that is on its way; it was `issued` at that time of the robot's clock [s]. The
+    command changes the timeline from `begin` on [s] (None: no change), or the robot will answer with the error
+    `refused`. `planned`: the change is already shown; otherwise anything after its arrival may change. `text`: the
+    command as typed."""
 
     id: int
     text: str
@@ -212,14 +202,13 @@ class Expected(Struct, frozen=True):
 
 
 class Previewed(Struct, frozen=True):
-    """A timeline with the effects of all commands that are on their way. `now`: the robot's clock; `heard`: the latest
-    received time t_c of the robot's clock, D_b old: the timeline is certain up to t_c; `arrives`: when a command sent
-    now arrives at the robot; `shown`: the time that a viewer sees [s]; `predicts`: whether that is not the present.
-
-    From `unconfirmed` on [s] (infinity: nothing) the robot has not confirmed the timeline, because commands are on
-    their way (`expected`, in the order of sending), or the connection is `away`. `round_trip`: D_f + D_b [s].
-    `flagged`: intervals of time, in order, for which a wrong state was shown before a command was known.
-    """
+    """A timeline that includes the effects of all commands on their way. `now`: the robot's clock. `heard`: the latest
+    known time t_c of the robot's clock, which is D_b old: the timeline is certain up to t_c. `arrives`: when a command
+    sent now would arrive at the robot. `shown`: the time that a viewer sees [s]; `predicts`: whether that differs from
+    the present. From `unconfirmed` on [s] (infinity: nothing) the robot has not confirmed the timeline, because
+    commands are on their way (`expected`, in the order of sending), or the connection is lost (`away`). `round_trip`:
+    D_f + D_b [s]. `flagged`: time intervals, in order, for which a wrong state was shown before a command became
+    known."""
 
     timeline: Timeline
     now: float
@@ -235,11 +224,11 @@ class Previewed(Struct, frozen=True):
 
     @classmethod
     def of(cls, timeline: Timeline, now: float) -> Previewed:
-        """Preview a robot of this process: nothing is on its way."""
+        """Return the preview of a robot in the same process: no commands are on their way."""
         return cls(timeline, now, now, now, now)
 
     def lines(self, t: float) -> Iterator[str]:
-        """Yield the notes about time t [s]."""
+        """Yield the notes that apply at t [s]."""
         if self.predicts:
             yield f"{seconds(self.shown - self.heard)} ahead of what is heard, D_f + D_b is {seconds(self.round_trip)}"
         before = bisect_right(self.flagged, (t, inf))
@@ -255,9 +244,8 @@ Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMe
 
 
 class FarHand:
-    """Sends the steps of keys that are held down, at most as fast as the arm answers: after a key is released, no
-    earlier step follows. `begin`: the method of a port; `seen`: the state of the arm before the first step.
-    """
+    """Sends the steps of held keys no faster than the arm answers, so that no step follows after a key is released.
+    `begin`: the method of a port; `seen`: the state of the arm before the first step."""
 
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: hand.Seen) -> None:
         self.joints, self.units = joints, units
@@ -272,7 +260,7 @@ class FarHand:
 
     def _send(self, act: hand.Press | hand.StopJog | hand.Look) -> None:
         def hear(end: messages.ServerMessage) -> None:
-            with suppress(ValueError):  # a brake, or a request that is no longer known
+            with suppress(ValueError):  # a brake command, or a request that is no longer known
                 self._on_way.remove(act)
             if isinstance(end, messages.Done) and isinstance(end.found, hand.Seen):
                 self._seen = end.found

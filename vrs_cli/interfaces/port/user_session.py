@@ -1,7 +1,6 @@
-"""One user of a robot: messages of the user become requests to the robot's actor, and replies of the robot become
-messages to the user. Nothing here waits, or depends on whether the user is in this process or at the other end of a
-connection.
-"""
+"""One user of a robot: the user's messages become requests to the robot's actor, and the robot's replies become
+messages to the user. Nothing here waits, or depends on whether the user is in the same process or at the other end of a
+connection."""
 
 from __future__ import annotations
 
@@ -33,9 +32,8 @@ T = TypeVar("T")
 
 
 class Pending(Struct, eq=False):
-    """A request that has not ended, and the outlet of its messages. `answer` makes the last message from the result;
-    without `answer` the last message is `Done`. `wrong`: the first error reply of the request.
-    """
+    """An unfinished request, and the outlet for its messages. `answer` makes the last message from the result; without
+    `answer` the last message is `Done`. `wrong`: the first error reply of the request."""
 
     id: int
     outlet: Outlet
@@ -45,18 +43,16 @@ class Pending(Struct, eq=False):
 
 
 class _Found(NamedTuple):
-    """The result of a command, and the state that the prompt shows after it."""
+    """The result of a command, and the prompt state after it."""
 
     status: questions.PromptStatus
     found: Any
 
 
 class UserSession:
-    """One user of a robot: a user state, a conversation, requests that have not ended, and open questions.
-
-    A subclass may limit requests (`ask`), and choose how they reach the robot (`submit`). `tells_status`: the message
-    at the end of a command contains the state that the prompt shows.
-    """
+    """One user of a robot: a user state, a conversation, unfinished requests, and open questions. A subclass may limit
+    requests (`ask`), and choose how they reach the robot (`submit`). `tells_status`: the message at the end of a
+    command contains the state that the prompt shows."""
 
     tells_status = True
 
@@ -66,7 +62,7 @@ class UserSession:
         self.pending: dict[Ticket[Any], Pending] = {}
         self.questions: dict[int, tuple[questions.Question, Ticket[Any]]] = {}
 
-    # --- reading: nothing here waits; any thread may read ---
+    # --- reading, in any thread and without waiting ---
 
     @property
     def arm(self) -> RobotArm:
@@ -79,22 +75,20 @@ class UserSession:
 
     @property
     def now(self) -> float:
-        """The robot's clock on that branch [s]."""
+        """The robot's clock on the branch that the user sees [s]."""
         return self.session.branches.seen_by(self.user_state)[1]
 
     # --- messages from the user ---
 
     def take(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Carry out a message. Replies go to the outlet, as does the refusal of a message that cannot be carried
-        out.
-        """
+        """Carry out a message. The outlet receives the replies, or the refusal if the message cannot be carried out."""
         try:
             self.carry_out(message, outlet)
         except Exception as error:
             self.refuse(message, error, outlet)
 
     def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
-        """Carry out a message. Raises the errors in the message."""
+        """Carry out a message. Raises the errors that it causes."""
         conversation = self.conversation
         match message:
             case messages.Line():
@@ -128,7 +122,7 @@ class UserSession:
                 raise KeyError(type(message))
 
     def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
-        """Report that a message is not carried out."""
+        """Report that a message was refused."""
         told, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
         if isinstance(message, messages.Command):
             outlet(messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version))
@@ -144,7 +138,7 @@ class UserSession:
         *,
         urgent: bool = False,
     ) -> None:
-        """Have the robot carry out the dialogue of a request."""
+        """Have the robot run the dialogue of a request."""
         if self.tells_status and isinstance(message, messages.Line | messages.At | messages.Abort):
             dialogue = self._with_status(dialogue)
         self.submit(dialogue, Pending(message.id, outlet, message, answer), urgent=urgent)
@@ -154,7 +148,8 @@ class UserSession:
         return _Found(self.status(), found)
 
     def status(self) -> questions.PromptStatus:
-        """Return the state that the user's prompt shows. Call in the robot's thread, while the user is served."""
+        """Return the state that the user's prompt shows. Call this in the robot's thread, while the user is being
+        served."""
         return self.conversation.status()
 
     def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
@@ -170,7 +165,7 @@ class UserSession:
         return session.actor.submit(dialogue, urgent=urgent, by=self.user_state, outlet=outlet)
 
     def stops(self, line: str) -> bool:
-        """Return whether a line overtakes all waiting requests."""
+        """Return whether a line is urgent, that is, overtakes all waiting requests."""
         if line.lstrip()[:2].upper() != STOPPING[0][:2] or self.user_state.editor is not None:
             return False
         try:
@@ -183,13 +178,14 @@ class UserSession:
         return True
 
     def _with_issue_time(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
-        """Return a dialogue with the time of issue of its request: the sender's claim, limited to possible values."""
+        """Return a dialogue with the issue time of its request: the time claimed by the sender, limited to possible
+        values."""
         if issued is None:
             return dialogue
         return self.user_state.with_issue_time(self.user_state.times.issue_time(issued, self.now), dialogue)
 
     def _interrupt(self) -> None:
-        """Answer the open questions by Ctrl-C; without a question stop the requests that have not ended."""
+        """Answer the open questions by Ctrl-C. Without an open question, stop the unfinished requests."""
         waits = {} if self.questions else self.pending
         for question, ticket in self.questions.values():
             ticket.throw(KeyboardInterrupt(), question.id)
@@ -199,7 +195,8 @@ class UserSession:
                 self.conversation.interrupt(ticket)
 
     def _answer(self, message: messages.Answer) -> None:
-        """Give an answer to the request that asked. Ignore the answer if the question is no longer open."""
+        """Pass an answer to the request that asked the question. Ignore the answer if the question is no longer
+        open."""
         if message.question not in self.questions:
             return
         question, ticket = self.questions.pop(message.question)
@@ -213,7 +210,7 @@ class UserSession:
     # --- replies of the robot to a request ---
 
     def hear(self, pending: Pending, ticket: Ticket[Any], said: replies.Reply | questions.Question | None) -> None:
-        """Send a reply or question of a request to the user; None: the request has ended."""
+        """Send a reply or question of a request to the user; None means that the request has ended."""
         if said is None:
             self.end(pending, ticket)
         elif isinstance(said, questions.Question):
@@ -251,7 +248,7 @@ class UserSession:
             pending.outlet(messages.Refused(self.refusal(error), pending.id))
 
     def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
-        """Withdraw the open question of a request that goes on, or has ended."""
+        """Withdraw the open question of a request that has continued or ended."""
         for number, (_, asked) in tuple(self.questions.items()) if self.questions else ():
             if asked is ticket:
                 del self.questions[number]
@@ -259,11 +256,11 @@ class UserSession:
 
     @property
     def asked_by_programs(self) -> tuple[tuple[questions.Question, Ticket[Any]], ...]:
-        """The questions of programs that have no answer yet."""
+        """The unanswered questions of programs."""
         return tuple(one for one in self.questions.values() if isinstance(one[0], questions.LineWanted))
 
     def drop(self, error: BaseException) -> None:
-        """Drop the requests that have not ended; the error is reported for each."""
+        """Drop the unfinished requests, and report the error for each of them."""
         for ticket, pending in tuple(self.pending.items()):
             ticket.withdraw()
             outlet, pending.outlet = pending.outlet, lambda _message: None
@@ -271,7 +268,7 @@ class UserSession:
             outlet(messages.Done(pending.id, ok=False))
 
     def refusal(self, error: BaseException) -> messages.Refusal:
-        """Return an error as a message. For an internal error the message has as little detail as in the shell."""
+        """Return an error as a message. For an internal error the message contains as little detail as in the shell."""
         if isinstance(error, VrsError):
             return messages.Refusal.of(error)
         if isinstance(error, LineStopped):
