@@ -71,7 +71,8 @@ class ConnectionWords:
         return True
 
     def hear(self, message: ServerMessage) -> None:
-        """Show that the connection is back, changes of the lease, and texts from a lesson or its teacher."""
+        """Show a message about the connection: that it is back, changes of the lease, or a text from a lesson or its
+        teacher."""
         match message:
             case Welcome(resumed=resumed):
                 if not resumed:

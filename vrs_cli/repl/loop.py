@@ -220,7 +220,7 @@ class Exchange:
         self.terminal, self.port, self.told = terminal, port, told
         self.interrupted = self.failed = False
         self.noted = ""
-        # functions that carry out lines other than VAL-II; each returns whether the line was one of its own
+        # functions that carry out lines that are not in VAL-II; each returns whether it has carried the line out
         self.own_lines: list[Callable[[str], bool]] = []
         self.taken: Callable[[], None] = lambda: None  # called after each line
         self.kept_up: Callable[[], None] = lambda: None  # called after `keep_up`, unless a line is being carried out

@@ -1,4 +1,4 @@
-"""Run the shell, on a terminal with a prompt, otherwise from a pipe."""
+"""Run the shell: with a prompt on a terminal, otherwise with the lines of a pipe."""
 
 from __future__ import annotations
 

@@ -410,7 +410,7 @@ class ProgramCompiler(ExpressionCompiler):
 
 
 def _store(place: int, op: int | None = None) -> py.stmt:
-    """Store n (place 0) or the number of an operation (place 1) in the context's `turn`."""
+    """Return code that stores `n` (place 0), or the number of the operation `op` (place 1), in the context's `turn`."""
     target = py.Subscript(tree.name("B"), tree.constant(place), py.Store())
     return py.Assign([target], tree.name("n") if op is None else tree.constant(op))
 

@@ -111,8 +111,8 @@ class Lowered(Struct, frozen=True):
 
 
 class Branch(Struct, frozen=True):
-    """The two ranges of operations after an IF: `then` is carried out if its jump is not taken, `otherwise` if it
-    is."""
+    """The two ranges of operations after an IF: `then` is carried out if the jump of the IF is not taken, `otherwise`
+    if it is."""
 
     then: range
     otherwise: range

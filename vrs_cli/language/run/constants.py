@@ -212,7 +212,7 @@ def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] =
     return None
 
 
-# --- trees -------------------------------------------------------------------------------------------------------
+# --- expressions that can be evaluated -------------------------------------------------------------------------
 
 
 def _expressions(statement: Statement, channelled: frozenset[str]) -> Iterator[Expression]:

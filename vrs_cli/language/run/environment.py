@@ -240,7 +240,7 @@ class Executable:
 
     def _direct_calls(self, site: int, callee: Executable) -> bool:
         """Return whether a call can be made directly: the arguments must have the right kinds, and the called program
-        must not lead to a call of this one."""
+        must never call the caller, not even indirectly."""
         given, rows = self.compilation.lowered.calls[site].called.arguments, callee._parameters
         if callee.direct is None or len(given) != len(rows) or len(self._memory.programs.bound) > MAX_BOUND:
             return False

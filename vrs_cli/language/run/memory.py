@@ -278,7 +278,7 @@ class Programs(UserDict[str, StoredProgram]):
         super().__init__(*programs)
 
     def unbind(self) -> None:
-        """Make every call look up its program again."""
+        """Forget the programs that are bound to calls, so that every call looks up its program again."""
         for calls in self.bound:
             calls[:] = [NOT_BOUND] * len(calls)
         self.bound.clear()

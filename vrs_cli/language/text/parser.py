@@ -487,7 +487,8 @@ def foreign_file(text: str) -> Diagnostic | None:
     Kawasaki's programs begin with .PROGRAM as VAL-II programs do; those of other makers do not.
     """
     makers = _MAKERS
-    if has_program(text):  # with .PROGRAM only Kawasaki is possible; it is checked only if one of its words occurs
+    # a text with .PROGRAM can only be Kawasaki's, and is checked only if it contains one of Kawasaki's words
+    if has_program(text):
         capitals = text.upper()
         makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
     for maker in makers:
