@@ -67,7 +67,7 @@ USUAL_SETTINGS = ArmSettings()
 
 
 class _Brake(NamedTuple):
-    """Braking to standstill from joints and velocities (n,), with one deceleration per joint (n,)."""
+    """A braking motion from joints and velocities (n,) to rest, with one deceleration per joint (n,)."""
 
     joints: Floats
     velocity: Floats
@@ -384,7 +384,7 @@ class MujocoArm:
         self._d.eq_active[i] = held
 
     def _set_brakes(self) -> None:
-        """Apply the brakes if the arm has stopped; release them otherwise."""
+        """Apply the brakes if the arm has stopped; else release them."""
         brakes = BRAKE * self.inertial.max_torque if self.mode is BodyMode.STOPPED else np.zeros_like(self._effort)
         for _, one in self._active:
             if isinstance(one, scenario.SlippingBrake):

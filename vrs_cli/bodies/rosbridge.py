@@ -238,7 +238,7 @@ class RosArm:
         return begins
 
     def change(self, cut: float) -> None:
-        """Note that the timeline has changed from `cut` [s] on."""
+        """Record that the timeline has changed from `cut` [s] on."""
         self._cut, self._retried = min(self._cut, cut), False
 
     def _message(self, one: Trajectory) -> Mapping[str, Any]:
@@ -286,7 +286,7 @@ class RosArm:
         return [{"op": "call_service", "id": id, "service": GET_TIME}]
 
     def _offset(self, now: float) -> float:
-        """Return the clock of ROS minus the robot's clock [s], from the requests, or otherwise from the stamps of
+        """Return the clock of ROS minus the robot's clock [s], from the requests, or else from the stamps of
         joint_states."""
         estimate = self._sync.estimate or self._stamps.estimate
         return 0.0 if estimate is None else estimate.there(now) - now
@@ -361,7 +361,7 @@ class RosArm:
         self.body.report(t, measured, speed, force, self.mode)
 
     def _take_result(self, message: reports.RosbridgeMessage) -> None:
-        """Take the end of the last goal. A refused trajectory is sent again, once, starting now."""
+        """Process the end of the last goal. A refused trajectory is sent again, once, starting now."""
         values = message.values if isinstance(message.values, Mapping) else {"error_string": message.values}
         if message.result and message.status != ABORTED and not values.get("error_code", 0):
             return
@@ -414,7 +414,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
 
 
 async def _wait(body: BodyClient, seconds: float) -> None:
-    """Wait for some seconds. Raises the error that ends the body meanwhile."""
+    """Wait for some seconds. Raises an error that ends the body during this time."""
     loop = asyncio.get_running_loop()
     due = loop.time() + seconds
     async for _ in body.ticks():

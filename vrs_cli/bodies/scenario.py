@@ -76,7 +76,7 @@ class EmergencyStop(Disturbance, frozen=True, tag="stop"):
 
 
 class ClockDrift(Disturbance, frozen=True, tag="drift"):
-    """An error of the body's clock: it gains `rate` [s/s], and jumps by `jump` [s] at the begin."""
+    """An error of the body's clock: it gains `rate` [s/s], and jumps by `jump` [s] at the start."""
 
     word: ClassVar[str] = "drift"
     rate: float = 0.0

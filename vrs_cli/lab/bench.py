@@ -49,9 +49,8 @@ FOLLOWED = tuple(name for name in SCENARIOS if name != "moves")  # scenarios wit
 
 
 class MethodTrial(Struct, frozen=True):
-    """One trial of `seconds`, with `rate` set points, frames and looks per second. `viewers` and `controller`: names,
-    or `module:Class`.
-    """
+    """One trial that lasts `seconds`, with `rate` set points, frames and samples per second. `viewers` and
+    `controller`: names, or `module:Class`."""
 
     robot: RobotModel
     ways: DelayWays

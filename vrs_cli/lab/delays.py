@@ -42,7 +42,7 @@ from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 
 FIRST = 1.0  # [s] time of the first command
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
-PLACES = 4  # number of targets that the arm visits in turn
+PLACES = 4  # number of targets, which the arm visits one after the other
 REACH = 0.15  # maximum distance of a target from READY, as a fraction of each joint's range
 MEASURED = 1000  # number of frames that determine the size of the playout buffer
 READER = Reader[messages.Delta](messages.Delta)
@@ -244,7 +244,7 @@ class DelayCourse:
             self.flags.add_change(delta.cut, change.applied, self._now)
             self.arrivals.append(self._now)
 
-    # --- what is seen ---
+    # --- samples of the viewer ---
 
     def _look(self) -> None:
         """Record all samples before now that are not recorded yet. The known timeline has not changed since then."""

@@ -121,7 +121,7 @@ class MemoryFile:
         self._least = 0  # bytes of the file when it was last rewritten
 
     def bring_back(self) -> tuple[Diagnostic, ...]:
-        """Load the file, if there is one, and write it anew; return the errors in it."""
+        """Load the file, if there is one, and rewrite it; return the errors in it."""
         found: tuple[Diagnostic, ...] = ()
         if self.path.exists():
             text = _sound(self.path)

@@ -111,7 +111,7 @@ class FarEnd:
             self._take(message)
 
     def cut(self) -> None:
-        """Note that the socket is gone."""
+        """Record that the socket is closed."""
         self.cuts += self.connection.state in (ConnectionState.OPEN, ConnectionState.CLOSING)
         self.connection.cut()
         now = self._wall()
@@ -196,7 +196,7 @@ class FarEnd:
         self.connection.send(message)
 
     def expect_drag(self, drag: messages.Drag) -> None:
-        """Note the target of a dragged tool, if its message has an issue time."""
+        """Record the target of a dragged tool, if its message has an issue time."""
         if self._passes and drag.issued is not None:
             self._wishes.add(drag.pose, drag.issued)
 
@@ -329,7 +329,7 @@ class FarEnd:
         self._release(lambda done, _until: self._is_seen(done, change))
 
     def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
-        """Take the first timeline, or one that replaces the timeline so far."""
+        """Take the first timeline, or a timeline that replaces the current one."""
         if self.mirror is None:
             self.mirror = Mirror(arm, snapshot, number, self._wall, self.window, self.world)
             self.preview = Preview(self.mirror, 0.0)
@@ -341,9 +341,8 @@ class FarEnd:
             self._flag(parting(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
-        """Flag what was shown wrongly before a change came that cuts the timeline at `cut` [s]. In real time nothing
-        before the change is cut.
-        """
+        """Flag the times that were shown wrongly before a change arrived that cuts the timeline at `cut` [s]. In real
+        time nothing before the change is cut."""
         if self._passes and not self.near:
             self.flags.forget(self.now - REMEMBERED)
             self.flags.ahead = self.shown_time - self.now

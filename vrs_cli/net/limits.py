@@ -97,9 +97,12 @@ class Bucket:
 
 
 class Share:
-    """The CPU time of a user who looks while another user drives. Requests made while a line is typed (completion,
-    checks) have their own budget, so that the line does not wait for them. `all`: the common budget of users who look;
-    only those who have used more than an equal share wait for it."""
+    """The CPU time of a user who only views while another user drives.
+
+    Requests made while a line is typed (completion, checks) have their own budget, so that the line does not wait for
+    them. `all`: the common budget of all users who only view; a user waits for it only after using more than an equal
+    share.
+    """
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
         self._lines = allowance.of_looking(allowance.looking, now)
@@ -163,7 +166,8 @@ class Meter:
         self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)
 
     def look(self, used: float, now: float) -> LimitReached | None:
-        """Return why programs have to stop; None if they may continue. `used`: their CPU time since the start [s]."""
+        """Return the reason why programs must stop; None if they may continue. `used`: their CPU time since the start
+        [s]."""
         self._bucket.spend(used - self._used, self._looked)  # charged at the time of the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:

@@ -78,15 +78,15 @@ class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True
 
 
 class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
-    """The first message of a client, always JSON. `versions`: those of the protocol that the client speaks; `format`:
-    the encoding of all that the server sends after `welcome`.
+    """The first message of a client, always JSON. `versions`: the versions of the protocol that the client supports;
+    `format`: the encoding of all messages that the server sends after `welcome`.
 
     `robot`: the robot to join, empty if there is only one. `name`: the name that others see. `full`: send each change
     as a `delta`, never as `steered`. `attended`: a person can answer questions. `answers`: a program answers them. With
     neither, a command that asks a question ends with a refusal. `delay`: the longest delay of a command that the client
-    claims [s]. `offset`: how far the client's clock for the begin of motions is ahead of the robot's [s]; a client at a
-    delay of D_f uses -D_f, so that no motion comes too late. `rendered`: send each reply also as `lines` for a screen
-    of so many columns.
+    claims [s]. `offset`: how far the client's clock for the start of motions is ahead of the robot's [s]; a client at a
+    delay of D_f uses -D_f, so that no motion comes too late. `rendered`: the number of columns of the client's screen;
+    each reply is also sent as `lines` for it.
     """
 
     versions: tuple[Count, ...]
@@ -183,7 +183,7 @@ class Window(Request, frozen=True):
 
 
 class Who(Request, frozen=True):
-    """Ask for the robots of the server, and the clients of this one. `present` answers."""
+    """Ask for the robots of the server, and the clients of this robot. `present` answers."""
 
 
 # --- from the client: driving, and files ----------------------------------------------------------------------------
@@ -325,9 +325,8 @@ FromClient = (
 
 
 class Clock(ServerMessage, frozen=True):
-    """The robot's clock `now` [s] when the server's clock shows `wall` [s]. `realtime`: it goes on by itself, at
-    `rate`, unless it is `paused`.
-    """
+    """The robot's clock `now` [s] when the server's clock shows `wall` [s]. `realtime`: the clock advances by itself,
+    at `rate`, unless it is `paused`."""
 
     now: float
     rate: float = 1.0
@@ -337,9 +336,8 @@ class Clock(ServerMessage, frozen=True):
 
 
 class Outcome(Enum):
-    """The outcome of a command: it was carried out, it was refused, it was accepted (`done` will come), it never
-    arrived, or it was so long ago that the server does not know.
-    """
+    """The outcome of a command: it was carried out, refused, or accepted (`done` will follow), it never arrived, or it
+    is so old that the server has forgotten it."""
 
     DONE = "done"
     REFUSED = "refused"

@@ -34,8 +34,11 @@ SLACK = 0.25  # share of the window below which old parts are not dropped, becau
 
 
 class ClockReading(Struct, frozen=True):
-    """A reading of a robot's clock: `now` [s] when a wall clock showed `since` [s]. The clock runs at `rate`; None: it
-    stands still, because time is virtual or paused. While the clock runs, it shows no time before `floor` [s]."""
+    """A reading of a robot's clock: `now` [s] when a wall clock showed `since` [s].
+
+    The clock runs at `rate`; None: it does not run, because time is virtual or paused. While the clock runs, it shows
+    no time before `floor` [s].
+    """
 
     now: float = 0.0
     rate: float | None = None

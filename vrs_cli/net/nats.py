@@ -88,7 +88,8 @@ def _reason(error: Exception) -> str:
 
 
 class Publisher:
-    """Publishes robots. `told` takes messages about the connection to NATS. For the thread of the event loop."""
+    """Publishes robots. `told` takes messages about the connection to NATS. Call all methods in the thread of the event
+    loop."""
 
     def __init__(self, url: str, told: Callable[[str], None]) -> None:
         self._url, self._told = url, told
@@ -185,7 +186,7 @@ class _Robot:
                     await self._connection.publish(subject_of(self._robot.name), data)
 
     async def _make_stream(self) -> None:
-        """Make a new, empty stream in place of that of an earlier run of the server."""
+        """Make a new, empty stream; it replaces the stream of an earlier run of the server."""
         name, streams = self._robot.name, self._connection.jetstream()
         with suppress(Error, TimeoutError):
             await streams.delete_stream(_stream_of(name))

@@ -73,9 +73,8 @@ class ServedShapes:
 
 
 def _key(shape: LinkShape, body: MeshFile) -> str | None:
-    """Return a name that changes with the file, its scale and its colour, and that nobody guesses; None if the file
-    cannot be read.
-    """
+    """Return a name that nobody can guess, and that changes with the file, its scale and its colour; None if the file
+    cannot be read."""
     if missing_package(Path(body.path).suffix.lower()[1:]):
         return None
     try:

@@ -1,10 +1,11 @@
 """Predict the motion of a robot behind a slow line, and keep the times for which viewers saw something wrong. Pure.
 
 The user's side plans a command that is still on its way as the robot will: it applies f to the same timeline, at the
-time when the command should arrive. The planned change is unconfirmed until the robot's own change has come.
+time when the command should arrive. The planned change is unconfirmed until the robot's own change has arrived. A
+viewer shows g at the present, or `ahead` of it.
 
-A viewer shows g at the present, or `ahead` of it. A change of the timeline becomes known a while after it was applied:
-what viewers saw meanwhile of the times after its cut was wrong. `Flags` keeps these times.
+A change of the timeline becomes known some time after it was applied. If viewers saw times after its cut during this
+delay, they saw something wrong. `Flags` keeps these times.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ class Preview:
         self._stale = False
         self._lock = Lock()
 
-    # --- what is sent, and what is answered ---
+    # --- commands and answers ---
 
     def send(self, id: int, request: Request | None, issued: float, text: str = "") -> Expected:
         """Add a command that is on its way, issued at a time of the robot's clock [s]; return its expected effect.
@@ -96,7 +97,8 @@ class Preview:
             return self._plan_again().expected[-1]
 
     def begin(self, id: int) -> None:
-        """Note that the robot has begun a command: if it cannot be planned here, its changes now come one by one."""
+        """Record that the robot has started a command. If the command cannot be planned here, its changes now arrive
+        one by one."""
         with self._lock:
             if id in self._underway and self._underway[id].request is None:
                 self._forget(id)
@@ -116,7 +118,7 @@ class Preview:
     def _forget(self, id: int) -> None:
         self._stale |= self._underway.pop(id, None) is not None
 
-    # --- what is expected ---
+    # --- expected motion ---
 
     @property
     def plan(self) -> PreviewPlan:
@@ -252,9 +254,8 @@ class FlagWindow(NamedTuple):
 
 
 class Flags:
-    """The times for which viewers saw something wrong, by the robot's clock [s]. `ahead`: a viewer sees times up to so
-    much after the present [s].
-    """
+    """The times for which viewers saw something wrong, by the robot's clock [s]. `ahead`: viewers see times up to this
+    much after the present [s]."""
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead

@@ -150,7 +150,7 @@ class ServerConnection:
         elif self.delivery_log is not None and self.delivery_log.put != self._outbox.put:
             self.close("the holder is at another connection now")
 
-    # --- what is sent ---
+    # --- messages to the client ---
 
     def welcome(self, welcome: messages.Welcome, delivery_log: DeliveryLog, now: float) -> None:
         """Answer the hello: complete the caller's `welcome` with the state of the user's connection. Then send the
@@ -186,7 +186,7 @@ class ServerConnection:
             self._outbox.send(message)
 
     def close(self, why: str, refusal: Refusal | None = None) -> None:
-        """Tell the client why the connection closes; send nothing after that. The user may resume."""
+        """Send the client the reason why the connection closes, and nothing after that. The user may resume."""
         if self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, why
             self._outbox.send(messages.Closing(why, refusal))
@@ -195,7 +195,7 @@ class ServerConnection:
         self.close(detail, _refusal(detail, hint))
 
     def cut(self, now: float) -> None:
-        """Note that the socket is gone."""
+        """Record that the socket is closed."""
         self.state = ConnectionState.CLOSING
         if self.delivery_log is not None and self.delivery_log.put == self._outbox.put:
             self.delivery_log.cut(now)
@@ -258,7 +258,7 @@ class ClientConnection:
         return self._outbox.size
 
     def cut(self) -> None:
-        """Note that the socket is gone."""
+        """Record that the socket is closed."""
         self.state = ConnectionState.CUT
 
     def frames(self) -> list[Frame]:
@@ -269,7 +269,7 @@ class ClientConnection:
     def closing(self) -> bool:
         return self.state is ConnectionState.CLOSING or self._outbox.overflown
 
-    # --- what is sent ---
+    # --- messages to the server ---
 
     def next_id(self) -> int:
         """Return the id for the next request."""
@@ -285,7 +285,7 @@ class ClientConnection:
         if self.state is not ConnectionState.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         frame = encode(message, self._outbox.encoding)
-        if len(frame) > USUAL.message:  # the server would cut the connection, and nobody would know why
+        if len(frame) > USUAL.message:  # else the server would cut the connection without a known reason
             raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
         if isinstance(message, messages.Request):
             if len(self._unanswered) >= MAX_PENDING and not isinstance(message, messages.Abort):

@@ -58,11 +58,12 @@ class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
 
 
 class PreviewMessage(ServerMessage, frozen=True, tag="preview"):
-    """What is expected of a robot behind a line with delays. The predicted timeline is that after change `number` and
-    all `deltas`. `since_heard`: a tool is dragged, and nothing is confirmed but what has happened already. `flagged`:
-    times of which something wrong was shown, in order [s]. `round_trip`: D_f + D_b in seconds of the robot. `ahead`:
-    how far ahead of what is heard the robot is shown: `present`, `auto`, or a time [s]. `near`: the delays are too
-    short to matter.
+    """The expected state of a robot behind a line with delays.
+
+    The predicted timeline is the timeline after change `number` and all `deltas`. `since_heard`: a tool is dragged, so
+    only the past is confirmed. `flagged`: times for which something wrong was shown, in order [s]. `round_trip`: D_f +
+    D_b in seconds of the robot. `ahead`: how far ahead of the last known state the robot is shown: `present`, `auto`,
+    or a time [s]. `near`: the delays are too short to matter.
     """
 
     number: int
@@ -233,9 +234,11 @@ class _Direct(HTTPRedirectHandler):
 
 
 class Relay:
-    """Relays connections to `robot` at `url`. `token`, `name`: for the server there. `secret`: pages send it in place
-    of the token. `window`: seconds of the past to ask for; None: as many as the page wants. `cell`: around a robot
-    whose server has none; its parts are computed from the begin of the timeline.
+    """Relays connections to `robot` at `url`.
+
+    `token`, `name`: for the server there. `secret`: pages send it instead of the token. `window`: seconds of the past
+    to request; None: as many as the page wants. `cell`: the cell around a robot whose server knows none; its parts are
+    computed from the start of the timeline.
     """
 
     def __init__(
@@ -287,7 +290,7 @@ class Relay:
                 await page.send(encode(messages.Closing(why), hello.format))
 
     async def _take_hello(self, page: PageSocket) -> messages.Hello | None:
-        """Return the page's hello; if the page may not enter, tell it and return None."""
+        """Return the page's hello. If the page may not enter, send it the reason and return None."""
         try:
             async with asyncio.timeout(HELLO_SECONDS):
                 frame = await page.recv()

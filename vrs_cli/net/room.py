@@ -208,7 +208,7 @@ class Room(ServedRobot):
         self._say(message, by)
 
     def _journal_lost(self, text: str) -> None:
-        """Tell everybody that the journal was lost."""
+        """Inform all users that the journal was lost."""
         self._tell(text)
         self._say(messages.Told(Message(text, Tone.ERROR)), None)
 
@@ -255,13 +255,13 @@ class Room(ServedRobot):
         self.put(tell)
 
     def _tell_alarm(self, alarm: DivergenceAlarm, clients: Iterable[ClientSession]) -> None:
-        """Tell clients that the body differs from the timeline."""
+        """Inform clients that the body differs from the timeline."""
         for client in tuple(clients):
             client.tell(messages.Alarm(alarm))
             client.tell(messages.Told(Message(alarm_text(alarm), Tone.WARNING)))
 
     def _driven(self, lease: RobotLease, notice: Notice | None) -> None:
-        """Tell everybody that the lease has changed."""
+        """Inform all users that the lease has changed."""
         self.session.lease = self.binding(lease)
 
         def tell() -> None:
@@ -291,7 +291,7 @@ class Room(ServedRobot):
                 applied = self._self.now
                 self.broadcast.tell(event, applied)
                 if isinstance(event, TimelineDelta) and event.motion.kind is not MotionKind.STEERED:
-                    self._told_now = applied  # the short form of a steered change does not tell the clock
+                    self._told_now = applied  # the short form of a steered change does not contain the clock
         self._announce()
 
     def _spread(self, message: messages.ServerMessage, by: object, ticket: Ticket[Any] | None = None) -> None:
@@ -341,9 +341,8 @@ class Room(ServedRobot):
     # --- as time passes ---
 
     def tick(self) -> None:
-        """Do what is due: drop users who are gone, stop programs over their limits, write reports. Call it several
-        times a second. Raises an error of the robot's thread that no caller has received.
-        """
+        """Do the periodic work: drop users who are gone, stop programs over their limits, write reports. Call it
+        several times a second. Raises an error of the robot's thread that no caller has received."""
         now = self.wall()
         for client in tuple(self._away):
             if client.link is None and client.delivery_log.is_expired(now):
@@ -360,7 +359,7 @@ class Room(ServedRobot):
         self._withdraw_questions()
         wrong = self._meter.look(session.actor.worked, now)
         if wrong is not None and not session.driver.end_by(wrong):
-            self._call(Session.stop, urgent=True)  # tasks that nobody waits for
+            self._call(Session.stop, urgent=True)  # tasks without a user who waits for them
             told = messages.Told(refusal(wrong, ""))
             self.put(lambda: self._spread(told, None))
         self._push_status()
@@ -389,7 +388,7 @@ class Room(ServedRobot):
         self._self.put(quietly(lambda: act(self.session)), urgent=urgent)
 
     def _mind_idleness(self, now: float) -> None:
-        """Pause a robot that works without users and viewers; let it go on when one has come."""
+        """Pause a robot that works without users and viewers; let it continue when one has come."""
         if self.broadcast.is_watched:
             self._watched_at = now
             if self._paused_at is not None:
@@ -446,11 +445,12 @@ class RobotFolders(Struct, frozen=True):
 
 
 class Hub:
-    """All robots of a server, and who may hold which. `robots`: the shared ones, by name. `own`: how many robots each
-    token has for itself; they are made at the first use, and paused after `own_idle` [s] without users and viewers. A
-    teacher may hold those of all `grants`. `cells`: cells of some shared robots, by name, in place of the usual cell.
+    """All robots of a server, and who may hold which.
 
-    Any thread may call `open`, which takes a while; all other methods are for the thread of the connections.
+    `robots`: the shared robots, by name. `own`: the number of robots that each token has for itself; they are made at
+    the first use, and paused after `own_idle` [s] without users and viewers. A teacher may hold the robots of all
+    `grants`. `cells`: cells of some shared robots, by name; they replace the usual cell. Any thread may call `open`,
+    which takes some time; all other methods are for the thread of the connections.
     """
 
     def __init__(

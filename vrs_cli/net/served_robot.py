@@ -130,7 +130,7 @@ LATELY = 1.0  # [s] time after a request for which a user counts as active
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # words allowed without room
 
 
-LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and what users are told
+LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and the messages to users
 
 
 class WhenGone(Enum):
@@ -143,8 +143,7 @@ class WhenGone(Enum):
 
 class Driving:
     """The lease of one robot. Any thread may call any method; `told` is called in that thread with each change.
-    `by_asking`: only asking for the lease takes it, not commanding.
-    """
+    `by_asking`: a user takes the lease only by asking for it, not by commanding."""
 
     def __init__(
         self, wall: Callable[[], float], told: Callable[[RobotLease, Notice | None], None], *, by_asking: bool = False
@@ -154,9 +153,8 @@ class Driving:
         self.lease = RobotLease()
 
     def may(self, who: str) -> None:
-        """Check that a user may command. If nobody drives, the user takes the lease, unless it has to be asked for.
-        Raises LeaseHeld.
-        """
+        """Check that a user may command. If nobody has the lease, the user takes it, unless users must ask for it.
+        Raises LeaseHeld."""
         with self._lock:
             now = self._wall()
             if self.lease.drives(who):
@@ -174,7 +172,7 @@ class Driving:
             self._take(step(self.lease, self._wall()))
 
     def beat(self, who: str) -> None:
-        """Note that a user was heard; this matters only for the driver."""
+        """Record that a message of a user has arrived; this matters only for the driver."""
         with self._lock:
             if self.lease.drives(who):
                 self.lease = self.lease.beat(who, self._wall())
@@ -370,7 +368,7 @@ class ServedRobot:
         reports = self._unwritten[:]
         if self._journal is not None and reports:
             self._journal.add_reports(reports)
-        del self._unwritten[: len(reports)]  # keeps reports that another thread has added meanwhile
+        del self._unwritten[: len(reports)]  # keeps the reports that another thread has added since then
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
         """Return the lease that restricts commands; a robot of one user has none until somebody
@@ -380,14 +378,13 @@ class ServedRobot:
     # --- requests of users ---
 
     def others_ask(self, user: UserSession) -> bool:
-        """Return whether another user has sent a request lately."""
+        """Return whether another user has sent a request recently."""
         earliest = self.wall() - LATELY
         return any(at > earliest for other, at in self.asked_at.items() if other is not user)
 
     def check_and_note(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
-        """Run a dialogue in the robot's thread, and note its changes for the disk. Raises FileError or LimitReached if
-        nothing may change now and the dialogue may not `always` run.
-        """
+        """Run a dialogue in the robot's thread, and record its changes for the disk. Raises FileError or LimitReached
+        if nothing may change now, unless the dialogue may `always` run."""
         try:
             self._check()
         except VrsError:
@@ -413,7 +410,7 @@ class ServedRobot:
             raise self._grown
 
     def may_always(self, line: str) -> bool:
-        """Return whether a line only looks, stops the robot, or makes room."""
+        """Return whether a line only reads, stops the robot, or frees room."""
         try:
             statement = parse_prompt(line, self.session.names())
         except VrsError:

@@ -173,7 +173,7 @@ class _Link:
         return self.client is not None and self.client.link is self and self.client.has_more
 
     def _count(self) -> None:
-        """Tell the client session how many bytes wait."""
+        """Report to the client session how many bytes wait."""
         if self.client is not None and self.client.link is self:
             self.client.pace.waiting = self.connection.waiting + self.sink.waiting
 
@@ -222,9 +222,11 @@ def _robot_in_path(socket: Socket) -> str:
 
 
 class Server:
-    """Serves the robots of a hub. `tokens`: who may enter, None for everybody. `tell` takes messages for whoever runs
-    the server. `pages`: the page that browsers show, None for none. `relays`: those of robots that are served
-    elsewhere, by name. `opened`: functions that are called with every robot that is served.
+    """Serves the robots of a hub.
+
+    `tokens`: who may enter, None for everybody. `tell` takes messages for the person who runs the server. `pages`: the
+    page that browsers show, None for none. `relays`: relays to robots that are served elsewhere, by name. `opened`:
+    functions that are called with every robot that is served.
     """
 
     hub: Hub
@@ -401,7 +403,7 @@ class Server:
             del self._waiting[client]
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
-        """Add a client to its robot, or tell it why not."""
+        """Add a client to its robot, or send the client the reason why that is impossible."""
         try:
             grant = self._grant(link, hello)
             name = self.hub.choose(grant, self._wanted_robot(link, hello))
@@ -507,7 +509,7 @@ class Server:
                     self._guard(self.board.tell)
 
     def _guard(self, act: Callable[[], None]) -> bool:
-        """Call `act`; report an internal error and go on. Return whether there was none."""
+        """Call `act`; report an internal error and continue. Return whether there was no internal error."""
         try:
             act()
         except Exception as error:
@@ -546,7 +548,8 @@ class Server:
                 room.leave(client)
 
     def begin_anew(self, name: str, why: str) -> None:
-        """Close a robot and open it again: its users are told why, and connect to the new one. In any thread."""
+        """Close a robot and open it again. Its users get the reason, and connect to the new robot. Any thread may call
+        this method."""
 
         async def begin() -> None:
             room = await asyncio.to_thread(self.hub.take_away, name)

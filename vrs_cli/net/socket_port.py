@@ -91,7 +91,7 @@ class Loop:
 
         with self._lock:
             self.ends = True
-        # in the loop's own thread, as this one may run another loop (in a notebook)
+        # runs in the loop's own thread, because this thread may run another loop (in a notebook)
         asyncio.run_coroutine_threadsafe(stop_tasks(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
@@ -170,7 +170,7 @@ class SocketPort:
 
     @property
     def stalls(self) -> int:
-        """Return the number of silences that were so long that the connection may have been cut."""
+        """Return how often the robot was silent for so long that the connection may have been cut."""
         return self.far.stalls
 
     def close(self) -> None:
@@ -252,7 +252,7 @@ class SocketPort:
         return True
 
     def give_up(self, error: BaseException) -> str:  # noqa: ARG002 (the robot knows nothing of it)
-        """Return what to tell a user who no longer waits for a request."""
+        """Return the message for a user who no longer waits for a request."""
         return "it is not waited for any more: the robot may do it still"
 
     def status(self) -> PromptStatus:

@@ -72,7 +72,7 @@ class Packet(Struct, eq=False):
     frame: bytes = b""
 
     def follows(self, last: DeflatedPlace | None) -> bool:
-        """Return whether a receiver that has all messages up to the place `last` can inflate this one."""
+        """Return whether a receiver that has all messages up to the place `last` can inflate this message."""
         place = self.place
         return place is None or place.number == 0 or last == (place.context, place.number - 1)
 
@@ -142,8 +142,10 @@ class Stream:
     # --- changes of the robot ---
 
     def tell(self, event: TimelineChange, applied: float, seen: Timeline) -> None:
-        """Take the next change. `applied`: the robot's clock when it was made [s]. `seen`: the robot's present
-        timeline, perhaps after more changes. Raises ValueError for a change that does not fit.
+        """Take the next change.
+
+        `applied`: the robot's clock when it was made [s]. `seen`: the robot's current timeline, perhaps after more
+        changes. Raises ValueError for a change that does not fit.
         """
         number = self.number + 1
         if isinstance(event, TimelineReplaced):
@@ -220,7 +222,7 @@ class Stream:
         return max(0, self.number - max(number, self._replaced))
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
-        """Return the timeline from the listener's window before `now` [s] on, in place of all earlier changes."""
+        """Return the timeline from the listener's window before `now` [s] on; it replaces all earlier changes."""
         found = self._snapshots.get(listening)
         if found is None:
             first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)

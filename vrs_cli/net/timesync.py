@@ -104,9 +104,10 @@ class TimeSync:
 
 
 class OneWay:
-    """An estimator of a remote clock from messages in one direction that tell when they were sent. Of each part of the
-    `window` [s] the message with the shortest way is kept (a minimum filter). That way is taken as half of the shortest
-    round trip, which the sender measures; the error of the offset is at most the other half.
+    """An estimator of a remote clock from messages in one direction that contain their time of sending.
+
+    Of each part of the `window` [s] the message with the shortest delay is kept (a minimum filter). This delay is taken
+    as half of the shortest round trip, which the sender measures; the error of the offset is at most the other half.
     """
 
     def __init__(self, window: float = 60.0) -> None:
@@ -114,7 +115,7 @@ class OneWay:
         self._best: dict[int, Exchange] = {}  # best message by part of the window
 
     def hear(self, sent: float, came: float, round_trip: float = 0.0) -> None:
-        """Add a message that was sent at `sent` by the remote clock and came at `came` by the clock here [s]."""
+        """Add a message that was sent at `sent` by the remote clock and arrived at `came` by the clock here [s]."""
         part, new = int(came // (self.window / PARTS)), Exchange(came, sent - came + round_trip / 2.0, round_trip)
         before = self._best.get(part)
         if before is None:
@@ -159,9 +160,11 @@ T = TypeVar("T")
 
 
 class Playout(Generic[T]):
-    """A playout buffer: it shows samples as evenly as they were sent, a little later. `percentile`: so many of a
-    hundred samples shall have come when they are due. `window`: samples from which the delay is measured. `most`:
-    samples that may wait. Times of sending and of arrival may be of two clocks that run at the same rate.
+    """A playout buffer: it shows samples as evenly as they were sent, a little later.
+
+    `percentile`: the percentage of samples that must have arrived when they are due. `window`: the number of samples
+    from which the delay is measured. `most`: the maximum number of waiting samples. Times of sending and of arrival may
+    be from two clocks that run at the same rate.
     """
 
     def __init__(

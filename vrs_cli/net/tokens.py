@@ -125,8 +125,10 @@ class TokenFile:
         self.wrong = ""
 
     def look(self) -> bool:
-        """Read the file again if it has changed; return whether the tokens have changed. Programs may empty a file
-        before they write it: so it is read only if it is as at the last look, and used if it is the same after reading.
+        """Read the file again if it has changed; return whether the tokens have changed.
+
+        Programs may empty a file before they write it. So the file is read only if it is the same as at the last check,
+        and its content is used only if the file is still the same after reading.
         """
         mark = stamp(self.path)
         still, self._seen = mark == self._seen, mark
@@ -351,7 +353,7 @@ class ClassFolder(Struct, frozen=True):
         names = {grant.name for grant in grants if grant.teacher is teacher and not grant.body}
         return {name: token for name, token in plain_tokens(self.tokens).items() if name in names}
 
-    # --- what was handed in ---
+    # --- hand-ins ---
 
     def hand_in(self, student: str, name: str, text: str, now: float) -> str:
         """Keep a program that a student hands in; return the name of its file. Raises FileError, LimitReached."""

@@ -176,7 +176,7 @@ class TypedText(Struct, frozen=True):
 
 
 class TypedCheck(BaseCheck, frozen=True, tag="typed"):
-    """Requires that TYPE shows these lines in this order. A single ModelPlace stands for the lines of the model's run.
+    """Requires that TYPE shows these lines in this order. A single ModelPlace means the lines of the model's run.
     `only`: the program may type no other lines."""
 
     lines: tuple[TypedText | ModelPlace, ...]

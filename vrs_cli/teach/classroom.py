@@ -1,7 +1,7 @@
 """Provide the robot of a lesson, and rehearse lessons.
 
 The robot runs in this process, is served to a browser beside the prompt, or is served behind a delay. A rehearsal tries
-each step three ways: without lines, with its wrong lines, and with its model lines.
+each step three times: without lines, with its wrong lines, and with its model lines.
 """
 
 from __future__ import annotations

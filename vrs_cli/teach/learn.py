@@ -180,7 +180,7 @@ class Learner:
     # --- words of the lesson ------------------------------------------------------------------------------------------
 
     def take(self, text: str) -> bool:
-        """Carry out a line if it is a word of the lesson; return whether it is one."""
+        """Carry out a line if it is a word of the lesson; return whether it was such a word."""
         words = text.partition(";")[0].split()
         match [words[0].upper() if words else "", *words[1:]]:
             case ["LESSON", *rest]:

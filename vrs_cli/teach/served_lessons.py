@@ -111,7 +111,7 @@ class ServedLessons:
             tutor.enter(client)
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line if it is a word of lessons; return whether it is one."""
+        """Carry out a line if it is a word of lessons; return whether it was such a word."""
         first = line.text.partition(";")[0].split()[:1]
         tutor = self._at(client)
         if tutor is None or not first or first[0].upper() not in WORDS:

@@ -1,9 +1,9 @@
 """Compute the path of the tool's tip over time, and search it for extremes, with bounds that prove the result between
-two looks.
+two samples.
 
 On each segment of the timeline the tip, its velocity and its acceleration are curves c(t). Their second derivatives
-have a bound M, so that between two looks at t and t + h a curve is within M h^2 / 8 of the straight line between them.
-On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from the
+have a bound M, so that a curve between two samples at t and t + h is within M h^2 / 8 of the straight line between
+them. On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from the
 extremes of the joints' derivatives and the lengths of the links. A vector of length l is carried by rotations whose
 angles have derivatives of at most x1, x2, ... in sum. Its n-th derivative is at most l B_n(x1, ..., xn), with the
 complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).

@@ -267,9 +267,10 @@ def threshold(allowance: float, freedoms: int, an_hour: float) -> float:
 
 
 def load_threshold(joints: int, an_hour: float) -> float:
-    """Return the threshold h at which the likelihood ratio of a load raises at most so many false alarms an hour. In
-    each window it is at most chi-square distributed with a degree of freedom for each joint; h is from Chernoff's
-    bound.
+    """Return the threshold h at which the likelihood ratio of a load raises at most `an_hour` false alarms per hour.
+
+    In each window the ratio is at most chi-square distributed with a degree of freedom for each joint; h follows from
+    Chernoff's bound.
     """
     rarity, h = -log(an_hour * BLOCK / 3600.0 / LOAD_WINDOW), float(joints)
     for _ in range(100):

@@ -1,6 +1,6 @@
 """Encode messages as bytes and decode them: JSON in text frames, MessagePack in binary frames.
 
-A `str` is a text frame, `bytes` are a binary frame, so the type of a frame tells its encoding.
+A `str` is a text frame and `bytes` are a binary frame, so the type of a frame shows its encoding.
 """
 
 from __future__ import annotations

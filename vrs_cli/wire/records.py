@@ -224,7 +224,7 @@ class Motions(dict[int, Motion]):
     """The motions that were written completely so far, by number; later records refer to them."""
 
     def reference(self, motion: Motion) -> int | MotionRecord:
-        """Return the motion's number if the motion was written before; otherwise return the whole motion, and remember
+        """Return the motion's number if the motion was written before; else return the whole motion, and remember
         it."""
         known = self.get(motion.number)
         if known is motion or known == motion:

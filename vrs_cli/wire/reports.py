@@ -48,9 +48,8 @@ COMPRESSION_LEVEL = 1  # higher levels take much longer and gain little
 
 
 class ReportsRecord(StrictRecord, frozen=True):
-    """Reports of so many joints. `columns`: times, positions, velocities and efforts (if any report has them), and
-    flags.
-    """
+    """Reports in compressed form. `reports`, `joints`: the numbers of reports and of joints. `columns`: times,
+    positions, velocities and efforts (if any report has them), and flags."""
 
     reports: Annotated[int, msgspec.Meta(ge=1, le=MAX_RECORD_REPORTS)]
     joints: Annotated[int, msgspec.Meta(ge=1, le=64)]
