@@ -218,7 +218,7 @@ def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change]
 
     def listen() -> None:
         timeline: Timeline | None = None
-        while (event := subscription.take()) is not None:  # after the end: what still waits
+        while (event := subscription.take()) is not None:  # waiting events arrive after the end
             if isinstance(event, MissedEvents):
                 continue  # the next event contains the whole timeline
             if isinstance(event, TimelineDelta):

@@ -310,7 +310,7 @@ class ChunkSteering:
         due = t + self._shift
         if self._times and due <= self._times[-1]:
             due = self._times[-1] + STEERING.shortest
-        if self._times and due - self._times[-1] > STEERING.longest:  # the motion between these targets is unknown
+        if self._times and due - self._times[-1] > STEERING.longest:  # the gap is too long
             self.send()
             self._times, self._joints = [], []
         self._times.append(due)

@@ -75,7 +75,7 @@ class _Brake(NamedTuple):
 
     def at(self, s: float) -> State:
         """Return the state after s seconds."""
-        slowing = np.minimum(s, np.abs(self.velocity) / self.deceleration)  # how long each joint has slowed down
+        slowing = np.minimum(s, np.abs(self.velocity) / self.deceleration)  # [s] time for which a joint has slowed down
         a = -np.sign(self.velocity) * self.deceleration
         moves = s < np.abs(self.velocity) / self.deceleration
         joints = self.joints + slowing * (self.velocity + 0.5 * slowing * a)
@@ -161,7 +161,7 @@ class MujocoArm:
         self._offset: _Quintic | None = None  # the offset from the set point, which fades
         self._since = start
         self._arrives = True  # whether the next set point is the first one to follow
-        self._clock = (start, start, 0.0)  # a time of the robot's clock, the own clock then, and its gain [s/s]
+        self._clock = (start, start, 0.0)  # times of the robot's clock and of this clock, and its gain [s/s]
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
         self._active = list[tuple[float, scenario.Disturbance]]()  # end times [s] and disturbances that act now
         for one in disturbances:

@@ -31,8 +31,8 @@ from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import JointTarget, Move, Stamp
 
-LEAD = 0.4  # [s] from the issue of a motion in "moves" to its start
-BETWEEN = 2.0  # [s] between two motions of "moves", and two goals of "steps"
+LEAD = 0.4  # [s] time from the issue of a motion in "moves" to its start
+BETWEEN = 2.0  # [s] time between two motions of "moves", and two goals of "steps"
 SWING = 0.12  # maximum amplitude of the goal in "waves", as a fraction of a joint's range
 SPEED = 0.3  # maximum speed of the goal in "waves", as a fraction of a joint's maximum velocity
 PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
@@ -117,7 +117,7 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
         jumping: Floats = places[(times / BETWEEN).astype(int) % PLACES]
         return jumping
     if scenario == "stops":
-        # How long the goal of "stops" has moved up to each time [s]
+        # Sum up how long the goal of "stops" has moved until each time [s]
         borders, moved = [0.0], [0.0]
         while borders[-1] < times[-1]:
             run, pause = random.uniform(*RUN), random.uniform(*PAUSE)

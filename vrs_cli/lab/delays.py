@@ -41,7 +41,7 @@ from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 
 FIRST = 1.0  # [s] time of the first command
-SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] minimum and maximum time between two commands
 PLACES = 4  # number of targets, which the arm visits one after the other
 REACH = 0.15  # maximum distance of a target from READY, as a fraction of each joint's range
 MEASURED = 1000  # number of frames that determine the size of the playout buffer

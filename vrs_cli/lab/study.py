@@ -326,7 +326,7 @@ class Results:
 
 TICK = 0.05  # [s] time step
 REACTION = (0.6, 1.4)  # [s] minimum and maximum time from a picture to a command
-MISSES, TREMBLES = 0.04, 0.001  # standard deviations: share of the travel of a joint, and [rad, m]
+MISSES, TREMBLES = 0.04, 0.001  # standard deviations: relative to the travel, and [rad, m]
 STILL = 1e-9  # [rad, m] maximum change per tick of a robot at rest
 
 

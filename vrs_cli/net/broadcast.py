@@ -82,7 +82,7 @@ class Listener:
         self.listening: streams.Listening | None = None  # form in which changes are sent; None: no changes are sent
         self.number, self.news = NOTHING, 0
         self.place: streams.DeflatedPlace | None = None
-        self.heard: Heard | None = None  # part of the world's course already sent; None: no course
+        self.heard: Heard | None = None  # part of the world's course that was already sent; None: no course
         self.measured: int | None = None  # number of the next body report to send; None: no reports
         self.channel: Channel | None = None  # the channel of the listener's samples
 
@@ -140,7 +140,7 @@ class Channel:
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # cuts [s], each with the last time [s] to report it
+        self._wrong: list[tuple[float, float]] = []  # times of cuts, each with the end of its report [s]
 
     def change(self, cut: float, applied: float) -> None:
         """Record that samples of times after the cut were wrong. All later samples mention the cut for as long as a
@@ -204,7 +204,7 @@ class Broadcast:
         self._news: dict[type[messages.ServerMessage], tuple[int, Letter]] = {}
         self._parcel = cache(self._pack)  # parcels by the state of the listener; valid until the next event
         self._last_news = 0
-        self._held = self._free = -inf  # [s] on the wall: until when sending is held, and may not be held again
+        self._held = self._free = -inf  # wall times [s]: end of the pause of sending, and of the next sending
         self._audience = Audience(watched, wall)
         self._channels: dict[Viewer, Channel] = {}
         self._shared: dict[tuple[float, float], Channel] = {}  # channels by rate [1/s] and time ahead of the robot [s]
@@ -447,7 +447,7 @@ class Broadcast:
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
             if packet is None:
-                missed = 0 if number == NOTHING else stream.count_missed(number)  # changes that are no longer kept
+                missed = 0 if number == NOTHING else stream.count_missed(number)  # number of changes no longer kept
                 packets = [streams.packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MAX_WAITING_BYTES:

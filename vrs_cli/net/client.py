@@ -124,7 +124,7 @@ class SampleBuffer:
 
     def hear(self, message: messages.ServerMessage) -> None:
         match message:
-            case messages.Clock():  # the rate may have changed: measure the delays again
+            case messages.Clock():  # the rate may have changed, so measure the delays again
                 self.playout = Playout(self._percentile)
             case messages.Sample(clock=clock):
                 arrived, rate = self._wall(), self._far.rate

@@ -103,7 +103,7 @@ class ClientSession(UserSession):
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # the target of a dragged tool, until the robot takes it
         self._pulling: Pending | None = None  # the pending request with which the robot takes this target
         self._drag_refused = False  # whether the user was told that the target is refused
-        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and messages after it
+        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, then messages that follow
         self._status: PromptStatus | None = None  # the status that was last sent
         self._columns: int | None = None  # width of the client's screen, for rendered replies
 
@@ -225,7 +225,7 @@ class ClientSession(UserSession):
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
                 joints = None if self._listener is None else self._listener.form.joints
-                part = stream.part(begin, end, joints)  # encoded now, because a later change would make it out of date
+                part = stream.part(begin, end, joints)  # encoded now, because a later change would make it outdated
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder

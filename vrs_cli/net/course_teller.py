@@ -202,7 +202,7 @@ class CourseTeller:
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the current timeline; None while there are no listeners
-        self._cut = self._taken = NEVER  # cuts that `_known` does not include yet; the second one is being computed
+        self._cut = self._taken = NEVER  # cuts that `_known` does not contain yet; the second one is being computed
         self._known: Known | None = None
 
     # --- listeners ---
@@ -334,7 +334,7 @@ class CourseThread(CourseTeller):
                     self._wait()
                 time.sleep(max(took * (1.0 / SHARE - 1.0), STEP))
                 until = time.monotonic() + LAG
-                while self._works() and time.monotonic() < until:  # the robot's own work comes first, up to a limit
+                while self._works() and time.monotonic() < until:  # the robot's own work has priority, up to a limit
                     time.sleep(LOOKS_EVERY)
         except Exception as error:
             self._failed(error)

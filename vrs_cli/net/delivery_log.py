@@ -53,11 +53,11 @@ class DeliveryLog:
         self.seq = 0
         self.put: Callable[[Frame], None] | None = None
         self._since: float | None = None  # time at which the connection was cut [s]; None while connected
-        self._told: deque[tuple[float, Frame]] = deque()  # sent at [s], frame; the last is number `seq`
+        self._told: deque[tuple[float, Frame]] = deque()  # time of sending [s] and frame; the last one is number `seq`
         self._size = 0
         self.waiting: set[int] = set()
         self.ended: dict[int, messages.Done] = {}
-        self._forgotten = -1  # the highest id of a command whose end is forgotten
+        self._forgotten = -1  # the highest id of a command whose result is forgotten
         self.questions: dict[int, messages.Asked] = {}
 
     # --- messages ---
@@ -178,7 +178,7 @@ class Outbox:
 
 M = TypeVar("M")
 MAX_PART_ROWS = 200  # maximum number of rows of one part
-MAX_SEARCHED_ROWS = 1000  # rows of a table that are searched: longer tables hold no names of files
+MAX_SEARCHED_ROWS = 1000  # maximum number of rows searched for names of files; longer tables hold none
 
 
 # --- long replies in parts ------------------------------------------------------------------------------------------
@@ -264,7 +264,7 @@ def without(prefixes: tuple[str, ...], value: M) -> M:
     elif isinstance(value, tuple) and len(value) <= MAX_SEARCHED_ROWS:
         found = [without(prefixes, one) for one in value]
         if any(one is not old for one, old in zip(found, value, strict=True)):
-            new = getattr(value, "_make", tuple)(found)  # a named tuple keeps its class
+            new = getattr(value, "_make", tuple)(found)  # keep the class of a named tuple
     elif isinstance(value, Struct):
         fields_of = {name: getattr(value, name) for name in value.__struct_fields__}
         changed = {name: it for name, old in fields_of.items() if (it := without(prefixes, old)) is not old}

@@ -95,7 +95,7 @@ class FarEnd:
         # finished commands whose change has not arrived yet, with the time until which it is awaited [s]
         self._ended: dict[int, tuple[messages.Done, float]] = {}
         self._clock = messages.Clock(0.0)
-        self._resyncs = False  # the mirror is lost and a snapshot was requested
+        self._resyncs = False  # whether the mirror is lost and a snapshot was requested
         self._cut_at = self._silent_since = inf
         self._heard_at = wall()
         self._pings, self._next_ping = 0, 0.0
@@ -174,7 +174,7 @@ class FarEnd:
         self.preview.forward = self.round_trip / 2.0  # the usual delay until a request arrives [s]
         match request:
             case messages.At(act=Go() as go, issued=issued):
-                with suppress(VrsError):  # the location is impossible: the robot will report the error
+                with suppress(VrsError):  # the location is impossible, and the robot will report the error
                     move = move_of(go, self._times)
                     self.preview.send(request.id, move, self.now if issued is None else issued, go.text)
             case _ if (text := changing(request)) is not None:
@@ -226,7 +226,7 @@ class FarEnd:
                 if message.status is not None:
                     self.status.see(message.status)
                     self._moves_to(message.status.clock)
-                if not message.seq or self._is_seen(message, None):  # 0: the message was made on this side
+                if not message.seq or self._is_seen(message, None):  # id 0: the message was made by this side
                     self._end(id, message)
                 else:
                     self._ended[id] = message, self._wall() + CATCHING_UP
@@ -278,7 +278,7 @@ class FarEnd:
         now = self._wall()
         if not welcome.resumed:
             self.status.forget_pace()
-        if self.welcome is not None and self.welcome.life != welcome.life:  # perhaps another machine with another clock
+        if self.welcome is not None and self.welcome.life != welcome.life:  # the server may run on another machine now
             self.sync, self._estimate = TimeSync(), None
             if self.mirror is not None:
                 self.mirror.clock = ClockReading()
@@ -286,7 +286,7 @@ class FarEnd:
         self._wishes, self._pulled = DragTargets(), PulledState()
         self._cut_at = self._silent_since = inf
         if self.open:
-            self._ping(now)  # before any request, so that the delays are known with the first answer
+            self._ping(now)  # sent before any request, so that the delays are known with the first answer
         self._find_again(full=False)
         if self._arm is None:
             try:

@@ -228,7 +228,7 @@ class HttpSocket(Socket):
         super().__init__(*given, **options)
         self.asks_head = False
         self._doorway, self._begin, self._asks = doorway, b"", True
-        self._sent = 0  # bytes of the answer that were counted
+        self._sent = 0  # number of bytes of the answer that were counted
         self._slow: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -384,7 +384,7 @@ class HttpAnswers:
     async def _page(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
         name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
         if path.startswith(ROBOTS) and file:
-            try:  # only clients of the robot know the address of a mesh
+            try:  # no token is needed, because only clients of the robot know the address of a mesh
                 found_mesh = await asyncio.to_thread(self._mesh, unquote(name), file)
             except VrsError as error:
                 if not isinstance(error, NonexistentFile):

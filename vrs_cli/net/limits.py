@@ -14,7 +14,7 @@ OURS = "the server sets this limit"
 TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
 HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
 WRONG_TOKENS = 10  # maximum number of wrong tokens from one address in a minute
-MINUTE = 60.0  # [s] duration of a minute
+MINUTE = 60.0  # [s] time in which wrong tokens are counted
 
 
 def advice(option: str) -> str:
@@ -149,7 +149,7 @@ class Crowd:
     def guess(self, address: str, now: float) -> None:
         """Count a wrong token from an address."""
         if len(self._wrong) >= self._allowance.connections:
-            self._wrong.clear()  # there are too many addresses to remember: forget all
+            self._wrong.clear()  # there are too many addresses to remember, so forget all of them
         self._wrong.setdefault(address, Bucket(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
 
     def guesses(self, address: str, now: float) -> bool:
@@ -168,7 +168,7 @@ class Meter:
     def look(self, used: float, now: float) -> LimitReached | None:
         """Return the reason why programs must stop; None if they may continue. `used`: their CPU time since the start
         [s]."""
-        self._bucket.spend(used - self._used, self._looked)  # charged at the time of the last call
+        self._bucket.spend(used - self._used, self._looked)  # charged as of the time of the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None
@@ -186,7 +186,7 @@ def check_growth(allowance: Allowance, names: int) -> None:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)
 
 
-HIGH_WATER_BYTES = 256 * 1024  # if more bytes than this wait for a user, the robot waits until only
+HIGH_WATER_BYTES = 256 * 1024  # if more than this many bytes wait for a user, the robot waits until only
 LOW_WATER_BYTES = 64 * 1024  # this many are left
 MIN_PROGRESS_BYTES = 32 * 1024  # a user who takes fewer bytes than this in
 SEND_TIMEOUT_S = 5.0  # this time is not waited for again; TCP sends hundreds of KB at once to a slow reader

@@ -201,7 +201,7 @@ class Mirror:
     def extend(self, older: Snapshot) -> bool:
         """Add an older window, which ends where the known part begins. Return False if it no longer fits: ask again."""
         held, count = self._held, self._held.first - older.first
-        joint = older.segments[count : count + 1]  # the first known one, perhaps cut off meanwhile
+        joint = older.segments[count : count + 1]  # the first known segment, which may have been cut off since then
         if self.lost or count < 0 or not joint or joint[0].truncate(held.timeline[0].finish) != held.timeline[0]:
             return False
         self._held = held.with_older(older)

@@ -257,10 +257,10 @@ class PublishedRobot:
         while subscription is None:
             try:
                 subscription = await streams.subscribe(subject_of(self._robot), ordered_consumer=True)
-            except (Error, TimeoutError):  # there is no such stream yet
+            except (Error, TimeoutError):  # the stream does not exist yet
                 await asyncio.sleep(AGAIN)
         async for heard in subscription.messages:
-            with suppress(RecordError):  # a message of a later version
+            with suppress(RecordError):  # the message is from a later version
                 self._hear(_reader.read(heard.data))
 
     def _hear(self, message: messages.ServerMessage) -> None:
@@ -273,7 +273,7 @@ class PublishedRobot:
         elif isinstance(message, messages.Replaced) and not self._anew:
             mirror = self._far.mirror
             if mirror is not None and not mirror.lost and mirror.seq == message.number:
-                return  # a repetition for viewers who came later
+                return  # the message is a repetition for viewers who came later
         self._far.learn(message)
         if isinstance(message, messages.Replaced):
             self._anew = False

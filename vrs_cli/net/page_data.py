@@ -63,7 +63,7 @@ class ServedShapes:
         shape = self._meshes.get(file.removesuffix(".glb"))
         if shape is None or not isinstance(shape.body, MeshFile):
             raise NonexistentFile(file)
-        with self._lock:  # conversions take memory: one at a time
+        with self._lock:  # one conversion at a time, because conversions take memory
             if file not in self._converted:
                 found = glb_of(Path(shape.body.path), shape.body.scale, rgb(shape.colour))
                 if sum(map(len, self._converted.values())) + len(found) > MAX_KEPT_BYTES:
@@ -88,7 +88,7 @@ def _key(shape: LinkShape, body: MeshFile) -> str | None:
 
 FORMAT = "vrs page 1"
 MAX_PLACES = 200
-PLACE = re.compile(r"MOVE[ST]* ([A-Z][A-Z0-9_.]*)", re.IGNORECASE)  # a motion to a named location, nothing else
+PLACE = re.compile(r"MOVE[ST]* ([A-Z][A-Z0-9_.]*)", re.IGNORECASE)  # a motion to a named location and nothing else
 GLB = "data:model/gltf-binary;base64,"
 
 

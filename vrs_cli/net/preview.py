@@ -81,7 +81,7 @@ class Preview:
         self._followed = followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
-        self._told = self._settings = followed.settings  # as the robot sent them, and after later commands
+        self._told = self._settings = followed.settings  # settings from the robot, and after commands
         self._plan = self._planned_after(followed.timeline)
         self._stale = False
         self._lock = Lock()
@@ -259,7 +259,7 @@ class Flags:
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
-        self.windows: tuple[FlagWindow, ...] = ()  # in order of time; no two windows touch
+        self.windows: tuple[FlagWindow, ...] = ()  # sorted by time; no two windows touch
 
     def add_change(self, cut: float, applied: float, at: float) -> FlagWindow | None:
         """Add a change that cuts the timeline at `cut`, was `applied` then and became known here `at` a time [s].

@@ -378,7 +378,7 @@ class ClientConnection:
                 self._unanswered.pop(id, None)
             case messages.Asked(number):
                 if self._questions.get(number) is False:
-                    return []  # the question is known and waits for its answer
+                    return []  # the question is known, and its answer is still awaited
                 self._questions[number] = False
                 if len(self._questions) > MAX_PENDING:
                     del self._questions[next(iter(self._questions))]

@@ -258,7 +258,7 @@ class Relay:
         self._tls = tls_for(self.url, ca)
         self._secret, self._token, self._name, self._ahead, self._window = secret, token, name, ahead, window
         self._cell = cell
-        self._ends: dict[str, RelayedEnd] = {}  # by connection key, oldest first
+        self._ends: dict[str, RelayedEnd] = {}  # resumable connections by key, the oldest first
 
     def mesh(self, file: str) -> bytes:
         """Return a mesh of the robot by the last part of its address. In any thread. Raises NonexistentFile."""
@@ -354,7 +354,7 @@ class _Link:
         self._wanted = False  # whether the page wants the course of the world
         self._woken = asyncio.Event()
         self._course: CourseThread | None = None  # computes the parts of a cell that the server does not know
-        self._shown: Timeline | None = None  # the timeline of the computed course
+        self._shown: Timeline | None = None  # the timeline for which the course is computed
         self._heard = Heard()
         self._failed: list[Exception] = []  # errors in the thread of the course
 

@@ -106,7 +106,7 @@ class Room(ServedRobot):
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
         """Add a user, or take back one whose connection was cut; welcome the connection."""
         client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
-        came = client is None or client.grant != grant  # only the same token resumes
+        came = client is None or client.grant != grant  # only a client with the same token may resume
         if client is None or came:
             client = self._new(grant, hello)
         self._away.pop(client, None)
@@ -122,7 +122,7 @@ class Room(ServedRobot):
         first, self.first_line = (self.first_line, "") if is_page else ("", self.first_line)
         said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant), first_line=first)
         connection.welcome(said, client.delivery_log, now)
-        link.flush()  # before the first broadcast
+        link.flush()  # must be sent before the first broadcast
         client.attach(link, hello)
         if came and (alarm := self.session.divergence.alarm) is not None:
             self._tell_alarm(alarm, (client,))
@@ -279,7 +279,7 @@ class Room(ServedRobot):
         while self.said and time.thread_time() < until:
             try:
                 self.said.popleft()()
-            except Exception as error:  # the other messages are sent all the same
+            except Exception as error:  # after an error the other messages are still sent
                 self._tell(internal_error(error).text)
         touched, self.touched = self.touched, {}
         for flush in touched:

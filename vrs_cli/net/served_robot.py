@@ -127,7 +127,7 @@ class ServedBody:
 MEASURED_SECONDS = 3600.0  # [s] length of the reports that stay in memory; the journal keeps all reports
 SIZE_CHECK_S = 0.1  # [s] time between two measurements of a robot's size, which take long for a large one
 LATELY = 1.0  # [s] time after a request for which a user counts as active
-FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # words allowed without room
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # words that a full robot accepts
 
 
 LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and the messages to users
@@ -251,7 +251,7 @@ class ServedRobot:
         self.said: deque[Callable[[], None]] = deque()
         self._woken = False
         self.touched: dict[Callable[[], None], None] = {}
-        self.ended: Callable[[], None] = lambda: None  # is called when a request of a user has ended
+        self.ended: Callable[[], None] = lambda: None  # called when a request of a user has ended
         self.asked_at: dict[UserSession, float] = {}  # [s] time of the last request of each user
         self.driving = Driving(wall, driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)
@@ -323,13 +323,13 @@ class ServedRobot:
             if taken.has_torn_line:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
-            engine.measured.listeners.remove(self._journal.add_reports)  # they come in another thread than the robot's
+            engine.measured.listeners.remove(self._journal.add_reports)  # called in another thread than the robot's
             engine.measured.listeners.append(self._unwritten.extend)
             try:
                 measured_until = engine.measured.view.end
                 if measured_until is not None:
                     engine.measured.forget_before(measured_until - MEASURED_SECONDS)
-                    if engine.realtime:  # time went on after the last motion
+                    if engine.realtime:  # continue the time after the last motion
                         engine.clock.set(max(engine.clock.reached, measured_until))
                 self._memory = MemoryFile(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():

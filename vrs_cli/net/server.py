@@ -53,7 +53,7 @@ PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] time between two pings, and 
 MAX_REPORTED = 20  # maximum number of internal errors that are reported, each with a file
 PAUSE = 1.0  # [s] pause after an internal error that might occur again at once
 FLOOD = 10.0  # [s] a connection is closed after messages came too fast for this long
-MAX_PARKED_BYTES = 4_000_000  # bytes of waiting requests above which no more is read from a client
+MAX_PARKED_BYTES = 4_000_000  # number of bytes of waiting requests above which no more is read from a client
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
 CLOSE_TIMEOUT_S = 2.0  # [s] maximum time for a client to close its connection
 
@@ -118,7 +118,7 @@ class SharedDeflate(ServerPerMessageDeflateFactory):
     """
 
     def __init__(self) -> None:
-        super().__init__(client_no_context_takeover=True)  # clients send little: no compression context is kept
+        super().__init__(client_no_context_takeover=True)  # clients send little, so no compression context is kept
 
     def process_request_params(
         self, params: Sequence[ExtensionParameter], accepted_extensions: Sequence[Extension]
@@ -248,7 +248,7 @@ class Server:
         self._due: dict[str, asyncio.Event] = {}
         self._told, self._internal_errors = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._broadcasts: dict[str, asyncio.Task[None]] = {}  # by robot
+        self._broadcasts: dict[str, asyncio.Task[None]] = {}  # broadcasts by robot
         self._dropping: asyncio.Task[None] | None = None
         self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for their share
         self.opened: list[Callable[[Room], None]] = []

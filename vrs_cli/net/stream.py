@@ -99,7 +99,7 @@ def packet_of(message: messages.ServerMessage, form: MessageForm) -> Packet:
     return Packet(frame.encode() if isinstance(frame, str) else frame, form.text)
 
 
-TEXT = MessageForm(text=True)  # the longest form
+TEXT = MessageForm(text=True)  # the form with the longest messages
 
 
 class Listening(NamedTuple):
@@ -137,7 +137,7 @@ class Stream:
         self._encoded_until: dict[MessageForm, int] = {}  # the last change to encode in a form without listeners
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
-        self.part = lru_cache(MAX_PARTS)(self._part)  # parts asked for since the last change
+        self.part = lru_cache(MAX_PARTS)(self._part)  # parts that were requested since the last change
 
     # --- changes of the robot ---
 

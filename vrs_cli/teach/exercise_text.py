@@ -76,7 +76,7 @@ class ExerciseText(CellText):
         self.locations, self.parts, self.bodies = frozenset(locations), tuple(parts), tuple(bodies)
 
     def number(self, entry: CellEntry, key: str, least: float, most: float, unit: str = "") -> float:
-        """Read a number; return `least` if it is wrong."""
+        """Read a number; return `least` if the number is wrong."""
         given: Any = entry.given.get(key)
         if type(given) in (int, float) and least <= given <= most:
             return float(given)

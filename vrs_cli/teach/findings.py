@@ -35,7 +35,7 @@ from vrs_cli.world.solids import overlap_by
 
 Run = Callable[[Exercise, str], Evidence]  # runs a submission in a variant; raises VrsError if it cannot run
 TOOL_REACH = 0.5  # [m] length of a long tool, added to the reach of the arm
-OVERLAP = 2e-3  # [m] bodies that overlap by less than this count as touching only
+OVERLAP = 2e-3  # [m] maximum overlap of bodies that count as touching only
 
 
 class Finding(Struct, frozen=True):
@@ -278,7 +278,7 @@ MAX_MUTANTS = 80
 SHIFT_MM = 50  # [mm] displacement of a location in a mutant
 MOTIONS = ("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY")
 OTHER_WORD = {"MOVES": "MOVE", "MOVE": "MOVES", "APPROS": "APPRO", "APPRO": "APPROS", "DEPARTS": "DEPART"}
-ANYWHERE = "MOVE TRANS(99999)"  # a place out of reach of every arm
+ANYWHERE = "MOVE TRANS(99999)"  # a location that no arm reaches
 
 
 class Mutant(NamedTuple):

@@ -20,7 +20,7 @@ from vrs_cli.teach.state_checks import STATE_KINDS
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.diagnostics import DIALECTS, Dialect
 
-MAX_SPEED = 1e6  # [mm/s], [mm/s2]
+MAX_SPEED = 1e6  # [mm/s], [mm/s2] maximum speed and acceleration
 WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of the language
 
 

@@ -3,8 +3,8 @@ two samples.
 
 On each segment of the timeline the tip, its velocity and its acceleration are curves c(t). Their second derivatives
 have a bound M, so that a curve between two samples at t and t + h is within M h^2 / 8 of the straight line between
-them. On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from the
-extremes of the joints' derivatives and the lengths of the links. A vector of length l is carried by rotations whose
+them. On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from
+the extremes of the joints' derivatives and the lengths of the links. A vector of length l is carried by rotations whose
 angles have derivatives of at most x1, x2, ... in sum. Its n-th derivative is at most l B_n(x1, ..., xn), with the
 complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).
 

@@ -234,7 +234,7 @@ APART = 0.009  # [s] minimum time between two reports; closer ones are skipped, 
 GAP = 0.5  # [s] maximum gap between reports; after a longer gap all sums start again
 FALSE_ALARMS = 1e-6  # [1/h] rate of false alarms for normal noise
 JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of freedom: 3 standard deviations
-TOOL_ALLOWANCE = 14.0  # the same allowance with the three degrees of freedom of a position
+TOOL_ALLOWANCE = 14.0  # allowance on a squared residual with the three degrees of freedom of a position
 LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
 SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
 DECIDE = 0.2  # [s] from detection to the alarm, to collect more evidence of the cause
@@ -301,7 +301,7 @@ class DivergenceWatch:
         self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # evidence for a load by block, the newest first
         self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
         self._waiting: deque[list[Blocks]] = deque()  # seconds to learn from; the last one is not complete
-        self._found: tuple[float, float] | None = None  # onset [s], and when the alarm is due [s]
+        self._found: tuple[float, float] | None = None  # times of the onset and of the due alarm [s]
         self._calm = 0
         self._samples.clear()
         self._bounds: dict[int, tuple[Floats, Floats]] = {}

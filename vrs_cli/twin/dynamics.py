@@ -205,7 +205,8 @@ ROUNDING = 1e-12  # relative rounding error of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] minimum principal moment of inertia
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
 RESERVE = 2.0  # ratio of a drive's maximum torque to the torque for gravity and maximum acceleration (our choice)
-ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02  # our choice: of greatest inertia, of torques
+# shares that we chose for unknown data: of the greatest inertia (rotor), and of the maximum torque (friction)
+ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02
 ROUND = 24  # number of slices along half a circle: second moments of a slab to 1e-4
 
 

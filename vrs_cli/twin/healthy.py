@@ -110,7 +110,7 @@ class HealthyResidual:
         mean = np.einsum("bnk,nk->bn", features, self._coefficients)
         unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
         noise = self.noise[self._classes(blocks)]
-        moving = mean - self._coefficients[:, 0]  # the part that RELATIVE applies to: not the offset
+        moving = mean - self._coefficients[:, 0]  # the part to which RELATIVE applies (not the offset)
         slow = STICK * np.exp(-((np.abs(blocks.velocity).min(axis=1) / SLOW) ** 2))
         return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2 + slow**2), noise)
 
@@ -139,7 +139,7 @@ class HealthyResidual:
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
         weight = np.maximum(self._weight, 1.0)
         own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least the noise of the largest error
-        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # more while few blocks were learned
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # larger while few are learned
         self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must rise with the class of activity
         self.learned += len(blocks.times)
 

@@ -14,7 +14,7 @@ from vrs_cli.teach.judging import basis
 from vrs_cli.values.numbers import count
 from vrs_cli.values.world import SpanKind
 
-Window = tuple[float, float]  # start and end [s]
+Window = tuple[float, float]  # start and end of an interval [s]
 PASSED_MM = 1.0  # [mm] distance within which the tip passes a place, if a check gives none
 FLAT = 1e-6  # [m] three places define no arc if the second is closer than this to the line through the others
 
