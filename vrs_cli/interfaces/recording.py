@@ -1,10 +1,8 @@
-"""Make a program from the past motion of an arm: the program leads the tool along the same path.
-
-The path is divided into joint-interpolated motions between precision points: as few as the tolerance allows for the
-position and the orientation of the tool (Douglas and Peucker, "Algorithms for the reduction of the number of points
-required to represent a digitized line", 1973). The program rounds its corners, within the tolerance too. The program is
-carried out in virtual time and compared first; if it misses the tolerance, it is made again with smaller steps.
-"""
+"""Make a program from the past motion of an arm: the program moves the tool along the same path. The path is divided
+into joint-interpolated motions between precision points, as few as the tolerance for the tool's position and
+orientation allows (Douglas and Peucker, "Algorithms for the reduction of the number of points required to represent a
+digitized line", 1973). The program rounds its corners, also within the tolerance. It is then run in virtual time and
+compared with the path; if it exceeds the tolerance, it is made again with smaller steps."""
 
 from __future__ import annotations
 
@@ -22,19 +20,19 @@ from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
-LOOK_STEP_S = 0.01  # time between two samples of the path [s]
-STANDS = 1e-6  # a joint that moves by less counts as not moving [rad, m]
-DECIMALS = 4  # number of decimals of joints in a program [deg, mm]
+LOOK_STEP_S = 0.01  # [s] time between two samples of the path
+STANDS = 1e-6  # [rad, m] tolerance for a joint at rest
+DECIMALS = 4  # number of decimals of joint values in a program [deg, mm]
 ATTEMPTS = 6
-FIRST_SHARE = 0.7  # fraction of the tolerance that is used for the path without rounded corners
-FINER_SHARE = 0.6  # factor on the tolerance from one attempt to the next
-SAME_POSE_SHARE = 0.2  # fraction of the tolerance: of two poses closer than this, one is enough
-NEAR_POINTS = 60  # number of points of a path among which the next point is searched
-MAX_RECORDING_S = 3600.0  # longest duration of a recorded path [s]
+FIRST_SHARE = 0.7  # fraction of the tolerance for the path without rounded corners
+FINER_SHARE = 0.6  # factor on the tolerance for the next attempt
+SAME_POSE_SHARE = 0.2  # distance within which one of two poses is enough, as a fraction of the tolerance
+NEAR_POINTS = 60  # number of points of a path in which the nearest point is searched
+MAX_RECORDING_S = 3600.0  # [s] maximum duration of a recorded path
 
 
 class Tolerance(NamedTuple):
-    """The greatest distance of a tool from a path [m], and its greatest rotation from the path's orientation [rad]."""
+    """The maximum distance of a tool from a path [m], and the maximum rotation from the path's orientation [rad]."""
 
     away: float
     turned: float
@@ -43,12 +41,13 @@ class Tolerance(NamedTuple):
         return Tolerance(part * self.away, part * self.turned)
 
 
-RECORDED = Tolerance(0.002, radians(1.0))  # the tolerance of a program that is recorded by hand
-Way = tuple[Joints, ...]  # the joints along a path, in order of time
+RECORDED = Tolerance(0.002, radians(1.0))  # tolerance for programs that are recorded by hand
+Way = tuple[Joints, ...]  # joints along a path, in order of time
 
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
-    """Return the path from `begin` to `end` [s]; of neighbouring points within the tolerance only one is kept."""
+    """Return the path from `begin` to `end` [s]. A point is left out if it is within a fraction of the tolerance from
+    the previous one."""
     count, least = max(ceil((end - begin) / LOOK_STEP_S), 1), tolerance.times(SAME_POSE_SHARE)
     found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
     kept = [found[0]]
@@ -63,10 +62,8 @@ def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, toleranc
 def recorded_program(
     arm: RobotArm, timeline: Timeline, begin: float, end: float, name: str, tolerance: Tolerance
 ) -> str:
-    """Return the text of a program that leads the tool along the path of that interval [s].
-
-    Raises UsageError if the arm did not move.
-    """
+    """Return the text of a program that moves the tool along the path of that interval [s]. Raises UsageError if the
+    arm did not move."""
     if end - begin > MAX_RECORDING_S:
         raise UsageError(f"{end - begin:.0f} s of motion", f"record {MAX_RECORDING_S:.0f} s at most")
     way = way_of(arm, timeline, begin, end, tolerance)
@@ -88,16 +85,15 @@ def recorded_program(
 
 
 def corners(arm: RobotArm, T_flange_tool: transform.Transform, way: Way, tolerance: Tolerance) -> list[int]:
-    """Return the indexes of points of a path; joint-interpolated motions between these points follow the path within
-    the tolerance.
-    """
+    """Return the indexes of some points of a path. Joint-interpolated motions between these points follow the path
+    within the tolerance."""
     seen = [transform.compose(arm.forward(q), T_flange_tool) for q in way]
     chosen, open_ = [0], [(0, len(seen) - 1)]
     while open_:
         a, b = open_.pop()
         worst, miss = _worst(arm, T_flange_tool, way, seen, (a, b), tolerance)
         if miss > 1.0:
-            open_ += [(worst, b), (a, worst)]  # the first part is taken from the list first
+            open_ += [(worst, b), (a, worst)]  # the part nearer to the start is handled first
         else:
             chosen.append(b)
     return chosen
@@ -111,9 +107,8 @@ def _worst(
     ends: tuple[int, int],
     tolerance: Tolerance,
 ) -> tuple[int, float]:
-    """Return the point, between two points of a path, that is farthest from the motion between the two, and its
-    distance as a fraction of the tolerance.
-    """
+    """Return the index of the point between points a and b of a path that is farthest from the motion from a to b, and
+    its distance as a multiple of the tolerance."""
     a, b = ends
     begin, way = joints[a], [y - x for x, y in zip(joints[a], joints[b], strict=True)]
     square = sum([x * x for x in way])
@@ -162,7 +157,7 @@ def _follows_way(
     rounding: float,
     tolerance: Tolerance,
 ) -> bool:
-    """Carry out the program. Return whether it leads the tool along the whole path and not off the path."""
+    """Run the program. Return whether its path and the given path are everywhere within the tolerance of each other."""
     engine = Engine(arm.model, start=joints[0])
     engine.perform(SetParameter("ROUNDING", 1000.0 * rounding), program=True)
     for q in joints[1:]:
@@ -175,7 +170,7 @@ def _follows_way(
 
 
 def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Transform], tolerance: Tolerance) -> bool:
-    """Return whether each of some poses is near the path through the others, which are in the same order."""
+    """Return whether each pose is near the path through the other poses; both sequences run in the same direction."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:
         nearest = min(range(near, min(near + NEAR_POINTS, len(others))), key=lambda k: _unlike(pose, others[k], weight))
@@ -187,16 +182,15 @@ def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Tran
 
 
 def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> float:
-    """Return the squared distance plus a weighted distance of the axes. For small values this orders pairs of poses as
-    `_miss` does, and is faster.
-    """
+    """Return the squared distance plus a weighted squared distance of the axes. For small values this orders pairs of
+    poses like `_miss`, but is faster."""
     squares = [(x - y) * (x - y) for x, y in zip(a, b, strict=True)]
     away = squares[3] + squares[7] + squares[11]
     return away + 0.5 * weight * (sum(squares) - away)
 
 
 def _beside(pose: transform.Transform, a: transform.Transform, b: transform.Transform, tolerance: Tolerance) -> float:
-    """Return how far a pose is from the straight path between two others, as a fraction of the tolerance."""
+    """Return how far a pose is from the straight line between two others, as a multiple of the tolerance."""
     way = transform.vector_difference(transform.position(b), transform.position(a))
     square = transform.dot(way, way)
     part = (

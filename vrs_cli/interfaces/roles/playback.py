@@ -1,10 +1,7 @@
-"""Playback of a trajectory, and viewers that each sample a robot at a rate of their own. Pure: the wall clock is an
-argument.
-
-A `Playback` maps a time of day to the time of the trajectory that is shown. Each `Viewer` has a playback. The owner of
-an `Audience` asks when the next sample is due (`peek`), and takes that sample then (`step`). All samples of one rate
-are taken at the same instants: viewers that show the same time share one evaluation of g.
-"""
+"""Playback of a trajectory, and viewers that each sample a robot at their own rate. The functions are pure: the wall
+clock is an argument. A `Playback` maps a time of day to the time of the trajectory that is shown. Each `Viewer` has a
+playback. The owner of an `Audience` asks when the next sample is due (`peek`), and takes it then (`step`). All samples
+of one rate are taken at the same instants, so viewers that show the same time share one evaluation of g."""
 
 from __future__ import annotations
 
@@ -19,17 +16,14 @@ from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import IllegalValue
 from vrs_cli.values.results import Position
 
-RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # rates of playback that faster and slower step through
-LIVE = 0.1  # greatest delay behind the robot that counts as live [s]
+RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # playback rates that `faster` and `slower` step through
+LIVE = 0.1  # [s] maximum delay behind the robot that counts as live
 
 
 class Playback(Struct, frozen=True):
-    """Plays a trajectory from `start` to `end` [s], `rate` seconds of the trajectory in one second.
-
-    At the wall time `since` [s] it showed `shown` [s]. `follows`: playback stops at `now`, the robot's time, and
-    continues at its own rate when `now` advances, however far `now` jumps. Methods return a new playback, or a reading
-    of this one.
-    """
+    """Plays a trajectory from `start` to `end` [s] at `rate` seconds of trajectory per second. At the wall time `since`
+    [s] it showed the time `shown` [s]. `follows`: playback stops at `now`, the robot's time, and continues at its own
+    rate when `now` advances, however far `now` jumps. Methods return a new playback, or a value of this one."""
 
     start: float
     end: float
@@ -42,12 +36,12 @@ class Playback(Struct, frozen=True):
 
     @staticmethod
     def of(start: float, end: float, rate: float, wall: float) -> Playback:
-        """Make a playback that begins at `start` now."""
+        """Return a playback that begins at `start` now."""
         return Playback(start, end, rate, shown=start, since=wall)
 
     @staticmethod
     def following(start: float, end: float, now: float, wall: float) -> Playback:
-        """Make a playback that begins at the robot's time, and follows the robot."""
+        """Return a playback that begins at the robot's time, and follows the robot."""
         return Playback.of(start, end, 1.0, wall).look(wall, start, end, now).follow(wall)
 
     # --- reading ---
@@ -67,7 +61,7 @@ class Playback(Struct, frozen=True):
         return "ended" if self.is_over(wall) else "playing" if self.playing else "paused"
 
     def behind(self, wall: float) -> float:
-        """Return how far the shown time is behind the robot's time [s]."""
+        """Return how far the shown time is behind the robot's time [s], at a given wall time."""
         return max(min(self.now, self.end) - self.at(wall), 0.0)
 
     @property
@@ -80,7 +74,7 @@ class Playback(Struct, frozen=True):
     # --- changing: a new value ---
 
     def look(self, wall: float, start: float, end: float, now: float) -> Playback:
-        """Update the playback: the trajectory goes from `start` to `end` now, and the robot is at `now` [s]."""
+        """Update the range of the trajectory to `start` ... `end`, and the robot's time to `now` [s]."""
         grown = replace(self, start=start, end=max(end, now), now=now)
         return grown._anchor(grown.at(wall), wall)
 
@@ -97,7 +91,7 @@ class Playback(Struct, frozen=True):
         return self.pause(wall) if self.playing else self.play(wall)
 
     def seek(self, t: float, wall: float) -> Playback:
-        """Go to time t, limited to the trajectory; playback from there no longer follows the robot."""
+        """Go to time t, limited to the trajectory. The playback then no longer follows the robot."""
         free = replace(self, follows=False)
         return free._anchor(free._within(t), wall)
 
@@ -121,20 +115,19 @@ class Playback(Struct, frozen=True):
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
-        """Play at `rate` seconds of the trajectory in one second, from the present time on."""
+        """Play at `rate` seconds of trajectory per second from the present time on."""
         return replace(self._anchor(self.at(wall), wall), rate=rate)
 
     def _anchor(self, t: float, wall: float) -> Playback:
         return replace(self, shown=t, since=max(wall, self.since))
 
 
-USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # rates of samples [1/s]
+USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # allowed sample rates [1/s]
 
 
 class Viewer:
-    """Samples the robot `rate` times a second at the time that its `playback` shows. The playback follows the robot,
-    `ahead` [s] later than its time, until another playback replaces it.
-    """
+    """Samples the robot `rate` times a second, at the time that its `playback` shows. Until another playback is set,
+    the playback follows the robot, `ahead` [s] later than the robot's time."""
 
     def __init__(self, rate: float, ahead: float, playback: Playback) -> None:
         self.rate, self.ahead, self.playback = rate, ahead, playback
@@ -154,7 +147,7 @@ class Viewer:
 
 
 class ViewerLook(NamedTuple):
-    """A sample for a viewer: the robot, at a time of timeline `version`."""
+    """A sample for a viewer: the position of the robot, at a time of the timeline with this `version`."""
 
     viewer: Viewer
     version: int
@@ -162,16 +155,16 @@ class ViewerLook(NamedTuple):
 
 
 class Audience:
-    """The viewers of one robot; `wall` returns the time of day [s]."""
+    """The viewers of one robot. `wall` returns the time of day [s]."""
 
     def __init__(self, watched: Watched, wall: Callable[[], float]) -> None:
         self._watched, self._wall = watched, wall
         self._viewers: list[Viewer] = []
 
     def join(self, rate: float = USUAL_RATE, ahead: float = 0.0) -> Viewer:
-        """Add a viewer that follows the robot. Raises IllegalValue for a wrong rate [1/s]."""
+        """Add a viewer that follows the robot. Raises IllegalValue for an invalid rate [1/s]."""
         checked_rate(rate, "looks a second", HIGHEST_RATE)
-        wall = floor(self._wall() * rate) / rate  # on the common time grid of the viewers of this rate
+        wall = floor(self._wall() * rate) / rate  # on the time grid that all viewers of this rate share
         timeline = self._watched.timeline
         playback = Playback.following(timeline.start, timeline.end, self._watched.now + ahead, wall)
         self._viewers.append(Viewer(rate, ahead, playback))
@@ -198,7 +191,7 @@ class Audience:
 
 
 def checked_rate(rate: float, what: str, highest: float) -> float:
-    """Return the rate. Raises IllegalValue if the rate is not positive, or too high."""
+    """Return the rate. Raises IllegalValue if it is not positive or is too high."""
     if not (isfinite(rate) and 0.0 < rate <= highest):
         bound = "" if highest == inf else f", at most {highest:g}"
         raise IllegalValue(f"{rate:g} {what}", f"more than 0{bound}", value=rate, lower=0.0, upper=highest)

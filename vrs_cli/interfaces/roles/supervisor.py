@@ -1,6 +1,5 @@
-"""Views of a port for programs: an observer asks where a robot is at any time, and never waits for the users who move
-it; a supervisor is an observer who commands motions, programs, settings and branches, and ABORT.
-"""
+"""Views of a port for programs. An observer asks for the position of a robot at any time, and never waits for the users
+who move it. A supervisor is an observer who also commands motions, programs, settings, branches and ABORT."""
 
 from __future__ import annotations
 
@@ -33,7 +32,7 @@ T = TypeVar("T")
 
 
 class RecordedRobot(NamedTuple):
-    """A saved trajectory that can be watched like a robot; all of its time is past."""
+    """A saved trajectory that can be observed like a robot; all of it is in the past."""
 
     arm: RobotArm
     timeline: Timeline
@@ -44,7 +43,7 @@ class RecordedRobot(NamedTuple):
 
 
 class Observer:
-    """Evaluates the present timeline of a robot: its position at any time (g). Metres, radians, seconds."""
+    """Evaluates the present timeline of a robot: its position at any time (g). Units are metres, radians, seconds."""
 
     def __init__(self, watched: position.Watched) -> None:
         self.watched = watched
@@ -63,22 +62,21 @@ class Observer:
 
     @property
     def frames(self) -> commands.Frames:
-        """The BASE and TOOL in force now."""
+        """The BASE and TOOL that are in effect now."""
         return self.timeline.locate(self.now)[0].motion.frames
 
     def at(self, t: float | None = None) -> results.Position:
-        """Return where the robot is at t [s], past or future, or now."""
+        """Return the position of the robot at t [s], past or future; by default now."""
         return position.position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def over(self, times: Floats) -> position.PositionArrays:
-        """Return where the robot is at times (N,) [s]."""
+        """Return the positions of the robot at times (N,) [s]."""
         return position.positions_at(self.arm, self.timeline, times)
 
 
 class _Conversation:
-    """Passes messages that belong to no request to the inbox of the present conversation, if there is one. It holds no
-    reference to the Supervisor, so that the port, which only listens, does not keep the Supervisor alive.
-    """
+    """Passes messages that belong to no request to the inbox of the present conversation, if there is one. It has no
+    reference to the Supervisor, so that the port's listener does not keep the Supervisor alive."""
 
     def __init__(self) -> None:
         self.notes, self.lock = Notes(), Lock()
@@ -90,10 +88,9 @@ class _Conversation:
 
 
 class Supervisor(Observer):
-    """Commands a robot through a port. Metres, radians, seconds. Any thread may call any method: one request is carried
-    out at a time, in the order of sending. A refusal of the robot is raised as VrsError, and a missing connection as
-    RequestRefused: no method waits for a connection.
-    """
+    """Commands a robot through a port. Units are metres, radians, seconds. Any thread may call any method: one request
+    is carried out at a time, in the order of sending. If the robot refuses a request, VrsError is raised; without a
+    connection, RequestRefused. No method waits for a connection."""
 
     def __init__(self, port: Port) -> None:
         self.port, self.followed = port, port.follow()
@@ -103,7 +100,7 @@ class Supervisor(Observer):
         self._sent: list[Callable[[], object]] | None = None
 
     def on(self, port: Port) -> Supervisor:
-        """Return the same supervisor, with a port that adds conditions to the requests."""
+        """Return the same supervisor with a port that attaches conditions to its requests."""
         other = copy(self)
         other.port = port
         return other
@@ -111,16 +108,15 @@ class Supervisor(Observer):
     # --- requests ---
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
-        """Have the robot carry out an act; return the result. `answer`: answers its questions. `issued`: t_iss [s], if
-        not now.
-        """
+        """Have the robot carry out an act, and return the result. `answer`: a function that answers its questions.
+        `issued`: t_iss [s], by default now."""
         if answer is None:
             return self.start(act, issued)()
         with hints_for_python(), self._conversing(answer):
             return cast(T, self._converse(lambda id: messages.At(id, act, issued)).found)
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
-        """Send an act without waiting. The returned function waits for the end of the act, and returns the result."""
+        """Send an act without waiting. The function returned waits for the act to end, and returns its result."""
         inbox: feed.Inbox[messages.ServerMessage] = feed.Inbox()
         id = self.port.begin(lambda id: messages.At(id, act, issued), inbox.put)
 
@@ -131,15 +127,14 @@ class Supervisor(Observer):
         return wait
 
     def say(self, line: str, answer: Answers) -> tuple[replies.Reply, ...]:
-        """Carry out a line of the prompt; return the replies, including text that programs type. `answer`: answers
-        questions. Raises LineRefused.
-        """
+        """Carry out a prompt line, and return the replies, including text that programs type. `answer`: a function that
+        answers questions. Raises LineRefused."""
         with self._conversing(answer) as notes:
             self._converse(lambda id: messages.At(id, acts.Say(line)))
             return notes.take_all()
 
     def type(self, text: str, answer: Answers) -> tuple[replies.Reply, ...]:
-        """Carry out lines as typed at a prompt, also programs; mistakes are among the replies."""
+        """Carry out lines as if typed at a prompt, including programs. Mistakes are reported in the replies."""
         with self._conversing(answer) as notes:
             done = self._converse(lambda id: messages.Line(id, text))
             if done.status is None or done.status.in_program:
@@ -147,22 +142,21 @@ class Supervisor(Observer):
             return notes.take_all()
 
     def abort(self) -> None:
-        """Stop the program and the motion now, before all other requests."""
+        """Stop the program and the motion now, ahead of all other requests."""
         self._ask(messages.Abort)
 
     def drive(self, act: messages.LeaseAct, to: str = "") -> None:
-        """Ask for the lease, which determines who moves the robot; take, give or release it. Raises LeaseHeld."""
+        """Request, take, give or release the lease, which decides who may move the robot. Raises LeaseHeld."""
         self._ask(lambda id: messages.Drive(id, act, to))
 
     def close(self) -> None:
-        """Leave the robot: no more requests are sent."""
+        """Disconnect from the robot: no more requests are sent."""
         self.port.close()
 
     @contextmanager
     def _conversing(self, answer: Answers) -> Iterator[Notes]:
-        """Collect the replies, and answer the questions. Raises RequestRefused if the connection is lost, or while an
-        earlier conversation of this process goes on.
-        """
+        """Collect the replies, and answer the questions. Raises RequestRefused if the connection is lost, or if an
+        earlier conversation of this process has not ended."""
         conversation, cuts = self._conversation, self.port.cuts
         self.port.check_open()
         with conversation.lock:
@@ -188,9 +182,8 @@ class Supervisor(Observer):
             return self._end(inbox, self.port.begin(make, inbox.put))
 
     def _end(self, inbox: feed.Inbox[messages.ServerMessage], id: int) -> messages.ServerMessage:
-        """Wait for the end of a request, and handle the messages before it. Raises the error if the request is refused.
-        Ctrl-C stops the request; a second Ctrl-C, or one that cannot be sent, ends the waiting.
-        """
+        """Wait for the end of a request, and process the messages before it. Raises the error if the request is
+        refused. Ctrl-C stops the request. A second Ctrl-C, or one that cannot be sent, ends the wait."""
         interrupted = False
         while True:
             try:
@@ -229,15 +222,13 @@ class Supervisor(Observer):
         speed: float | None = None,
         text: str = "",
     ) -> None:
-        """Go to a target: joint-interpolated, or `straight`. `issued` and `executed` are t_iss and t_exec [s], `speed`
-        is v, the fraction in (0, 1] of nominal speed. Without `executed` the motion begins after the last one.
-
-        Raises MotionError, IllegalValue, FileError.
-        """
+        """Go to a target by a joint-interpolated or a `straight` motion. `issued` and `executed` are t_iss and t_exec
+        [s], `speed` is v, a fraction in (0, 1] of the nominal speed. Without `executed` the motion begins after the
+        last one. Raises MotionError, IllegalValue, FileError."""
         self.send(acts.Go(acts.Goal.of(target), straight, executed, speed, text), issued)
 
     def send(self, act: Act[None], issued: float | None = None) -> None:
-        """Have the robot carry out an act, and wait for its answer, except within `without_waiting`."""
+        """Have the robot carry out an act, and wait for its answer unless inside `without_waiting`."""
         wait = self.start(act, issued)
         if self._sent is None:
             wait()
@@ -246,9 +237,8 @@ class Supervisor(Observer):
 
     @contextmanager
     def without_waiting(self) -> Iterator[None]:
-        """Send motions one after the other, without waiting; wait for all of them at the end. Raises the first
-        refusal.
-        """
+        """Within this context, send motions without waiting for each one; at the end, wait for all of them. Raises the
+        first refusal."""
         before, sent = self._sent, list[Callable[[], object]]()
         self._sent = sent
         try:
@@ -278,7 +268,7 @@ class Supervisor(Observer):
         return found
 
     def _past(self, times: Sequence[float]) -> tuple[results.Position, ...]:
-        """Return where the robot was at times [s] that are no longer known on this side."""
+        """Return the robot's positions at times [s] that are no longer stored on this side."""
         found: list[results.Position] = []
         for first in range(0, len(times), messages.MAX_TIMES):
             some = tuple(times[first : first + messages.MAX_TIMES])
@@ -290,38 +280,33 @@ class Supervisor(Observer):
     # --- motions ---
 
     def wait(self) -> None:
-        """Wait until the robot has stopped: in real time as long as that takes. Others may send requests meanwhile.
-        Raises ClockPaused if the clock is paused.
-        """
+        """Wait until the robot has stopped; in real time this takes as long as the motion. Other users may send
+        requests meanwhile. Raises ClockPaused if the clock is paused."""
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
             time.sleep(min(left / rate, clock.SLICE_S))
         self.act(acts.Rest())
 
     def preview_now(self) -> Previewed:
-        """Return what the robot will do, including the commands that are on their way to it."""
+        """Return the robot's future, including the effects of commands that are on their way to it."""
         return self.port.preview_now()
 
     # --- programs and variables ---
 
     def define(self, text: str, where: str = "line ") -> tuple[str, ...]:
-        """Put the programs and variables of a text in memory; return the names of its programs. Raises
-        ProgramNotExecutable for a text with mistakes; the error names the line of the first mistake, with `where`
-        before the number.
-        """
+        """Store the programs and variables of a text in memory, and return the names of its programs. Raises
+        ProgramNotExecutable for a text with mistakes. The error names the line of the first mistake, with `where`
+        before the number."""
         return self.act(acts.Define(text, where)).names
 
     def load(self, path: str | Path) -> tuple[str, ...]:
-        """Put the programs and variables of a file in memory; return the names of its programs.
-
-        Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
-        """
+        """Store the programs and variables of a file in memory, and return the names of its programs. Raises
+        NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes."""
         found = program_file.find_program_file(Path(path))
         return self.define(program_file.read_program_file(found), f"{found}:")
 
     def execute(self, program: str, cycles: int, answer: Answers) -> results.RunResult:
-        """Execute a program in memory; `answer`: answers its PROMPTs. An error in the program is in the result. Raises
-        UndefinedName, ProgramNotExecutable, ArgumentMismatch.
-        """
+        """Run a program in memory. `answer`: a function that answers its PROMPTs. An error in the program is reported
+        in the result. Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch."""
         return self.act(acts.Execute(program, cycles), answer)
 
     # --- the timeline ---
@@ -333,7 +318,7 @@ class Supervisor(Observer):
             stream.write(recorded.data)
 
     def subscribe(self) -> feed.Subscription[TimelineChange]:
-        """Subscribe to the timeline and to every later change of it; the subscription ends with the supervisor."""
+        """Subscribe to the timeline and to all later changes of it, for as long as the supervisor exists."""
         subscription = self.port.subscribe()
         finalize(self, subscription.end)
         return subscription

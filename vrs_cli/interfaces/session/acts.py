@@ -1,9 +1,6 @@
-"""Carry out acts: requests whose values are exact to the bit, unlike the digits in a line of the prompt.
-
-An act is data that can be sent over a connection; `act_on` carries out the act in a session. An act needs the same role
-as the word that does the same. A survey informs a front end, several times a second, of the robot's state beside the
-timeline.
-"""
+"""Carry out acts: requests whose values are exact to the bit, unlike the digits in a prompt line. An act is data that
+can be sent over a connection; `act_on` carries it out in a session. An act needs the same role as the word with the
+same effect. A survey informs a front end, several times a second, of the robot's state except the timeline."""
 
 from __future__ import annotations
 
@@ -44,24 +41,23 @@ from vrs_cli.wire.steered import LinePieces
 
 T = TypeVar("T", covariant=True)
 
-# limits of a survey: lists contain their first rows and the number of the other rows
-MAX_PLACES = 100  # of a kind
+# limits of a survey: a longer list contains only its first rows, and the number of the other rows
+MAX_PLACES = 100  # maximum number of locations of one kind
 MAX_PROGRAMS = 200
 MAX_TASKS = 8
 
-MAX_STEPS_AT_ONCE = 100  # maximum number of steps of a program that are printed at once
-MAX_SEGMENTS = 2000  # maximum number of segments of a branch; the last ones are kept
+MAX_STEPS_AT_ONCE = 100  # maximum number of steps that are printed without another thread
+MAX_SEGMENTS = 2000  # maximum number of segments of a branch; earlier ones are left out
 
 
 def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
     """Carry out an act, and return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must wait until
-    the program stops; VrsError.
-    """
+    the program stops, and other VrsErrors."""
     if isinstance(act, acts.Say):
         return cast(T, (yield from session.answers(act.line)))
     row = ACTS[type(act)]
     session.check_may(row.said, row.role)
-    session.settle()  # first, do everything that is due by now
+    session.settle()  # first, process everything that is due by now
     if session.running or session.elsewhere:
         check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
@@ -89,7 +85,7 @@ def _steer(session: Session, act: acts.Steer) -> None:
 
 
 def _fraction(speed: float | None) -> float | None:
-    """Return a fraction of nominal speed. Raises IllegalValue if the fraction is not in (0, 1]."""
+    """Return a fraction of the nominal speed. Raises IllegalValue if it is not in (0, 1]."""
     if speed is not None and not 0.0 < speed <= 1.0:
         raise IllegalValue(f"{speed:g} of nominal speed", "more than 0, at most 1", value=speed)
     return speed
@@ -102,7 +98,7 @@ def _rest(session: Session, _act: acts.Rest) -> None:
 
 
 def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
-    """Carry out UNDO or REDO, part by part."""
+    """Carry out UNDO or REDO in parts, so that the actor can do other things in between."""
     yield from in_parts(work)
 
 
@@ -157,7 +153,7 @@ def _assign(session: Session, act: acts.Assign) -> None:
 
 
 def _expression(session: Session, text: str) -> ast.Expression:
-    """Parse an expression. Raises LineRefused, and UsageError for a command."""
+    """Parse an expression. Raises LineRefused, and UsageError if the text is a command."""
     if (
         text.split()[:1]
         and text.split()[0].upper()
@@ -216,13 +212,12 @@ def _list_commands(session: Session, _act: acts.ListCommands) -> Dialogue[acts.C
 
 
 def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
-    """Survey the robot. A list that the front end already has is left out: each list has a mark, which the front end
-    sends back.
-    """
+    """Return a survey of the robot. A list that the front end already has is left out: each list has a mark, which the
+    front end sends back."""
     branches, places = session.branches, _places(session)
     rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
-    # the mark contains the name because two lists without rows look the same
+    # with the name, because two lists without rows have the same content
     marks = (
         mark_of(("places", places)),
         mark_of(("programs", programs)),
@@ -276,9 +271,8 @@ _marks: WeakKeyDictionary[memory.StoredProgram, str] = WeakKeyDictionary()
 
 
 def _mark(stored: memory.StoredProgram | None) -> str:
-    """Return the mark of a stored program. It identifies this version: a stored program does not change, and the next
-    version has another mark.
-    """
+    """Return the mark of a stored program. The mark identifies this version, because a stored program never changes and
+    the next version gets another mark."""
     return "" if stored is None else _marks.setdefault(stored, token_hex(4))
 
 
@@ -293,9 +287,8 @@ def _task(track: Track) -> acts.TaskRow:
 
 
 class _Row(NamedTuple):
-    """The name of an act in messages, the role that the act needs, and the function that returns its result or a
-    dialogue.
-    """
+    """A row of the table of acts: the name in messages, the role that the act needs, and the function that returns its
+    result or a dialogue."""
 
     said: str
     role: Role
@@ -307,7 +300,7 @@ class _Row(NamedTuple):
 
 
 def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
-    """Return the row of an act that does the same as a word."""
+    """Return the row for an act that has the same effect as a word."""
     return _Row(word, role_of(word), do)
 
 

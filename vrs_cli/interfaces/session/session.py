@@ -1,13 +1,9 @@
-"""A session: a station that is driven line by line. It prints nothing itself.
-
-A monitor command is carried out by its handler (`handles` of `station/operands.py`), which turns a checked instruction
-into replies. A handler that asks questions between its replies is a generator: each reply is shown before the next
-question.
-
-A command file (COMMANDS) is carried out line by line up to the first failure. Its commands are between `.PROGRAM
-name` and `.END`, or alone in the file; `MC` before a command is accepted (command programs of V+ contain it), as are
-blank lines and comments. Lines after EDIT go to the editor up to `E`.
-"""
+"""A session: a station that is driven line by line. It prints nothing itself. A monitor command is carried out by its
+handler (`handles` in `station/operands.py`), which turns a checked instruction into replies. A handler that asks
+questions between its replies is a generator: each reply is shown before the next question. A command file (COMMANDS) is
+carried out line by line up to the first failure. Its commands are between `.PROGRAM name` and `.END`, or alone in the
+file. `MC` before a command (from command programs of V+), blank lines and comments are accepted. Lines after EDIT go to
+the editor up to `E`."""
 
 from __future__ import annotations
 
@@ -22,7 +18,7 @@ from vrs_cli.engine.branches import MAIN
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said
-from vrs_cli.interfaces.jog import jogger  # noqa: F401 - it has the handler of JOG
+from vrs_cli.interfaces.jog import jogger  # noqa: F401 (imported for the handler of JOG)
 from vrs_cli.interfaces.monitor import files, locations, programs, state, timeline  # noqa: F401 - they have handlers
 from vrs_cli.interfaces.monitor.explaining import explain
 from vrs_cli.interfaces.monitor.locations import show_value
@@ -40,7 +36,7 @@ _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
 
 class _Reading(NamedTuple):
-    """A line of the prompt, its statement, and the diagnostics of the analyzer."""
+    """A prompt line, its statement, and the diagnostics of the analyzer."""
 
     line: str
     statement: ast.Statement | ast.ProgramHeader | None
@@ -50,11 +46,11 @@ class _Reading(NamedTuple):
 class Session(Station):
     """A station with a prompt: lines in, replies out."""
 
-    _read: _Reading | None = None  # a line that was checked and found correct before it was sent
-    # the books of main and of the present branch with their timelines when the present line began
+    _read: _Reading | None = None  # a line that was already checked before it was sent, without mistakes
+    # the books and timelines of main and of the present branch when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    told_untrue: tuple[results.Untrue, ...] = ()  # the outdated readings that users have been told of
+    told_untrue: tuple[results.Untrue, ...] = ()  # readings that no longer hold and that users were informed of
 
     @property
     def prompt(self) -> str:
@@ -62,9 +58,8 @@ class Session(Station):
         return "." if self.branches.present == MAIN else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
-        """Parse, check and carry out one line of the prompt, or of the editor. Replies go to the terminal. Raises
-        LineRefused for a line that cannot be parsed or fails its check, and VrsError if it cannot be carried out.
-        """
+        """Parse, check and carry out one line of the prompt or of the editor. Replies go to the terminal. Raises
+        LineRefused for a line that cannot be parsed or fails its check, and VrsError if it cannot be carried out."""
         self.converse(self.answers(line))
 
     def answers(self, line: str) -> Dialogue[None]:
@@ -85,8 +80,8 @@ class Session(Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then go on. A user who types while programs run gets the
-        questions elsewhere."""
+        """Ask the questions of tasks; the tasks then continue. A user who types while programs run gets the questions
+        in another way."""
         while not self.user_state.lives and self.driver.open_questions():
             yield from self.driver.ask()
             self.settle()
@@ -127,7 +122,7 @@ class Session(Station):
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:
-            self.told_untrue = ()  # another branch has other readings
+            self.told_untrue = ()  # another branch has different readings
         if book is None or before is None or book is not self.engine.book or book.timeline is before:
             return
         if (found := displacement(book, before)) is not None:
@@ -142,15 +137,14 @@ class Session(Station):
             self.told_untrue = (*(one for one in self.told_untrue if one.time < since), *wrong)
 
     def names(self) -> Container[str]:
-        """Return the keys of the variables that have a value, including variables of the stopped program itself."""
+        """Return the keys of all variables that have a value, including the stopped program's own variables."""
         known = self.environment.kinds
         defined = {key: one for key, one in own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
-        """Return the first mistake in a line that was not sent yet. A line without a mistake is remembered, and not
-        parsed again.
-        """
+        """Return the first mistake in a line that has not been sent yet. A line without mistakes is kept, and not
+        parsed again."""
         try:
             read = self._reading(line)
         except diagnostics.LineRefused as refused:
@@ -159,7 +153,7 @@ class Session(Station):
         return diagnostics.first_error(read.findings)
 
     def _reading(self, line: str) -> _Reading:
-        """Parse and check a line. Raises LineRefused for a line that cannot be parsed."""
+        """Parse and check a line. Raises LineRefused if it cannot be parsed."""
         statement = parser.parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ast.ProgramHeader):
             return _Reading(line, statement, ())
@@ -170,7 +164,7 @@ class Session(Station):
         return _Reading(line, statement, found)
 
     def carry_out(self, statement: ast.Statement) -> Dialogue[None]:
-        """Carry out a monitor command by its handler, and every other statement as DO does."""
+        """Carry out a monitor command by its handler, and any other statement as DO does."""
         if isinstance(statement, ast.Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
             return
@@ -198,7 +192,7 @@ class CommandLine(NamedTuple):
 
 
 def command_lines(text: str) -> tuple[CommandLine, ...]:
-    """Return the commands of a file, without `MC`. Raises CannotInterpret for a file that contains anything else."""
+    """Return the commands in a file, without `MC`. Raises CannotInterpret for a file with any other content."""
     lines = [line for line in parser.lines_of(text) if line.text.strip()]
     found: list[CommandLine] = []
     opened = closed = False
@@ -219,9 +213,8 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
 
 @handles("COMMANDS")
 def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
-    """Carry out the commands of a file (COMMANDS). The first command that fails ends this, and the error gives its
-    line. Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
-    """
+    """Carry out the commands in a file (COMMANDS) until one fails; the error then gives its line. Raises
+    NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError."""
     path = find_program_file(path_of(session, it))
     lines = command_lines(read_program_file(path, session.folder))
     if any(path.samefile(other) for other in session.user_state.command_files):
@@ -250,7 +243,7 @@ def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
 
 
 def _pass_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
-    """Yield the value that a dialogue yielded, and return the next one; None at the end of the dialogue."""
+    """Yield a value that a dialogue has yielded, and return the dialogue's next value; None at its end."""
     try:
         try:
             answer = yield said

@@ -1,6 +1,6 @@
-"""The body of one robot: which client is the body, its reports, and its orders. Compares the reports with the timeline,
-reacts to alarms, and re-synchronises the body (RESYNC). Any thread may call any method of `RobotBody`.
-"""
+"""The body of one robot: which client is the body, its reports, and its orders. The reports are compared with the
+timeline; alarms cause a reaction; RESYNC makes the body and the timeline agree again. All methods of `RobotBody` may be
+called from any thread."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from vrs_cli.twin.divergence import DivergenceWatch
 
 
-SILENT = 3.0  # time without a report after which the robot's joints count as unknown [s]
-AHEAD = 10.0  # how far the time of a report may be ahead of the robot's clock [s]: no clock is wrong by more
-PAST = 3600.0  # greatest age of a report [s]
-MAX_GAPS = 100  # maximum number of stretches of missing numbers that are remembered
-RATE_WINDOW = 5.0  # period of arrivals from which the rate of reports is computed [s]
-STANDS_FOR = 0.05  # time without motion after which a holding body counts as standing [s]
-STILL = 1e-3  # a change up to this size is noise and not motion [rad, m]
+SILENT = 3.0  # [s] time without a report after which the robot's joints count as unknown
+AHEAD = 10.0  # [s] maximum time by which a report may be ahead of the robot's clock; no clock is wrong by more
+PAST = 3600.0  # [s] maximum age of a report
+MAX_GAPS = 100  # maximum number of remembered gaps in the report numbers
+RATE_WINDOW = 5.0  # [s] period over which the rate of reports is computed
+STANDS_FOR = 0.05  # [s] time without motion after which a holding body counts as being at rest
+STILL = 1e-3  # [rad, m] tolerance for no motion; larger changes are not noise
 
 
 def check_time(t: float, now: float) -> None:
@@ -43,9 +43,8 @@ def check_time(t: float, now: float) -> None:
 
 
 class BodyChange(Struct, frozen=True):
-    """A change of the body: the client `name` is the body (empty: none), `before` was the body until then, and its
-    order applies from `at` [s] on.
-    """
+    """A change of the body: the client `name` is the body from now on (empty: none), `before` was the body until then.
+    Its order applies from `at` [s] on."""
 
     name: str
     before: str
@@ -58,9 +57,8 @@ BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | repli
 
 
 class ClockSeen(Struct, frozen=True):
-    """The clock of a body: `offset` ahead of the robot's [s], and `drift` more with every second; `delay`: the age of
-    its reports when they arrive [s].
-    """
+    """The clock of a body. `offset`: how far it is ahead of the robot's clock [s]; `drift`: how much that offset grows
+    per second. `delay`: the age of the body's reports on arrival [s]."""
 
     offset: float = 0.0
     drift: float = 0.0
@@ -69,21 +67,20 @@ class ClockSeen(Struct, frozen=True):
 
 class ReportNumbers:
     """Keeps track of the numbers of received reports. `next`: the number after the highest received one; `lost`: how
-    many numbers before that are missing.
-    """
+    many of the numbers before that are missing."""
 
     def __init__(self, next: int) -> None:
         self.next, self.lost = next, 0
         self._gaps: deque[range] = deque(maxlen=MAX_GAPS)
 
     def new(self, first: int, reports: Sequence[measured.Report]) -> Sequence[measured.Report]:
-        """Return the reports, numbered from `first`, whose numbers were not received before."""
+        """Return those of the reports, numbered from `first`, whose numbers are new."""
         if first >= self.next:
             return reports
         return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
 
     def note(self, first: int, count: int) -> None:
-        """Note that `count` reports have arrived, numbered from `first`."""
+        """Record that `count` reports have arrived, numbered from `first`."""
         if first > self.next:
             self._gaps.append(range(self.next, first))
             self.lost += first - self.next
@@ -96,16 +93,16 @@ class ReportNumbers:
         self.next = max(self.next, first + count)
 
     def _gap(self, number: int) -> range | None:
-        """Return the stretch of missing numbers that contains a number."""
+        """Return the gap that contains a missing number; None if the number is not missing."""
         return next((gap for gap in self._gaps if number in gap), None)
 
 
 class RobotBody:
     """The body of a robot. `record`: all measurements. `name`: the client that is the body, empty if there is none;
-    only this client may report. `order`, since `ordered_at` [s]: the body's order to follow or to hold. `clock`:
-    measured offset, drift and delay of its clock.
+    only this client may report. `order`: the body's order, to follow or to hold, given at `ordered_at` [s]. `clock`:
+    the measured offset, drift and delay of its clock.
 
-    The functions in `told` are called with each change, alarm and RESYNC, in the thread in which it happens;
+    The functions in `told` are called with each change, alarm and RESYNC, in the thread in which it occurs;
     `record.listeners` are called with the accepted reports. `now` is the robot's clock [s].
     """
 
@@ -122,13 +119,13 @@ class RobotBody:
         self._begin(0)
 
     def _begin(self, first: int) -> None:
-        """Start counting at the report with number `first`."""
+        """Start counting at the report with this number."""
         self._numbers, self._counts = ReportNumbers(first), measured.ReportCounts()
         self._mode = measured.BodyMode.FOLLOWS
-        self._last: float | None = None  # the time of the newest report [s]
-        # the first report of a body that has stopped, after an order or by itself
+        self._last: float | None = None  # [s] time of the newest report
+        # first report after which the body has not moved while stopped
         self._stood: measured.Report | None = None
-        # the newest such report, if the body has been stopped for long enough
+        # newest report at the same position, if the body has been at rest for long enough
         self._stands: measured.Report | None = None
         self._arrivals: deque[tuple[float, int]] = deque()  # when reports arrived, by the wall clock [s], and how many
         self._heard_at: float | None = None
@@ -136,9 +133,8 @@ class RobotBody:
     # --- the client that is the body ---
 
     def embody(self, name: str, first: int = 0) -> int:
-        """Make a client the body. Return the number of the report that the client must send next; `first` if it was not
-        the body before. Raises RequestRefused if another client is the body.
-        """
+        """Make a client the body. Return the number of the report that it must send next, which is `first` unless it
+        was already the body. Raises RequestRefused if another client is the body."""
         with self._lock:
             if self.name not in ("", name):
                 raise RequestRefused(f"{self.name} is the body", "it gives that back, or BODY RELEASE takes it away")
@@ -149,7 +145,7 @@ class RobotBody:
             return self._numbers.next
 
     def leave(self, name: str) -> bool:
-        """Note that a client is no longer the body. Return whether it was the body."""
+        """Record that a client is no longer the body. Return whether it was the body."""
         with self._lock:
             if not name or self.name != name:
                 return False
@@ -165,10 +161,10 @@ class RobotBody:
     def take(
         self, reports: Sequence[measured.Report], first: int | None = None, name: str = ""
     ) -> measured.ReportCounts:
-        """Add reports to the record, and return what became of them. The first has the number `first`; without `first`
-        they have the next numbers. Raises RequestRefused if the client is not the body, and IllegalValue for values
-        that cannot be joints of this robot or, from a client, times of its clock; then no report is added.
-        """
+        """Add reports to the record, and count them by their treatment. The first report has the number `first`;
+        without `first`, the reports get the next numbers. Raises RequestRefused if the client is not the body. Raises
+        IllegalValue for values that cannot be joints of this robot or, from a client, times of its clock; then no
+        report is added."""
         with self._lock:
             self.check_is(name)
             if name:
@@ -188,7 +184,7 @@ class RobotBody:
             return found
 
     def check_is(self, name: str) -> None:
-        """Check that a client is the body. Raises RequestRefused."""
+        """Check that a client is the body. Raises RequestRefused if it is not."""
         if name != self.name:
             is_body = f"{self.name} is the body" if self.name else "nobody is the body"
             raise RequestRefused(f"a report of {name or 'this process'}, but {is_body}", "be the body first")
@@ -214,7 +210,7 @@ class RobotBody:
         self._lock.notify_all()
 
     def check_reports(self) -> None:
-        """Check that the body sends reports, or has just become the body. Raises RequestRefused."""
+        """Check that the body sends reports, or has just become the body. Raises RequestRefused if not."""
         last, since = self._last, self.unknown_since
         if last is None and not self.name:
             hint = "vrs body URL starts a body, r.report reports for a robot of this process"
@@ -223,9 +219,8 @@ class RobotBody:
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
     def standing(self, within: float) -> measured.Report:
-        """Wait until the body stands still, after an order or by itself, and return the report of that. Without a
-        client this does not wait: the last report of the body counts. Raises RequestRefused after `within` seconds.
-        """
+        """Wait until the body is at rest, by order or for its own reason, and return a report of its position. Without
+        a client, return the last report of the body without waiting. Raises RequestRefused after `within` seconds."""
         with self._lock:
             if not self.name and not self.reporter:
                 newest = self.record.view
@@ -244,7 +239,7 @@ class RobotBody:
     # --- orders and news ---
 
     def command(self, order: measured.BodyMode, at: float | None = None) -> None:
-        """Order the body to follow the timeline, or to hold still, from the time `at` on; None: from now on."""
+        """Order the body to follow the timeline or to hold, from the time `at` on; None: from now on."""
         with self._lock:
             self.order, self.ordered_at = order, self.now() if at is None else at
             if order is measured.BodyMode.FOLLOWS:
@@ -252,7 +247,7 @@ class RobotBody:
             self.tell(BodyChange(self.name, self.name, order, self.ordered_at))
 
     def tell(self, news: BodyNews) -> None:
-        """Report an alarm, the reaction to it, or a change of the body to all listeners."""
+        """Inform all listeners of an alarm, the reaction to it, or a change of the body."""
         for tell in self.told:
             tell(news)
 
@@ -260,7 +255,7 @@ class RobotBody:
 
     @property
     def view(self) -> measured.BodySeen | None:
-        """The known facts about the body; None if there is no body and nothing was reported."""
+        """The known state of the body; None if there is no body and there were no reports."""
         with self._lock:
             if not self.name and self._last is None:
                 return None
@@ -278,7 +273,7 @@ class RobotBody:
                 self._rate(),
             )
 
-    def _rate(self) -> float:  # [1/s]
+    def _rate(self) -> float:  # rate of reports [1/s]
         if len(self._arrivals) < 2 or self._wall() - self._arrivals[-1][0] > SILENT:
             return 0.0
         first, last = self._arrivals[0], self._arrivals[-1]
@@ -286,20 +281,21 @@ class RobotBody:
 
     @property
     def unknown_since(self) -> float | None:
-        """Return since when there were no measurements [s]; None while reports arrive, or if there never were any."""
+        """Return the time since which there have been no measurements [s]; None while reports arrive, or if there never
+        were any."""
         with self._lock:
             silent = self._heard_at is not None and self._wall() - self._heard_at > SILENT
             return self._last if silent or (self._last is not None and not self.name) else None
 
 
-PARAMETER = "DIVERGENCE"  # name of the parameter that selects an OnAlarm
-STANDS_WITHIN = 5.0  # longest time until a body that was ordered to hold has stopped and reported that [s]
-# an order to follow reaches the body within DELAYS times the delay of reports plus MARGIN [s]
+PARAMETER = "DIVERGENCE"  # name of the parameter that selects the OnAlarm reaction
+STANDS_WITHIN = 5.0  # [s] maximum time for a body that was ordered to hold to stop and report it
+# [s] maximum time for an order to reach the body: DELAYS times the delay of reports, plus MARGIN
 DELAYS, MARGIN = 2.0, 0.1
-SETTLES = 1.0  # additional time for a body to begin, after it has entered or was ordered to follow [s]
-NEAR = 5e-3  # a body that enters within this distance of the timeline follows it at once [rad, m]
-AGAIN_AFTER = 10.0  # an alarm sooner after RESYNC than this is one that RESYNC cannot resolve [s]
-# RESYNC corrects a body that differs for one of these reasons; a blocked joint or a payload would remain
+SETTLES = 1.0  # [s] additional time for a body to start, after it has entered or was ordered to follow
+NEAR = 5e-3  # [rad, m] a body that enters within this distance of the timeline follows it at once
+AGAIN_AFTER = 10.0  # [s] an alarm sooner after RESYNC than this shows that RESYNC does not help
+# causes of a difference that RESYNC removes; a blocked joint or a payload would remain
 PASSING = frozenset(
     (
         *(measured.DivergenceCause.STOPPED, measured.DivergenceCause.OTHER_COMMANDER),
@@ -309,13 +305,11 @@ PASSING = frozenset(
 
 
 class DivergenceGuard:
-    """Passes the reports of `body` to a watch, and reacts to an alarm as PARAMETER DIVERGENCE says. Reports may arrive
-    in any thread, one after the other.
-
-    `timeline` returns the robot's timeline, in any thread. `alarm`: the last alarm, while the body still differs.
-    `settle` does everything that is due by now, `stop` stops motion and programs, `runs` returns whether a program
-    runs. `ask` queues a dialogue of the robot itself, an urgent one before all others; from any thread.
-    """
+    """Passes the reports of `body` to a watch, and reacts to an alarm as set by PARAMETER DIVERGENCE. Reports may
+    arrive in any thread, one after the other. `timeline` returns the robot's timeline, in any thread. `alarm`: the last
+    alarm, while the body still differs. `settle` processes everything that is due by now, `stop` stops motion and
+    programs, `runs` returns whether a program is running. `ask` queues a dialogue of the robot itself, from any thread;
+    an urgent dialogue precedes all others."""
 
     def __init__(
         self,
@@ -331,9 +325,9 @@ class DivergenceGuard:
         self._settle, self._stop, self._runs, self.ask = settle, stop, runs, ask
         self._watch: DivergenceWatch | None = None
         self._last: measured.DivergenceAlarm | None = None
-        self._due = False  # whether an automatic RESYNC is pending until the body is no longer stopped
-        self._entered = -inf  # time at which a client became the body [s]
-        self._synchronised = -inf  # time of the last automatic RESYNC [s]
+        self._due = False  # whether an automatic RESYNC waits for the body to move again
+        self._entered = -inf  # [s] time at which a client became the body
+        self._synchronised = -inf  # [s] time of the last automatic RESYNC
         body.told.append(self._hear)
 
     @property
@@ -366,9 +360,8 @@ class DivergenceGuard:
             self.ask(self._resync_by_itself(), False)
 
     def _may_hold(self, t: float) -> bool:
-        """Return whether a body may hold at time t [s]: because of an order to hold, or because the body has just
-        entered or has just been ordered to follow.
-        """
+        """Return whether a body is allowed to hold at t [s]: because it was ordered to, or because it has just entered
+        or was just ordered to follow."""
         body, since = self._body, max(self._body.ordered_at, self._entered)
         return body.order is measured.BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
 
@@ -386,7 +379,7 @@ class DivergenceGuard:
         self._due = what is measured.OnAlarm.RESYNC and first and alarm.cause in PASSING
 
     def _hear(self, what: object) -> None:
-        """Make a new body hold until RESYNC, if the set reaction is that."""
+        """Order a new body to hold until RESYNC, if the reaction that is set requires this."""
         if isinstance(what, BodyChange) and what.name != what.before:
             self._watch, self._due, self._entered = None, False, self._body.now()
             if what.name and self.on_alarm is measured.OnAlarm.RESYNC:
@@ -398,10 +391,9 @@ class DivergenceGuard:
     def resync(
         self, *, stops: bool, issued: float | None, check: Callable[[], object]
     ) -> Dialogue[measured.ResyncReport]:
-        """Make the body hold, move the robot to where the body stands and on to where the robot was going (not if
-        `stops`), and make the body follow again. `check` is called again when the body stands. Raises RequestRefused,
-        MotionError, PowerOff; then the body still holds.
-        """
+        """Make the body hold, move the robot to the body's position, then on to the robot's earlier target (unless
+        `stops`), and make the body follow again. `check` is called again when the body is at rest. Raises
+        RequestRefused, MotionError, PowerOff; the body then still holds."""
         body = self._body
         body.check_reports()
         body.command(measured.BodyMode.HOLDS)
@@ -418,7 +410,7 @@ class DivergenceGuard:
         return done
 
     def _resync_by_itself(self) -> Dialogue[None]:
-        """Carry out an automatic RESYNC. A body that stands where the robot does follows at once."""
+        """Carry out an automatic RESYNC. A body that is where the robot is follows at once."""
 
         def check() -> None:
             if self._runs():
@@ -437,7 +429,7 @@ class DivergenceGuard:
         self._synchronised = done.until
 
     def telling(self, dialogue: Dialogue[None]) -> Dialogue[None]:
-        """Carry out a dialogue of the robot itself, and report the error if the dialogue fails."""
+        """Carry out a dialogue of the robot itself, and report its error if it fails."""
         try:
             yield from dialogue
         except VrsError as error:

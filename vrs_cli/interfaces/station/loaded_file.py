@@ -1,6 +1,5 @@
-"""Compare the memory with files: the contents of a loaded file (programs, analysed among those in memory, and
-variables), and the programs and variables that are in no file.
-"""
+"""Compare the memory with files: the contents of a loaded file (programs, analysed together with those in memory, and
+variables), and the programs and variables that are in no file."""
 
 from __future__ import annotations
 
@@ -24,16 +23,15 @@ from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value
 
 NO_PROGRAMS: Mapping[str, ast.Program] = MappingProxyType({})
-LONG_TEXT = 1000  # length of a text whose parsing takes some milliseconds [characters]
-LONG_PROGRAM = 100  # number of steps of a program whose compilation takes some milliseconds
-# greatest rounding of a number of an axis that is not reported; rounding to single precision is smaller
+LONG_TEXT = 1000  # [characters] minimum length of a text that another thread parses
+LONG_PROGRAM = 100  # minimum number of steps of a program that another thread compiles
+# maximum rounding of a number of an axis that is not reported; rounding to single precision is smaller
 LEAST_TOLD = 1e-6
 
 
 class LoadedFile(NamedTuple):
-    """The contents of a file. `variables`: the variables of the sections without a mistake. `diagnostics`: the mistakes
-    that the analysis of the file has found.
-    """
+    """The contents of a file. `variables`: the variables of the sections without mistakes. `diagnostics`: the mistakes
+    found by the analysis of the file."""
 
     file: ast.File
     layout: Layout
@@ -45,16 +43,15 @@ class LoadedFile(NamedTuple):
     def of(
         cls, file: ast.File, text: str, memory: Memory, *, vplus: bool, beside: Mapping[str, ast.Program] = NO_PROGRAMS
     ) -> Self:
-        """Analyse a file. `memory`: a copy of the memory, which gets its variables. `beside`: the programs of files
-        that are loaded with it, by key.
-        """
+        """Analyse a file. `memory`: a copy of the memory, to which the file's variables are added. `beside`: the
+        programs, by key, of files that are loaded together with it."""
         programs = {part.key: part for part in file.parts if isinstance(part, ast.Program)}
         variables, diagnostics = Variables(memory.units), list[Diagnostic]()
         for section in file.parts:
             if isinstance(section, ast.Section):
                 its, found = variables_of(section, memory.units)
                 diagnostics += found
-                memory.take(its)  # so that not every use of such a name is reported, too
+                memory.take(its)  # so that not every use of such a name is reported
                 if section.whole and first_error(found) is None:
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | {**beside, **programs}
@@ -71,9 +68,8 @@ class LoadedFile(NamedTuple):
 
 
 def variables_of(section: ast.Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
-    """Return the variables of a section with their values, and the diagnostics: wrong values, and the largest rounding
-    of a transformation.
-    """
+    """Return the variables of a section with their values, and the diagnostics: wrong values, and the maximum rounding
+    of a transformation."""
     variables, found = Variables(units), list[Diagnostic]()
     rounded = list[tuple[float, ast.Entry]]()
     for entry in section.entries:
@@ -98,19 +94,19 @@ def variables_of(section: ast.Section, units: JointUnits) -> tuple[Variables, tu
 
 
 State = tuple[int, Mapping[str, ast.Program]]
-MAX_COMPARED_STEPS = 1000  # maximum length of a program whose old version is kept for a comparison [steps]
+MAX_COMPARED_STEPS = 1000  # maximum number of steps of a program whose old version is kept for a comparison
 
 
 def _keep_reference(program: ast.Program) -> Callable[[], ast.Program | None]:
-    """Return a function that returns a program as it is in a file; None for a long program that has been replaced."""
+    """Return a function that returns a program as it is in a file; the function returns None for a long program that
+    has been replaced."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
 
 class Unstored:
-    """Compares the memory with the contents of files. Variables that programs change do not count, unless a user has
-    changed them before, because the programs can compute them again. Variables are compared when they have changed, and
-    only after `watch`. `asked_about`: whether a user who leaves is asked about unsaved programs and variables.
-    """
+    """Compares the memory with the contents of files. Variables that programs change are ignored unless a user changed
+    them first, because the programs can compute them again. Variables are compared when they change, and only after
+    `watch`. `asked_about`: whether a user who leaves is asked about unsaved programs and variables."""
 
     asked_about = True
 
@@ -120,19 +116,19 @@ class Unstored:
         self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from their version in files
         self._values: dict[Item, Value] = {}  # values as they are in files
         self._items: set[Item] = set()
-        self._changed: set[Item] = set()  # variables that have changed since the last comparison
-        self._before: Mapping[Item, Value] | None = None  # values when the running program began
+        self._changed: set[Item] = set()  # variables that changed since the last comparison
+        self._before: Mapping[Item, Value] | None = None  # values at the start of the running program
         self._version = 0
         self._news: set[Item] = set()
 
     def watch(self) -> None:
-        """Begin to record which variables change."""
+        """Start to record which variables change."""
         self._environment.note_changes(self._changed)
 
     # --- questions about unsaved work ---
 
     def state(self) -> State:
-        """Return a value that stays equal as long as no variable and no program changes."""
+        """Return a value that stays equal while no variable and no program changes."""
         self._look()
         return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
 
@@ -141,7 +137,7 @@ class Unstored:
         return [one.name for key, one in self._environment.programs.items() if self._differs(key, one)]
 
     def items(self, *kinds: Kind) -> list[Item]:
-        """Return the variables of some kinds that are in no file; of all kinds if none is given."""
+        """Return the variables of some kinds (by default of all kinds) that are in no file."""
         self._look()
         values = ((item, self._environment.value(item)) for item in self._items)
         return [item for item, value in values if value is not None and (not kinds or kind_of_value(value) in kinds)]
@@ -152,7 +148,7 @@ class Unstored:
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
-        """Return the variables that were changed or deleted since the last call."""
+        """Return the variables that users have changed or deleted since the last call."""
         self._look()
         news, self._news = self._news, set()
         return news
@@ -180,7 +176,7 @@ class Unstored:
     # --- notes about files and changes ---
 
     def programs_stored(self, programs: Iterable[ast.Program]) -> None:
-        """Note that these programs are in a file."""
+        """Record that these programs are in a file."""
         there = self._environment.programs
         for program in programs:
             self._programs[program.key] = _keep_reference(program)
@@ -193,7 +189,7 @@ class Unstored:
         self._programs = {key: of_file for key, of_file in self._programs.items() if key in there}
 
     def values_loaded(self, values: Mapping[Item, Value]) -> None:
-        """Note that these variables have received these values from a file."""
+        """Record that these variables have received these values from a file."""
         noted = self._changed.intersection(values)
         self._version += bool(noted)
         self._news |= noted
@@ -202,24 +198,24 @@ class Unstored:
         self._values |= values
 
     def values_stored(self, values: Mapping[Item, Value]) -> None:
-        """Note that these variables are in a file with these values."""
+        """Record that these variables are in a file with these values."""
         self._changed.update(item for item, value in values.items() if self._values.get(item) != value)
         self._changed |= self._items & values.keys()
         self._values |= values
 
     @property
     def of_program(self) -> bool:
-        """Return whether a program makes the present changes."""
+        """Return whether the present changes are made by a program."""
         return self._before is not None
 
     def begin_run(self) -> None:
-        """Note that a program begins to run: its changes need not be stored."""
+        """Record that a program begins to run: the changes that it makes need not be stored."""
         self._look()
         self._environment.note_changes(None)
         self._before = self._environment.values()
 
     def end_run(self) -> None:
-        """Note that the program has stopped, or that a user makes changes beside it."""
+        """Record that the program has stopped, or that a user makes changes while it runs."""
         if self._before is None:
             return
         before, after, self._before = self._before, self._environment.values(), None

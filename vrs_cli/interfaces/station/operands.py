@@ -1,6 +1,5 @@
 """Handlers of monitor commands, their operands (values of expressions, words typed at the prompt), and the questions
-asked before a program, a variable or a file is lost.
-"""
+asked before a program, a variable or a file is lost."""
 
 from __future__ import annotations
 
@@ -21,8 +20,8 @@ if TYPE_CHECKING:
 
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
 MAX_ROWS = 100_000  # maximum number of rows of a table of times
-MAX_NAMES = 10  # maximum number of programs or variables that a question lists
-LONG_LIST = 100  # number of programs or variables whose listing takes some milliseconds
+MAX_NAMES = 10  # maximum number of programs or variables named in a question
+LONG_LIST = 100  # minimum number of programs or variables that another thread lists
 PLACES = (values.Kind.LOCATION, values.Kind.PRECISION)
 
 
@@ -37,9 +36,8 @@ HANDLERS: dict[str, Handler] = {}  # handlers by the names of their commands
 
 
 def handles(*names: str, **settings: object) -> Callable[[H], H]:
-    """Return a decorator that makes a function the handler of these monitor commands, called with these `settings`.
-    Raises KeyError for a name without a row in `COMMANDS`.
-    """
+    """Return a decorator that makes a function the handler of these monitor commands; the handler is called with these
+    `settings`. Raises KeyError for a name without a row in `COMMANDS`."""
 
     def register(handler: H) -> H:
         HANDLERS.update({monitor.COMMANDS[name].name: partial(handler, **settings) for name in names})
@@ -76,13 +74,13 @@ def operand(it: Instruction, index: int) -> Expression | None:
 
 
 def real_or(station: Station, it: Instruction, index: int, default: float) -> float:
-    """Return the value of a real argument, or a default if the argument was left out."""
+    """Return the value of a real argument; the default if it was left out."""
     given = operand(it, index)
     return default if given is None else real(station, given)
 
 
 def moment(station: Station, it: Instruction) -> float:
-    """Return the time of AT t or IN dt, or the present time [s]."""
+    """Return the time given by AT t or IN dt; otherwise the present time [s]."""
     at, within = it.modifiers.at, it.modifiers.within
     if at is not None:
         return real(station, at)
@@ -90,7 +88,7 @@ def moment(station: Station, it: Instruction) -> float:
 
 
 def word(expression: Expression | None) -> str:
-    """Return a file name, a program name or another bare word, as typed. Raises NoProgramSpecified."""
+    """Return a file name, a program name or another bare word as typed. Raises NoProgramSpecified if there is none."""
     if isinstance(expression, BareWord):
         return expression.text
     if isinstance(expression, Variable | Call | ProgramCall):
@@ -99,7 +97,7 @@ def word(expression: Expression | None) -> str:
 
 
 def word_or(it: Instruction, index: int, default: str = "") -> str:
-    """Return a word among the arguments, or a default if the word was left out."""
+    """Return a word among the arguments; the default if it was left out."""
     given = operand(it, index)
     return default if given is None else word(given)
 
@@ -119,7 +117,7 @@ def has_times(it: Instruction) -> bool:
 
 
 def times(station: Station, it: Instruction) -> Iterator[float]:
-    """Yield the times of FROM t1 TO t2 STEP dt, and the exact end [s]. Raises IllegalValue."""
+    """Yield the times of FROM t1 TO t2 STEP dt, and the exact end time [s]. Raises IllegalValue."""
     first = real_or(station, it, 1, 0.0)
     last = real_or(station, it, 2, station.engine.end)
     if last < first:
@@ -142,9 +140,8 @@ def is_measured(operand: Expression | None) -> bool:
 
 
 def may_delete(station: Station, question: str) -> Dialogue[bool]:
-    """Ask whether something may be deleted, and tell the user if it is kept; after DISABLE INTERACTIVE return True
-    without a question.
-    """
+    """Ask whether something may be deleted, and inform the user if it is kept. After DISABLE INTERACTIVE, return True
+    without asking."""
     answer = yield from ask_yes_no(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
         yield replies.Message("Nothing is deleted")
@@ -155,9 +152,8 @@ def may_delete(station: Station, question: str) -> Dialogue[bool]:
 
 
 def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
-    """Ask a question, and return the answer; None if nobody answers. After DISABLE INTERACTIVE return True without
-    asking.
-    """
+    """Ask a yes/no question, and return the answer; None if nobody answers. After DISABLE INTERACTIVE, return True
+    without asking."""
     if not station.engine.settings.switch("INTERACTIVE"):
         return True
     answer = yield questions.Confirmation(question)
@@ -166,9 +162,8 @@ def ask_yes_no(station: Station, question: str) -> Dialogue[bool | None]:
 
 @handles("EXIT", "QUIT")
 def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
-    """Say goodbye. If a person is the only user of the robot, ask first about running and unsaved programs; a robot
-    with other users goes on with everything in its memory.
-    """
+    """End the session. If a person is the robot's only user, ask first about running and unsaved programs; a robot with
+    other users continues with everything in its memory."""
     if (
         station.user_state.attended
         and station.user_state is station.own_user_state
@@ -188,26 +183,23 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
 
 
 def name_some(what: str, names: list[str]) -> str:
-    """Return a text such as `program pick` or `locations a, b`; of many names, the first few and the number of the
-    others.
-    """
+    """Return a text such as `program pick` or `locations a, b`. If there are many names, give the first few and the
+    number of the others."""
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MAX_NAMES])}{more}"
 
 
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
-    """Return whether a program of that name may be put in memory: there is none yet, or the user agrees. None if nobody
-    answers.
-    """
+    """Return whether a program of that name may be stored: there is none yet, or the user agrees to replace it. Return
+    None if nobody answers."""
     if values.key_of(program) not in station.programs:
         return True
     return (yield from ask_yes_no(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
 def may_write(station: Station, path: Path) -> Dialogue[None]:
-    """Ask before a file is overwritten. Raises FileExists if the user does not agree or nobody answers, FileError for
-    the journal of this session.
-    """
+    """Ask before overwriting a file. Raises FileExists if the user does not agree or nobody answers, FileError if the
+    file is the journal of this session."""
     journal = station.journal
     if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")

@@ -1,4 +1,4 @@
-"""A station: one robot with its programs, variables and clock, on which `vrs run` and every command act."""
+"""A station: one robot with its programs, variables and clock. `vrs run` and all commands act on a station."""
 
 from __future__ import annotations
 
@@ -56,9 +56,8 @@ R = TypeVar("R")
 
 
 class Conditions(Struct, frozen=True):
-    """Limits, the folder of the files, the cell, and inputs that change at times [s] from the beginning, for one call.
-    None: as set for the robot.
-    """
+    """Conditions for one call: limits, the folder of the files, the cell, and inputs that change at times [s] from the
+    start of the call. None: as set for the robot."""
 
     limits: Limits | None = None
     folder: opening.Folder | None = None
@@ -67,17 +66,18 @@ class Conditions(Struct, frozen=True):
 
 
 class LineStopped(KeyboardInterrupt):
-    """Raised when a line of the prompt was stopped before its end, by Ctrl-C or ABORT."""
+    """Raised when a prompt line was stopped before its end by Ctrl-C or ABORT."""
 
 
 class Station:
     """One robot with its programs, variables and clock.
 
     `terminal` shows messages of the robot itself. `driver` runs the tasks of the robot. `task` is the robot program
-    that runs or ran last, `last_program` its name. `user_state`: the state of the user who is served now;
-    `own_user_state`: the state of the user who has the robot alone. `body`: reports of the measured robot; `divergence`
-    watches it. `lease`: the right to drive; None: all users drive. `folder`: the folder of the files; `close` writes
-    the output of programs to these files. `outside`: the peers that programs may connect to; by default none.
+    that is running or ran last, `last_program` its name. `user_state`: the state of the user who is being served;
+    `own_user_state`: the state of a user who is alone with the robot. `body`: reports of the measured robot;
+    `divergence` watches it. `lease`: the right to drive; None: all users may drive. `folder`: the folder of the files;
+    `close` completes the files written by programs. `outside`: the peers to which programs may connect; by default
+    none.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)
-        if terminal.attended:  # with more than one user, nobody is asked about unsaved work
+        if terminal.attended:  # with several users, nobody is asked about unsaved work
             self.unstored.watch()
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
@@ -123,24 +123,24 @@ class Station:
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)
-        self.dialect = diagnostics.Dialect.VPLUS  # the dialect of typed lines, and of files that name no dialect
+        self.dialect = diagnostics.Dialect.VPLUS  # dialect of typed lines, and of files that name no dialect
         self.last_program: str | None = None
         self.own_user_state = UserState(attended=terminal.attended)
         self.user_state = self.branches.who = self.tasks.who = self.own_user_state
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
-        self.stream: TargetStream | None = None  # the stream of targets that the robot follows
-        self.pulled = hand.DragState()  # who drags the tool, and how the tool follows
+        self.stream: TargetStream | None = None  # stream of targets that the robot is following
+        self.pulled = hand.DragState()  # who drags the tool, and how well it follows
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = store.Layout()
-        # the folder for the files of programs that begin now, if not `folder`
+        # folder for the files of programs that begin now, if it is not `folder`
         self._given: opening.Folder | None = None
-        self.home = folder  # the target of CD without a folder; no CD leads out of a closed folder
-        # writes the session to a file from now on (None: to no file), and returns the previous file; raises FileError
+        self.home = folder  # folder to which CD returns without an argument; CD never leads out of a closed folder
+        # starts writing the session to a file (None: stops), and returns the previous file; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
-        # draws a plot into a file, if this robot can do that
+        # draws a plot into a file, if this robot can draw
         self.draw: Callable[[Path, replies.Plot], None] | None = None
-        self.journal: Path | None = None  # the file to which all motions are written as they are commanded
+        self.journal: Path | None = None  # file to which all motions are written when they are commanded
 
     @property
     def task(self) -> runtime.Task | None:
@@ -148,9 +148,8 @@ class Station:
         return None if track is None else track.task
 
     def change_folder(self, folder: opening.Folder) -> None:
-        """Change the folder for the files of commands, and for files that programs open from now on. Programs in a
-        closed folder keep that folder.
-        """
+        """Change the folder for the files of commands, and for files that programs open from now on. A program with a
+        closed folder keeps that folder."""
         self.folder = folder
         if not folder.closed:
             self.driver.disk.folder = folder
@@ -159,19 +158,17 @@ class Station:
 
     @pause_collector()
     def load_text(self, text: str, name: str = "") -> tuple[diagnostics.Diagnostic, ...]:
-        """Put the programs and variables of a file in memory. Return all mistakes in the file. `name`: the name of the
-        file, used as the name of steps without a heading. A program with mistakes is stored, but cannot be executed.
-        Programs of the same name are replaced. Raises ProgramInterlocked if one of these is on the stack of a task.
-        """
+        """Store the programs and variables of a file in memory. Return all mistakes in the file. `name`: the name of
+        the file, used for steps without a heading. A program with mistakes is stored, but cannot be executed. Programs
+        of the same name are replaced. Raises ProgramInterlocked if one of these is on the stack of a task."""
         loaded = at_once(self.read_file(text, name))
         self.take(loaded)
         return loaded.diagnostics
 
     @pause_collector()
     def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[LoadedFile, ...]:
-        """Put files with a common name space in memory, each given by its text and its name (as in `load_text`). Return
-        the contents of each, in the order of the files. Raises ProgramInterlocked.
-        """
+        """Store files that share a name space in memory, each given by its text and its name (as in `load_text`).
+        Return the contents of each, in the order of the files. Raises ProgramInterlocked."""
         read = [parser.parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         programs: dict[str, ast.Program] = {}
@@ -192,9 +189,8 @@ class Station:
         return tuple(loaded)
 
     def read_file(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
-        """Parse a file and analyse it together with the memory, ready for `take`. `name`: the name of the file, used as
-        the name of steps without a heading. Raises ProgramInterlocked.
-        """
+        """Parse a file and analyse it together with the memory, as preparation for `take`. `name`: the name of the
+        file, used for steps without a heading. Raises ProgramInterlocked."""
         long, dialect = len(text) > LONG_TEXT, self.dialect
         file, unreadable = yield from beside_if(
             long, lambda: parser.parse_file(text, dialect, name=name, remembered=False)
@@ -212,7 +208,7 @@ class Station:
         return memory
 
     def take(self, loaded: LoadedFile) -> None:
-        """Put the contents of a file in memory in one step. Raises ProgramInterlocked."""
+        """Store the contents of a file in memory all at once. Raises ProgramInterlocked."""
         self._check_free(loaded.file)
         self.environment.take(loaded.variables)
         self.layout = self.layout.with_file(loaded.layout)
@@ -220,13 +216,14 @@ class Station:
 
     def _check_free(self, file: ast.File) -> None:
         if all(track.task.is_over for track in self.tasks):
-            return  # no stack has any of the programs; there may be 40,000 of them
+            return  # check once whether any stack has one of them; there may be 40,000 programs
         for part in file.parts:
             if isinstance(part, ast.Program):
                 self.check_free(part.name)
 
     def keep(self, program: ast.Program, text: str) -> Dialogue[tuple[diagnostics.Diagnostic, ...]]:
-        """Put one program in memory, replacing the one of the same name; `text` is its source. Return its mistakes."""
+        """Store one program in memory, replacing the one of the same name. `text` is its source. Return its
+        mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus))
@@ -238,14 +235,13 @@ class Station:
 
     @property
     def running(self) -> bool:
-        """Return whether the robot program runs."""
+        """Return whether the robot program is running."""
         track = self.tasks.get(ROBOT_PROGRAM)
         return track is not None and track.running
 
     def check_free(self, program: str) -> None:
-        """Check that a program is not on the stack of a task; a program on a stack cannot be changed. Raises
-        ProgramInterlocked.
-        """
+        """Check that a program is not on the stack of a task, because such a program cannot be changed. Raises
+        ProgramInterlocked if it is."""
         track = self.tasks.uses(program)
         if track is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
@@ -265,15 +261,13 @@ class Station:
         limits: Limits | None = None,
         all_tasks: bool = False,
     ) -> results.RunResult:
-        """Run a program to its end, at the terminal; `all_tasks`: run all other tasks to their ends, too. Raises as
-        `begin` does; an error in the program is in the result.
-        """
+        """Run a program to its end at the terminal; `all_tasks`: run all other tasks to their ends too. Raises the
+        errors of `begin`; an error in the program is reported in the result."""
         return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits, all_tasks=all_tasks))
 
     def compile_program(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
-        """Compile a program (the last one if none is named) and the programs that it calls; another thread compiles
-        long ones. `everywhere`: the program may be entered at any step. Errors are reported when the program begins.
-        """
+        """Compile a program (by default the last one) and the programs that it calls; another thread compiles long
+        ones. `everywhere`: the program may be entered at any step. Errors are reported when the program begins."""
         programs = dict(self.programs)
         first = programs.get(key_of(program or self.last_program or ""))
         if first is None or sum(len(one.program.steps) for one in programs.values()) <= LONG_PROGRAM:
@@ -282,7 +276,8 @@ class Station:
         yield from self._compile_callable([main], programs, everywhere=main if everywhere else None)
 
     def _compiled_for_tasks(self, loaded: LoadedFile) -> Dialogue[None]:
-        """Compile the long programs of a file that tasks may call as soon as these are in memory, in another thread."""
+        """Compile the long programs of a file in another thread, so that tasks may call them as soon as they are
+        stored."""
         tasks = [track.task for track in self.tasks if not track.task.is_over]
         if not tasks or all(len(one.program.steps) <= LONG_PROGRAM for one in loaded.programs):
             return
@@ -297,7 +292,7 @@ class Station:
         programs: Mapping[str, StoredProgram],
         everywhere: ast.Program | None = None,
     ) -> Dialogue[None]:
-        """Compile the long ones among some programs and all programs that they may call, in another thread."""
+        """Compile, in another thread, the long ones among some programs and all programs that they may call."""
         known = {key: stored.program for key, stored in programs.items()}
         found = yield from beside(lambda: store.may_be_called(callers, known))
         needed = dict.fromkeys(one.key for one in found if len(one.steps) > LONG_PROGRAM)
@@ -318,10 +313,9 @@ class Station:
         *,
         primed: bool = False,
     ) -> Track:
-        """Start a program (the last one if none is named); call `wait` or `let_run` next. `primed`: the program stops
-        before its first step, and `resume` continues it. Raises NoProgramSpecified, UndefinedName,
-        ProgramNotExecutable, ArgumentMismatch, TaskActive, ClockPaused.
-        """
+        """Start a program (by default the last one); call `wait` or `let_run` next. `primed`: the program stops before
+        its first step, and `resume` continues it. Raises NoProgramSpecified, UndefinedName, ProgramNotExecutable,
+        ArgumentMismatch, TaskActive, ClockPaused."""
         name = program or self.last_program
         if name is None:
             raise errors.NoProgramSpecified("there is no last program", "{EXECUTE name}")
@@ -338,7 +332,7 @@ class Station:
     def start(
         self, number: int, program: str, arguments: runtime.Arguments = (), cycles: int = 1, step: int = 1
     ) -> None:
-        """Start a task that runs whenever time advances. Raises TaskActive, and the same errors as `begin`."""
+        """Start a task that runs whenever time advances. Raises TaskActive, and the errors of `begin`."""
         self.tasks.start(number, self._task(program, arguments, cycles, step), self._given)
         self.settle()
 
@@ -357,10 +351,9 @@ class Station:
             raise errors.ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "{CLOCK GO} lets it go on")
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
-        """Continue a program that was paused, aborted, primed or stopped by an error, at its next step; with `retry`
-        the step that failed or was interrupted is carried out again; with `stepping` one step is carried out. Raises
-        NoProgramSpecified, TaskActive, ClockPaused.
-        """
+        """Continue a program that was paused, aborted, primed or stopped by an error, at its next step. `retry`: repeat
+        the step that failed or was interrupted. `stepping`: carry out one step only. Raises NoProgramSpecified,
+        TaskActive, ClockPaused."""
         self._clock_runs()
         try:
             track = self.tasks.proceed(ROBOT_PROGRAM, retry=retry)
@@ -376,7 +369,7 @@ class Station:
     def wait(
         self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False
     ) -> Dialogue[results.RunResult]:
-        """Wait until a program that has begun stops; `all_tasks`: until all tasks have stopped."""
+        """Wait until a program that was started has stopped; `all_tasks`: until all tasks have stopped."""
         self._changes_by_program(True)
         try:
             result = yield from self.driver.run(track, limits or self.limits, all_tasks=all_tasks)
@@ -386,18 +379,18 @@ class Station:
         return result
 
     def _then(self, track: Track) -> Callable[[results.RunResult], None] | None:
-        """Return the function to call at the end of a program whose user has left; None if the program must stop."""
+        """Return the function to call when a program ends whose user has left; None if the program must stop now."""
         who = track.driven_by
         return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
 
     def watch_over(self) -> Dialogue[None]:
-        """Advance time for a program without a waiting user, until the program stops or asks a question."""
+        """Advance time for a program for which no user waits, until it stops or asks a question."""
         while self.running and not self.driver.questions():
             yield Slice.RUNNING
         self.settle()
 
     def let_run(self, track: Track, ended: Callable[[results.RunResult], None]) -> None:
-        """Let a program that has begun run whenever time advances; `ended` is called at its end."""
+        """Let a program that was started run whenever time advances; `ended` is called at its end."""
 
         def over(result: results.RunResult) -> None:
             self._changes_by_program(False)
@@ -409,50 +402,47 @@ class Station:
         self.settle()
 
     def _changes_by_program(self, begin: bool) -> None:
-        """Note whether a program begins or ends changing variables: changes by a program need not be stored."""
+        """Record that a program begins or ends changing variables, because changes by a program need not be stored."""
         if self.terminal.attended:
             self.unstored.begin_run() if begin else self.unstored.end_run()
 
     def _reset_settings(self, track: Track) -> None:
-        """Reset SPEED and similar settings after a program: the prompt has the settings that every program starts
-        with.
-        """
+        """Reset SPEED and similar settings after a program, so that the prompt has the settings with which every
+        program starts."""
         if track.task.is_over:
             for setting in effects.CYCLE_SETTINGS:
                 self.engine.perform(setting)
 
     def settle(self, until: float | None = None) -> None:
-        """Let the other tasks react to changes; carry out everything that is due in real time now, or by the time
-        `until`.
-        """
+        """Let the other tasks react to changes; process everything that is due in real time now, or by the time
+        `until`."""
         self.driver.settle(until)
 
     def _warn(self, text: str) -> None:
         self.terminal.show(replies.Message(text, replies.Tone.WARNING))
 
     def _around(self) -> tuple[CellScene, World | None]:
-        """Return the scene that contains the robot, and its world."""
+        """Return the scene around the robot, and its world."""
         scene = self.driver.cell.scene
         return scene, None if scene.empty else self.driver.world
 
     def _warn_turned(self, it: ToolTurning) -> None:
-        """Warn, once, that the tool turns: this holds for all motions to locations that were not taught."""
+        """Warn once that the tool rotates; this applies to all motions to locations that were not taught."""
         self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
         self._warn(what)
 
     def _tell(self, one: results.StoppedTask) -> None:
-        """Report the end of another task."""
+        """Report the end of a task other than the robot program."""
         fault = one.fault
         what = f"{fault.message} [{one.where}]"
         self.terminal.show(replies.ProgramStopped(what, fault.program, fault.step, fault.source, replies.Tone.ERROR))
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
-        """Stop, before its next step, the program or line for which a user waits. `user_state`: only if that user does.
-        Return False if nobody waits, or if a line is being read: then the reader of that line must be stopped. Safe in
-        a signal handler.
-        """
+        """Stop, before its next step, the program or line for which a user is waiting. `user_state`: only if it is this
+        user. Return False if nobody waits, or if a line is being read (then its reader must be stopped). Safe to call
+        in a signal handler."""
         waited = self.driver.awaited
         if waited is None or (user_state is not None and waited.driven_by is not user_state):
             return False
@@ -461,13 +451,13 @@ class Station:
         return not self.driver.asking
 
     def abort(self) -> None:
-        """Stop the program, and a line of the prompt; brake now and drop what is scheduled."""
+        """Stop the program and the prompt line; brake now, and drop all scheduled motions."""
         for user_state in self._user_states:
             user_state.interrupted = user_state.interrupted or user_state is not self.user_state
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
 
     def pause(self) -> None:
-        """Stop the program when its present motion is over; PROCEED continues it."""
+        """Stop the program at the end of its present motion; PROCEED continues it."""
         track = self.tasks.get(ROBOT_PROGRAM)
         if track is not None and track.running and not isinstance(track.pending, Aborted):
             track.task.state = effects.TaskState.PAUSED
@@ -475,7 +465,7 @@ class Station:
         self.settle()
 
     def stop(self) -> None:
-        """Stop everything (emergency stop): as `abort`, and all other tasks."""
+        """Stop everything (emergency stop): do what `abort` does, and stop all other tasks."""
         self._abort([track.number for track in self.tasks.running])
 
     def _abort(self, tasks: Iterable[int]) -> None:
@@ -488,9 +478,8 @@ class Station:
             self.settle(self.engine.end)
 
     def resync(self, *, stops: bool) -> Dialogue[measured.ResyncReport]:
-        """Bring the body and the timeline back together (RESYNC). Raises UsageError while a program runs or on a
-        branch, RequestRefused, MotionError.
-        """
+        """Make the body and the timeline agree again (RESYNC). Raises UsageError while a program runs or on a branch,
+        RequestRefused, MotionError."""
         if self.branches.present != MAIN:
             raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
         user = self.user_state
@@ -503,13 +492,12 @@ class Station:
         return (yield from self.divergence.resync(stops=stops, issued=user.issued, check=check))
 
     def serve(self) -> None:
-        """Serve the present user on the branch where this user was last; while a program runs, stay on the present
-        branch.
-        """
+        """Serve a user on the branch where this user was last; while a program is running, stay on the present
+        branch."""
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
-        """Forget a user who has left, with the branch and the program that belong to this user alone."""
+        """Forget a user who has left, including a branch and a program that only this user needs."""
         own = self.user_state
         user_state.editor = user_state.on_screen = user_state.last_statement = None
         for track in self.tasks:
@@ -521,43 +509,39 @@ class Station:
 
     @property
     def elsewhere(self) -> bool:
-        """Return whether a program runs on a branch other than the present user's."""
+        """Return whether a program is running on a branch other than the present user's."""
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Return a dialogue for a role: an observer sees the branch of the present user while a program runs on another
-        branch.
-        """
+        """Return a dialogue for a role. For an observer it runs on the branch of the present user, even while a program
+        runs on another branch."""
         return within(self.branches.own_in_place, dialogue) if role is Role.OBSERVER and self.elsewhere else dialogue
 
     def check_may(self, said: str, wanted: Role) -> None:
-        """Check that the present user has the role `wanted`, and drives if that is required; `said` names the request
-        in errors. Raises RoleWanted, LeaseHeld.
-        """
+        """Check that the present user has the role `wanted` and, if required, drives. `said` names the request in
+        errors. Raises RoleWanted, LeaseHeld."""
         check_may(said, wanted, self.user_state.role)
         if self.lease is not None and must_drive(said, wanted, self.user_state.role):
             self.lease.check(self.user_state.name)
 
     def check_may_stop(self, user_state: UserState) -> None:
-        """Check that a user may stop the robot now: a designer may stop motions of this user, a supervisor all motions.
-        May be called from any thread. Raises RoleWanted, LeaseHeld.
-        """
+        """Check that a user may stop the robot now: a designer may stop this user's own motions, a supervisor all
+        motions. May be called from any thread. Raises RoleWanted, LeaseHeld."""
         check_may("ABORT", Role.DESIGNER, user_state.role)
         lease = self.lease
         if lease is not None and lease.holder and must_drive("ABORT", Role.DESIGNER, user_state.role):
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
-        """Return whether the questions of a task are for the present user: the user who drives, or who last continued
-        the task and has not left.
-        """
+        """Return whether the questions of a task are for the present user: the user who drives, or the user who last
+        continued the task, if still present."""
         if self.lease is not None:
             return self.lease.drives(self.user_state.name)
         driver = track.driven_by
         return driver in (None, self.user_state) or (isinstance(driver, UserState) and driver.left)
 
     def at(self, user_state: UserState, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Carry out a dialogue for another user, with the state of that user."""
+        """Run a dialogue for another user, with the state of that user."""
         self._user_states.add(user_state)
         user_state.interrupted = False
         try:
@@ -566,7 +550,7 @@ class Station:
             raise errors.RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Carry out a dialogue under these conditions, which also apply to the programs that begin in it."""
+        """Run a dialogue under these conditions, which also apply to programs that begin in it."""
         with self.driver.surrounding(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 
@@ -592,13 +576,12 @@ class Station:
             self._present(own)
 
     def _present(self, user_state: UserState) -> None:
-        """Make a user the present one; new branches and tasks then belong to this user."""
+        """Make a user the present one, to whom new branches and tasks then belong."""
         self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: ast.Statement) -> Dialogue[None]:
-        """Carry out one instruction now, as a program of one step. Raises VrsError if this fails, KeyboardInterrupt if
-        it was stopped.
-        """
+        """Carry out one instruction now, like a program of one step. Raises VrsError if it fails, KeyboardInterrupt if
+        it was stopped."""
         self.user_state.last_statement = statement
         task = runtime.statement_task(self.environment, self.engine, statement)
         track = self.tasks.start(PROMPT_LINE, task, self._given)
