@@ -70,7 +70,8 @@ def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float, horizon: 
 
 
 def _times(arm: RobotArm, timeline: Timeline, begin: float) -> Iterator[tuple[float, Joints | None]]:
-    """Yield the times of the points after `begin` [s], each with the acceleration just before it; None: no jump."""
+    """Yield the times of the points after `begin` [s]. Each has the acceleration just before it if the acceleration
+    jumps there, else None."""
     for index in range(timeline.index_at(begin), len(timeline)):
         segment = timeline[index]
         if segment.finish <= begin:

@@ -167,7 +167,7 @@ class RosArm:
         order = self.body.order
         ordered = order is not self._order and order.at <= now
         if self._starts or ordered:
-            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # until a future order the opposite is valid
+            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # until then the opposite mode is valid
             self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
             return self._hold(now) if holds else self._follow(now)
         if self.mode is not BodyMode.FOLLOWS:
@@ -387,7 +387,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
 
     async def hear_changes() -> None:
-        with suppress(VrsError):  # `ticks` raises it too
+        with suppress(VrsError):  # `ticks` raises this error as well
             async for change in body.changes():
                 arm.change(change.cut if isinstance(change, TimelineDelta) else -inf)
 

@@ -20,7 +20,7 @@ LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and nu
 
 LAST_BYTES = 16_000_000  # bytes that stay free; without them CPython 3.11 may loop in an exception handler
 LOOK = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
-STATM = Path("/proc/self/statm")  # file of Linux with the memory size of this process
+STATM = Path("/proc/self/statm")  # on Linux: the memory size of this process
 
 Enough = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
 

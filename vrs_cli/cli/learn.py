@@ -59,7 +59,7 @@ class _Course:
 
     def __init__(self, word: str | None, progress_file: Path | None) -> None:
         self._file = progress_file
-        self._page: PagePlace | None = None  # kept for the next lesson
+        self._page: PagePlace | None = None  # the page of the last lesson, kept for the next one
         folder = None if word is None or not Path(word).is_dir() else Path(word)
         if folder is not None and (folder / "lesson.md").exists():
             self.folders: tuple[Path, ...] = (folder,)

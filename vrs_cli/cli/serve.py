@@ -177,7 +177,7 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
         context.load_cert_chain(options.tls_cert, options.tls_key)
-    except OSError as error:  # SSLError is an OSError too
+    except OSError as error:  # SSLError is an OSError as well
         files = " and ".join(filter(None, (options.tls_cert, options.tls_key)))
         raise CommandLineError(f"{files}: {error.strerror or error}", "a certificate and its key, in PEM") from None
     return context

@@ -62,10 +62,10 @@ class MethodTrial(Struct, frozen=True):
 
 
 class ViewerScore(Struct, frozen=True):
-    """The distance between the displayed and the true robot at the same time: of the farthest joint [deg] and of the
+    """The distance between the displayed and the true robot at the same time: for the farthest joint [deg] and for the
     tool [mm].
 
-    `p95`: the 95th percentile. `jump`: the largest step of the display between two samples that the robot did not make
+    `p95`: the 95th percentile. `jump`: the largest step between two samples that the display made and the robot did not
     [deg]. `call_time`: the mean time of a call [s].
     """
 

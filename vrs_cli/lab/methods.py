@@ -1,5 +1,5 @@
-"""Load viewers and controllers written by users for `vrs lab experiment methods`, and define the ones that they are
-compared with.
+"""Load viewers and controllers written by users for `vrs lab experiment methods`, and define those with which they are
+compared.
 
 A viewer shows a robot from late frames; a controller sends it set points that arrive late. Each is a class with two
 methods. A user's class may derive from Predictor or RemoteController, or just have the same methods.

@@ -133,9 +133,8 @@ class Round:
 
 
 class Channel:
-    """Sends samples to the listeners that see the same: all that follow the robot at one rate, or a single one with its
-    own playback.
-    """
+    """Sends samples to listeners that see the same: either all listeners that follow the robot at one rate, or a single
+    one with its own playback."""
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()

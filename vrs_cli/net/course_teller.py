@@ -195,7 +195,7 @@ def clip_contacts(touches: Iterable[ContactSpan], begin: float, end: float) -> I
 
 
 class CourseTeller:
-    """The course of one robot for its listeners: the thread of connections asks for it, another calls `step`."""
+    """The course of one robot for its listeners. The thread of connections requests it; another thread calls `step`."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._computer = CourseComputer(world, now, looks=looks)

@@ -63,9 +63,10 @@ class FarEnd:
     """The client's side of a robot: its connection, mirror and preview. Pure; `wall` is the clock here.
 
     `mirror` and `preview` (with the commands on their way) are None until the timeline is followed and the first
-    snapshot has come. `ahead`: viewers see the robot so much later than the last known state [s]. `flags`: times of
-    which something wrong was shown. `refusal`: why the robot cannot be held. `news`: outlets for messages that belong
-    to no request. `window`: seconds of the past that are kept. `world`: of the cell around the robot, None without one.
+    snapshot has arrived. `ahead`: how much later than the last known state viewers see the robot [s]. `flags`: times
+    for which something wrong was shown. `refusal`: the reason why the robot cannot be used. `news`: outlets for
+    messages that belong to no request. `window`: seconds of the past that are kept. `world`: the world of the cell
+    around the robot, None without a cell.
     """
 
     def __init__(
@@ -152,9 +153,8 @@ class FarEnd:
     # --- asking ---
 
     def ask(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
-        """Send the request that `make` returns for an id; return the id. The outlet gets all its messages, its end
-        last. Raises RequestRefused without a connection.
-        """
+        """Send the request that `make` returns for an id; return the id. The outlet gets all messages of the request,
+        the final one last. Raises RequestRefused without a connection."""
         request = self.with_issue_time(make(self.connection.next_id()))
         self.send(request)
         self._outlets[request.id] = outlet

@@ -260,8 +260,8 @@ OF_CLASS = AskHelp | HandIn | TEACHING
 
 class Embody(Request, frozen=True):
     """Become the robot's body; with `held` false, stop being it. `embodied` answers. One client at a time is the body.
-    `first`: the number of the oldest report that the client can still send; `rate`: of its reports [1/s].
-    """
+    `first`: the number of the oldest report that the client can still send; `rate`: the number of reports per
+    second."""
 
     held: bool = True
     first: Count = 0
@@ -354,15 +354,16 @@ class Fate(Struct, frozen=True, omit_defaults=True):
 
 
 class Welcome(ServerMessage, frozen=True):
-    """The answer to `hello`. `connection`: the key for `resume`; `seq`: that of the last numbered message before this
-    connection. `resumed`: all numbered messages after the client's `seq` follow; if false, the `done` of the commands
-    in `unanswered` follow under new numbers. Open questions are sent again. `fates`: the outcome of each such command.
+    """The answer to `hello`. `connection`: the key for `resume`; `seq`: the `seq` of the last numbered message before
+    this connection. `resumed`: all numbered messages after the client's `seq` follow; if false, the `done` of the
+    commands in `unanswered` follow under new numbers. Open questions are sent again. `fates`: the outcome of each such
+    command.
 
-    `life` names this run of the robot; in another run `number` begins anew. `model`: the robot, with the keys of its
-    TOML file in m and rad (`docs/robots.md`). `role`: of this client. `one_user`: all clients are one user, who has the
-    lease without asking for it. `cell`: what is around the robot, as its cell file says (`docs/cell.md`), in m and
-    rad; none if there is no cell, or it has more than 1 MB. `first_line`: a line that this client carries out once, as
-    if its user had typed it.
+    `life` names this run of the robot; in another run `number` begins again. `model`: the robot, with the keys of its
+    TOML file in m and rad (`docs/robots.md`). `role`: the role of this client. `one_user`: all clients are one user,
+    who has the lease without asking for it. `cell`: the cell around the robot as its cell file describes it
+    (`docs/cell.md`), in m and rad; none if there is no cell, or it has more than 1 MB. `first_line`: a line that this
+    client carries out once, as if its user had typed it.
     """
 
     version: Count

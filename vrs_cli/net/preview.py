@@ -42,9 +42,11 @@ UNCONFIRMED = 1 << 40  # added to the numbers of previewed motions, so that they
 
 
 class Underway(Struct, frozen=True):
-    """A command whose change is not in the known timeline yet. `issued`: the time of issue by the robot's clock [s].
-    `request`: None if the command cannot be planned here; then it may change everything from its arrival on. `text`: as
-    it was given. `version`: of the timeline with its change, once the robot has done it.
+    """A command whose change is not in the known timeline yet.
+
+    `issued`: the time of issue by the robot's clock [s]. `request`: None if the command cannot be planned here; then it
+    may change everything from its arrival on. `text`: the command as it was given. `version`: the version of the
+    timeline with its change, as soon as the robot has carried it out.
     """
 
     request: Request | None

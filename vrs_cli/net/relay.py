@@ -142,7 +142,8 @@ class RelayedConnection(ClientConnection):
 
 
 class RelayedEnd(FarEnd):
-    """The client's side of a robot that a page holds. `ahead`: the first setting. `cell`: as in RelayedConnection."""
+    """The client's side of a robot that a page holds. `ahead`: the initial choice of how far ahead the robot is shown.
+    `cell`: as in RelayedConnection."""
 
     connection: RelayedConnection
 

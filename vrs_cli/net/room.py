@@ -295,8 +295,10 @@ class Room(ServedRobot):
         self._announce()
 
     def _spread(self, message: messages.ServerMessage, by: object, ticket: Ticket[Any] | None = None) -> None:
-        """Send a message that belongs to no request to the user with the state `by`, or to all if there is none. Output
-        of TYPE also goes to all consoles. A reply gets the id of the command of the ticket, for the user who gave it.
+        """Send a message that belongs to no request to the user with the state `by`, or to all users if there is none.
+
+        Output of TYPE also goes to all consoles. A reply gets the id of the command of the ticket, for the user who
+        gave the command.
         """
         clients = tuple(self.clients.values())
         if isinstance(message, messages.Typed):
@@ -314,9 +316,10 @@ class Room(ServedRobot):
         self.put(lambda: self._spread(message, None))
 
     def _announce(self) -> None:
-        """Announce the clock, the activity and the dragged tool if they have changed. Virtual time is usually known
-        from changes of the timeline. The user who drags the tool is announced at once, its distance some times a
-        second.
+        """Announce the clock, the activity and the dragged tool if they have changed.
+
+        Virtual time is usually known from changes of the timeline. The user who drags the tool is announced at once,
+        the tool's distance from its target some times a second.
         """
         now, before = self.clock(), self._clock
         same = before is not None and (now.rate, now.paused) == (before.rate, before.paused)

@@ -195,10 +195,12 @@ class Driving:
 
 
 class Plan(Struct, frozen=True):
-    """The settings with which a robot is served. `journal`: the file for its timeline, None for none. `folder`: of its
-    files. `one_user`: all clients are one person, so the lease is taken only by asking for it. `idle`: seconds without
-    users and viewers after which the robot is paused. `reach`: how much of the journal stays in memory. `cell`: around
-    the robot. `styled`: renders a reply as lines, for clients that ask for them with `rendered`.
+    """The settings with which a robot is served.
+
+    `journal`: the file for its timeline, None for none. `folder`: the folder of its files. `one_user`: all clients are
+    one person, so the lease is taken only by asking for it. `idle`: seconds without users and viewers after which the
+    robot is paused. `reach`: how much of the journal stays in memory. `cell`: the cell around the robot. `styled`:
+    renders a reply as lines, for clients that ask for them with `rendered`.
     """
 
     model: RobotModel
@@ -432,7 +434,7 @@ class ServedRobot:
         self.wake()
 
     def wake(self) -> None:
-        """Wake the thread of the connections, once until it has run."""
+        """Wake the thread of the connections; further calls do nothing until that thread has run."""
         if not self._woken:
             self._woken = True
             self._wake()

@@ -1,4 +1,4 @@
-"""Serve robots over sockets: move bytes between connections and rooms, and take no decisions for robots."""
+"""Serve robots over sockets: move bytes between connections and rooms, without decisions about robots."""
 
 from __future__ import annotations
 
@@ -89,7 +89,8 @@ class SocketSink:
         return self._transport.get_write_buffer_size()
 
     def send(self, *packets: Packet) -> None:
-        """Send packets. A frame is made once for all: `websockets.broadcast` would make one for each connection."""
+        """Send packets. Each frame is made once for all connections, while `websockets.broadcast` would make one for
+        each connection."""
         if self._protocol.state is SOCKET_OPEN and not self._transport.is_closing():
             for packet in packets:
                 if not packet.frame:  # RFC 6455, 5.2
@@ -466,7 +467,7 @@ class Server:
                 self._due[name].set()
 
     def _follow(self, name: str) -> None:
-        """Begin to broadcast from a robot, if that has not begun yet."""
+        """Start to broadcast from a robot, if the broadcast is not running yet."""
         if name not in self._due:
             self._due[name] = asyncio.Event()
             room = self.hub.rooms[name]

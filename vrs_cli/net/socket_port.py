@@ -64,7 +64,7 @@ class Loop:
         raise RequestRefused(*CLOSED)
 
     def soon(self, act: Callable[[], object]) -> None:
-        """Call `act` in the loop, without waiting for the end. Safe in a signal handler. Does nothing if the loop is
+        """Call `act` in the loop, without waiting for its end. Safe in a signal handler. Does nothing if the loop is
         closed."""
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(act)
@@ -159,7 +159,8 @@ class SocketPort:
         return self.far.open
 
     def check_open(self) -> None:
-        """Check that there is a connection. Raises RequestRefused, which says how long there was none."""
+        """Check that there is a connection. Raises RequestRefused, which says for how long the connection has been
+        cut."""
         if not self.far.open:
             raise self.far.no_connection
 
@@ -213,9 +214,8 @@ class SocketPort:
         return self._loop.wait(self.client.ask(make))
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
-        """Send the request that `make` returns for an id; return the id. The outlet gets its messages in the thread of
-        the connection, its end last. Raises RequestRefused without a connection.
-        """
+        """Send the request that `make` returns for an id; return the id. In the thread of the connection the outlet
+        gets all messages of the request, the final one last. Raises RequestRefused without a connection."""
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
     def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:

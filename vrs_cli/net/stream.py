@@ -103,7 +103,8 @@ TEXT = MessageForm(text=True)  # the form with the longest messages
 
 
 class Listening(NamedTuple):
-    """How a listener gets changes: their form, whether deflated, and the `window` of the past [s] (None: all of it)."""
+    """How a listener gets changes: their form, whether they are deflated, and the `window` of the past [s] (None: all
+    of it)."""
 
     form: MessageForm
     deflates: bool = False
@@ -121,9 +122,8 @@ class _Change(Struct):
 
 
 class Stream:
-    """The changes of one robot. `number`: of the last change; `timeline` and `settings`: after it. `state` returns the
-    state of a timeline's world just before a time [s]; None without a cell.
-    """
+    """The changes of one robot. `number`: the number of the last change; `timeline` and `settings`: the state after it.
+    `state` returns the state of a timeline's world just before a time [s]; None without a cell."""
 
     def __init__(self, begin: TimelineReplaced, arm: RobotArm, state: StateOfWorld | None = None) -> None:
         self.number = 0
@@ -303,7 +303,7 @@ class MeasuredTeller:
         return bool(self._fresh)
 
     def gather(self) -> None:
-        """Make batches of the reports that came since the last batches."""
+        """Make batches of the reports that arrived since the last batches."""
         number = self.count - len(self._fresh)
         for part in row_parts(self._fresh):
             self._batches.append(Batch(messages.Measurements(first=number, **row_fields(part)), number + len(part)))

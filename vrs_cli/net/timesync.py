@@ -27,8 +27,10 @@ MAX_DRIFT = 500e-6  # maximum drift of a sound clock [s/s] (RFC 5905, section 7.
 
 
 class Exchange(NamedTuple):
-    """A message and its answer. At its middle, `at` by the clock here, the remote clock was `offset` ahead [s], if both
-    ways took equally long. `round_trip`: the time of both ways, D_f + D_b [s]; below 0 only if a clock was set.
+    """A message and its answer. In the middle between sending and answer, `at` by the clock here, the remote clock was
+    `offset` ahead [s], if both directions took equally long.
+
+    `round_trip`: the time of both directions, D_f + D_b [s]; below 0 only if a clock was set.
     """
 
     at: float
@@ -37,9 +39,8 @@ class Exchange(NamedTuple):
 
 
 class Estimate(Struct, frozen=True):
-    """An estimate of a remote clock: it is `offset` ahead of the clock here at `at` [s], and `drift` more with every
-    second. `round_trip`: the shortest D_f + D_b [s]; the error of the offset is at most half of it.
-    """
+    """An estimate of a remote clock: it is `offset` ahead of the clock here at `at` [s], and the offset grows by
+    `drift` every second. `round_trip`: the shortest D_f + D_b [s]; the error of the offset is at most half of it."""
 
     at: float
     offset: float

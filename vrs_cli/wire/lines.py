@@ -125,9 +125,11 @@ class PartRecord(records.StrictRecord, frozen=True, array_like=True):
 
 
 class CheckpointRecord(records.StrictRecord, frozen=True):
-    """The state after the lines above. `checkpoint`: the version of the timeline; `number`: of the last motion;
-    `commands`: the number of commands in effect; `deltas`: where the lines of each PART-th delta begin; `before`: the
-    place of the checkpoint before. `parts`: of the segments; `events`: of the events.
+    """The state after the lines above.
+
+    `checkpoint`: the version of the timeline; `number`: the number of the last motion; `commands`: the number of
+    commands in effect; `deltas`: the positions in the file where the lines of each PART-th delta begin; `before`: the
+    position of the previous checkpoint. `parts`: the parts with the segments; `events`: the parts with the events.
     """
 
     checkpoint: records.Count

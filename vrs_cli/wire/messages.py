@@ -124,7 +124,7 @@ class ServerMessage(_Typed, frozen=True):
 
 
 class Request(ClientMessage, frozen=True):
-    """A message that is answered by one with the same `id`. A client counts its ids up."""
+    """A message that is answered by a message with the same `id`. The ids of a client increase."""
 
     id: Count
 
@@ -159,9 +159,8 @@ class Result(ServerMessage, frozen=True):
 
 
 class Line(Command, frozen=True):
-    """A line of VAL-II, or several lines that were pasted together; `more`: the next message has the next of them.
-    `issued`: when it was given, by the robot's clock as the client knows it [s].
-    """
+    """A line of VAL-II, or several lines that were pasted together; `more`: the next message contains more of these
+    lines. `issued`: the time at which the line was given, by the robot's clock as the client knows it [s]."""
 
     text: Text
     issued: Number | None = None
@@ -300,9 +299,8 @@ class Withdrawn(Numbered, frozen=True):
 
 
 class Done(Numbered, frozen=True):
-    """The command or request with this `id` has ended. `version`: the version of the timeline that has its changes.
-    `status`: as in `status`, after it; `found`: the result of an act.
-    """
+    """The command or request with this `id` has ended. `version`: the version of the timeline that contains its
+    changes. `status`: the status after it, as in `status`; `found`: the result of an act."""
 
     id: Count
     ok: bool = True
@@ -359,7 +357,7 @@ class Refusal(Struct, frozen=True):
         return cls(error.code, error.title, str(error), error.detail, error.hint, in_python=error.in_python, **told)
 
     def error(self) -> VrsError:
-        """Recreate the error: with its class, message and numbers."""
+        """Recreate the error with its class, message and numbers."""
         kind = _KIND_OF_CODE.get(self.code, VrsError)
         told = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
         made = kind(self.detail, self.hint, in_python=self.in_python, **told)
