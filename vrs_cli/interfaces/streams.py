@@ -1,10 +1,8 @@
-"""Streams of targets, which become motions that begin in the moving state. The newest target counts. The engine follows
-it within all limits, and brakes if no more targets arrive.
-
-A target to steer to may have a time. In virtual time a stream of an hour takes a minute. In real time an early target
-waits for its time on the clock, and a late target is followed from the present instant: its time still determines how
-fast the targets move, but does not change the past.
-"""
+"""Streams of targets, turned into motions that begin while the robot moves. The newest target replaces earlier ones.
+The engine follows it within all limits, and brakes if no more targets arrive. A target to steer to may have a time. In
+virtual time, a stream of an hour takes a minute. In real time, an early target waits for its time on the clock, and a
+late target is followed from the present instant on: its time still determines how fast the target moves, but does not
+change the past."""
 
 from __future__ import annotations
 
@@ -18,30 +16,29 @@ from vrs_cli.kinematics.joints import Joints, JointUnits, put_inside
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.state import Target
 
-# --- the tempo of a stream -------------------------------------------------------------------------------------------
+# --- intervals between the targets of a stream -----------------------------------------------------------------------
 
 
 class Tempo(NamedTuple):
-    """The `text` of a stream's motions, and the shortest and longest time from one target to the next [s]; a longer
-    time is a gap, after which the arm stops.
-    """
+    """The `text` of a stream's motions, and the minimum and maximum time from one target to the next [s]. A longer time
+    is a gap, after which the arm stops."""
 
     text: str
     shortest: float
     longest: float
 
     def tick(self, seconds: float) -> float:
-        """Return the given time between targets, limited to this range [s]."""
+        """Return a time between targets, limited to this range [s]."""
         return min(max(seconds, self.shortest), self.longest)
 
 
 STEERING = Tempo("STEER", 0.001, 0.5)
 DRAGGING = Tempo("DRAG", 0.001, 0.1)
-DRAG_TICK = 0.02  # time from one target for the tool to the next, and before the first [s]
+DRAG_TICK = 0.02  # [s] time between targets for the tool, and before the first one
 
 
 def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
-    """Return the velocity of joints that move from a to b in a time [rad/s, m/s]."""
+    """Return the constant velocity of joints that move from a to b in a given time [rad/s, m/s]."""
     return tuple([(y - x) / seconds for x, y in zip(a, b, strict=True)])
 
 
@@ -49,20 +46,18 @@ def chase(
     engine: Engine, tempo: Tempo, target: Target, lasting: float, speed: float = 1.0, issued: float | None = None
 ) -> None:
     """Follow a moving target from now on, until the next target arrives after `lasting` [s]. Raises PowerOff,
-    JointOutOfRange, CollisionAhead.
-    """
+    JointOutOfRange, CollisionAhead."""
     engine.steer(target, tempo.tick(lasting), speed=speed, text=tempo.text, issued=issued)
 
 
 # --- targets to steer to ---------------------------------------------------------------------------------------------
 
-WAIT_DECAY = 0.95  # factor on the longest wait between late targets, from target to target
+WAIT_DECAY = 0.95  # factor by which the maximum wait for late targets decreases with each target
 
 
 class TrackingError(Struct):
-    """How far the robot was from each target when the target arrived: the farthest joint of a kind [rad, m], or the
-    time [s].
-    """
+    """Statistics of the distance between the robot and its target at the arrival of each target: the maximum over the
+    joints of a kind [rad, m], or the delay [s]."""
 
     targets: int = 0
     squares: float = 0.0
@@ -79,9 +74,8 @@ class TrackingError(Struct):
 
 
 class Following(Struct):
-    """How well the robot follows: the number of targets, the number of targets that were limited to the end of a
-    joint's range, how late the targets arrived [s], and the errors of the revolute and of the prismatic joints.
-    """
+    """How well the robot follows: the number of targets, the number of targets limited to the end of a joint's range,
+    the delays of targets [s], and the errors of the revolute and of the prismatic joints."""
 
     targets: int = 0
     held: int = 0
@@ -99,21 +93,19 @@ class Following(Struct):
 
 
 class Steering:
-    """Passes targets to an engine, which follows the straight line through the last two targets."""
+    """Passes targets to an engine, which follows the straight line through the last two of them."""
 
     def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
         self.engine, self.speed = engine, speed
         self.following = Following()
         self._last: tuple[float, Joints] | None = None
-        # when the last target arrived, and how long the robot may wait for the next [s]
+        # when the last target arrived, and the maximum wait for the next one [s]
         self._came, self._wait = 0.0, 0.0
 
     def to(self, target: Joints | Transform, t: float | None = None) -> None:
-        """Go to a target at time t [s], or now. If it lies outside the range of a joint, go to the end of the range.
-
-        Raises LocationOutOfRange and others for a pose that no configuration reaches; then the robot follows the
-        previous target until it stops.
-        """
+        """Go to a target at t [s], or now. A target outside the range of a joint is limited to the end of the range.
+        Raises LocationOutOfRange and other errors for a pose that no configuration reaches; the robot then follows the
+        previous target until it stops."""
         engine = self.engine
         now = self._wait_for(t)
         where, model = engine.position().joints, engine.model
@@ -125,16 +117,16 @@ class Steering:
         self._wait = max(now - self._came, WAIT_DECAY * self._wait) if now > stamp else 0.0
         last, self._last, self._came = self._last, (stamp, goal), now
         since = stamp - last[0] if last is not None else 0.0
-        if last is None or not 0.0 < since <= STEERING.longest:  # the velocity of the target is unknown
+        if last is None or not 0.0 < since <= STEERING.longest:  # the velocity of the target is not known
             engine.redirect(goal, speed=self.speed, text=STEERING.text)
             return
         tick = STEERING.tick(since)
         moving = Target(goal, velocity_between(last[1], goal, tick))
-        # late targets arrive in bursts: the robot moves on until the next burst
+        # late targets arrive in bursts: keep moving until the next burst
         chase(engine, STEERING, moving, max(tick, self._wait), self.speed)
 
     def _wait_for(self, t: float | None) -> float:
-        """Wait until a time, which may have passed already. Return the present instant [s]."""
+        """Wait until a time that may already have passed. Return the present instant [s]."""
         clock = self.engine.clock
         clock.advance(clock.reached if t is None else max(t, clock.reached))
         return clock.now

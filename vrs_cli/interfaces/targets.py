@@ -35,9 +35,9 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values import acts, hand
 
-RELEASE_AFTER_S = 0.6  # real time without a target after which the tool is released [s]
+RELEASE_AFTER_S = 0.6  # [s] real time without a target after which the tool is released
 DRAG_TEXT = "to drag the tool"
-# the error for a target of an ended stream
+# error for a target of a stream that has ended
 REFUSALS: Mapping[StreamKind, tuple[type[RequestRefused | UsageError], str, str]] = {
     StreamKind.STEER: (RequestRefused, "the robot steers no longer: {}", "begin anew with a first target"),
     StreamKind.DRAG: (RequestRefused, "the tool was let go: {}", "the next call drags it again"),
@@ -52,7 +52,7 @@ def _refusal(stream: TargetStream) -> VrsError:
 
 
 class TargetControl(NamedTuple):
-    """Takes the targets of the present user of a robot. Call its methods in the robot's own thread."""
+    """Takes the targets of the robot's present user. Call its methods in the robot's own thread."""
 
     session: Station
 
@@ -62,14 +62,13 @@ class TargetControl(NamedTuple):
         return self.session.user_state.streams.get(kind)
 
     def _open(self, kind: StreamKind) -> TargetStream:
-        """Return the present user's stream of a kind; open one if there is none."""
+        """Return the present user's stream of a kind; open one if the user has none."""
         user_state = self.session.user_state
         return user_state.streams.setdefault(kind, TargetStream(kind, user_state))
 
     def _accept(self, stream: TargetStream) -> None:
-        """Accept the next target of a stream: the robot follows this stream, and another one ends. Raises the error of
-        an ended stream, RobotNotAttached.
-        """
+        """Accept the next target of a stream: the robot follows this stream, and another stream ends. Raises
+        RobotNotAttached, and the error of a stream that has ended."""
         session, before = self.session, self.session.stream
         session.tasks.check_robot_free()
         if stream.ended:
@@ -79,7 +78,7 @@ class TargetControl(NamedTuple):
         session.stream = stream
 
     def _end(self, stream: TargetStream, why: str) -> None:
-        """End a stream: its user must close it before another one of this kind."""
+        """End a stream: its user must close it before opening another one of the same kind."""
         stream.ended = why
         self._leave(stream, why)
 
@@ -91,7 +90,8 @@ class TargetControl(NamedTuple):
         return stream
 
     def _leave(self, stream: TargetStream, why: str = "") -> None:
-        """Follow a stream no longer. The arm comes to rest as planned for the case that no more targets arrive."""
+        """Stop following a stream. The arm comes to rest in the way that was planned for the case that no more targets
+        arrive."""
         session = self.session
         if session.stream is not stream:
             return
@@ -104,9 +104,8 @@ class TargetControl(NamedTuple):
     # --- joints ---
 
     def steer(self, act: acts.Steer) -> None:
-        """Take a target of joints. The first target of a stream has no velocity. Raises RequestRefused for another
-        target of a stream that has ended, RobotNotAttached, JointOutOfRange, PowerOff.
-        """
+        """Take a target given as joints. The first target of a stream has no velocity. Raises RequestRefused for a
+        target of a stream that has ended, RobotNotAttached, JointOutOfRange, PowerOff."""
         session, engine, user_state = self.session, self.session.engine, self.session.user_state
         speed = 1.0 if act.speed is None else act.speed
         if act.velocity is None:
@@ -123,13 +122,11 @@ class TargetControl(NamedTuple):
     # --- a button or a key ---
 
     def jog(self, jogger: Jogger, act: hand.Press | hand.StopJog | hand.Look, kind: StreamKind) -> hand.Seen:
-        """Carry out the action of a button or of a key, by which the user moves the arm. Return the state of the robot
-        then; for a refused key the state contains the error. Letting a button go does not brake motions that others
-        began. Raises RoleWanted, LeaseHeld, UsageError for a button that is held since the stop, RobotNotAttached.
-
-        A button opens and closes its stream also while its user does not drive: if the button is held through a stop,
-        and its user drives then, it moves nothing.
-        """
+        """Carry out the action of a button or a key by which the user moves the arm. Return the resulting state of the
+        robot; for a refused key it contains the error. Releasing a button does not brake motions that others began.
+        Raises RoleWanted, LeaseHeld, UsageError for a button that has been held since a stop, RobotNotAttached. A
+        button opens and closes its stream even while its user does not drive, so a button that is held during a stop
+        moves nothing when its user drives later."""
         session, engine = self.session, self.session.engine
         if isinstance(act, hand.Press):
             stream = self._open(kind)
@@ -139,7 +136,7 @@ class TargetControl(NamedTuple):
             except VrsError as error:
                 if kind is StreamKind.BUTTON:
                     raise
-                jogger.said = str(error)  # on the screen until the next key
+                jogger.said = str(error)  # shown on the screen until the next key
                 return jogger.do(hand.Look())
             seen = jogger.do(act)
             stream.version = engine.timeline.version
@@ -154,9 +151,8 @@ class TargetControl(NamedTuple):
     # --- a tool ---
 
     def drag(self, pose: Transform | None) -> Dialogue[hand.Shortfall]:
-        """Take a target pose as `pull` does, and return how far the tool is from it. After other motions of the user
-        the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last pose.
-        """
+        """Take a target pose as `pull` does, and return how far the tool is from it. If other motions of the user came
+        between, the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last pose."""
         session, stream = self.session, self._opened(StreamKind.DRAG)
         goes_on = stream is not None and stream is session.stream and not (stream.ended or session.running)
         if goes_on and stream is not None and stream.version != session.engine.timeline.version:
@@ -170,9 +166,8 @@ class TargetControl(NamedTuple):
 
     def pull(self, pose: Transform | None, issued: float | None = None) -> Dialogue[None]:
         """Take a target pose of the tool (T_world_tool); None releases the tool. A pose of a drag that has ended is
-        ignored. `issued`: when the user sent the pose [s], by the user's clock. Raises RoleWanted, LeaseHeld,
-        RobotNotAttached, UsageError, PowerOff.
-        """
+        ignored. `issued`: when the user sent the pose, by the user's clock [s]. Raises RoleWanted, LeaseHeld,
+        RobotNotAttached, UsageError, PowerOff."""
         session = self.session
         try:
             if pose is None:
@@ -218,9 +213,8 @@ class TargetControl(NamedTuple):
             session.actor.repeat(partial(self._beat, stream))
 
     def _beat(self, stream: TargetStream) -> float | None:
-        """Carry out the robot's next step towards the last pose. Return when the next step is due [s]; None: the
-        tool is released.
-        """
+        """Carry out the robot's next step towards the last pose. Return when the next step is due [s]; None if the tool
+        was released."""
         engine = self.session.engine
         clock = engine.clock
         assert isinstance(clock, WallClock)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from vrs_cli.values.acts import Go
 
 CHANGE = "a change of a variable"
-STOPPING = ("ABORT",)  # words of the commands that overtake all other requests
+STOPPING = ("ABORT",)  # words of commands that overtake all other requests
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
@@ -49,27 +49,27 @@ def check_may(said: str, wanted: Role, role: Role) -> None:
 
 
 def may_all(said: str, wanted: Role) -> bool:
-    """Return whether users who do not drive may also do what `said` names: look at the robot, or stop it."""
+    """Return whether users who do not drive may also make a request: to look at the robot, or to stop it. `said`: the
+    name of the request."""
     return wanted is Role.OBSERVER or said in STOPPING
 
 
 def must_drive(said: str, wanted: Role, role: Role) -> bool:
-    """Return whether only the user who drives may do what `said` names. Everybody may look, and a supervisor may stop
-    every other user.
-    """
+    """Return whether only the user who drives may make a request. Everybody may look, and a supervisor may stop every
+    other user. `said`: the name of the request."""
     return not may_all(said, wanted) or (said in STOPPING and Role.SUPERVISOR not in role)
 
 
 def check_beside(statement: Statement, *, elsewhere: bool) -> None:
-    """Check that a line need not wait until the program stops. `elsewhere`: the program runs on a branch other than the
-    user's. Raises UsageError.
-    """
+    """Check that a line can be carried out while a program runs. `elsewhere`: the program runs on a branch other than
+    the user's. Raises UsageError if the line must wait."""
     said, role = need_of(statement)
     check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role, elsewhere=elsewhere)
 
 
 def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
-    """Check that a request of this name and role need not wait until the program stops. Raises UsageError."""
+    """Check that a request with this name and role can be carried out while a program runs. Raises UsageError if it
+    must wait."""
     if elsewhere and said in ON_BRANCH:
         raise UsageError(f"{said} has to wait until the program on another branch stops", "{ABORT} stops it")
     if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
@@ -82,7 +82,7 @@ def role_of(word: str) -> Role:
 
 
 def need_of(statement: Statement) -> tuple[str, Role]:
-    """Return the name of a line for messages, and the role that the line needs."""
+    """Return the name of a line for messages, and the role that it needs."""
     statement = _inner(statement)
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
@@ -94,28 +94,28 @@ def need_of(statement: Statement) -> tuple[str, Role]:
 
 
 def _inner(statement: Statement) -> Statement:
-    """Return the statement inside a DO; any other statement is returned unchanged."""
+    """Return the statement inside a DO; return any other statement unchanged."""
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement
 
 
-USUAL_LENGTH = 10.0  # time that a lease lasts after a heartbeat [s]
+USUAL_LENGTH = 10.0  # [s] duration of a lease after a heartbeat
 
 
 class Granted(TaggedValue, frozen=True):
-    """The user `to` drives from now on."""
+    """Notice: the user `to` drives from now on."""
 
     to: str
 
 
 class Requested(TaggedValue, frozen=True):
-    """The user `by` asks to drive; this notice goes to `of`, the holder of the lease."""
+    """Notice to `of`, the holder of the lease: the user `by` asks to drive."""
 
     of: str
     by: str
 
 
 class Lost(TaggedValue, frozen=True):
-    """The user `by` has taken the lease `of` a user whose heartbeat did not arrive in time."""
+    """Notice: the user `by` has taken the lease from the user `of`, whose heartbeat did not arrive in time."""
 
     of: str
     by: str
@@ -137,10 +137,9 @@ def notice_text(notice: Notice | None, user: str) -> str:
 
 
 class RobotLease(Struct, frozen=True):
-    """The right to drive. `holder` drives until the time `until` [s]; nobody drives if `holder` is empty. `asking`: the
-    users who have asked for the lease since then, in order. After `until` the holder keeps the lease until another user
-    takes it.
-    """
+    """The right to drive. `holder` drives until the time `until` [s]; if `holder` is empty, nobody drives. `asking`:
+    the users who have asked for the lease since then, in order. After `until` the holder keeps the lease until another
+    user takes it."""
 
     holder: str = ""
     until: float = 0.0
@@ -151,18 +150,18 @@ class RobotLease(Struct, frozen=True):
         return bool(who) and who == self.holder
 
     def is_free(self, now: float) -> bool:
-        """Return whether another user may take the lease."""
+        """Return whether another user may take the lease now."""
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:
-        """Check that a user drives. Raises LeaseHeld."""
+        """Check that a user drives. Raises LeaseHeld if not."""
         if not self.drives(who):
             raise LeaseHeld(
                 self._holder_text(), "ask for the lease; in the shell: /ask", in_python='lease("ask") asks for it'
             )
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Take the lease if nobody drives, or if the holder's time has passed. Raises LeaseHeld."""
+        """Take the lease if nobody drives or the holder's time has passed. Raises LeaseHeld otherwise."""
         if self.drives(who):
             return self.beat(who, now), ()
         if not self.is_free(now):
@@ -173,7 +172,7 @@ class RobotLease(Struct, frozen=True):
         return self._give(who, now), (*lost, Granted(who))
 
     def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Ask for the lease: take it at once if possible, else notify the holder once."""
+        """Ask for the lease: take it now if possible, otherwise notify the holder once."""
         if self.is_free(now) or self.drives(who):
             return self.acquire(who, now)
         if who in self.asking:
@@ -181,21 +180,19 @@ class RobotLease(Struct, frozen=True):
         return replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
 
     def give(self, who: str, to: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Give the lease to another user, or to nobody (`to` is empty). Raises LeaseHeld if `who` does not drive."""
+        """Give the lease to another user, or to nobody if `to` is empty. Raises LeaseHeld if `who` does not drive."""
         self.check(who)
         if not to:
             return replace(self, holder="", until=now), ()
         return self._give(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
-        """Prolong the lease of a holder who is still there. Raises LeaseHeld if `who` does not drive, or has lost the
-        lease.
-        """
+        """Prolong the lease of its holder. Raises LeaseHeld if `who` does not drive or has lost the lease."""
         self.check(who)
         return replace(self, until=max(now + self.length, self.until))
 
     def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Note that a user has left. If the user had the lease, it goes to the user who requested it first."""
+        """Record that a user has left. If this user had the lease, it goes to the user who asked for it first."""
         asking = tuple(one for one in self.asking if one != who)
         left = replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
@@ -207,19 +204,19 @@ class RobotLease(Struct, frozen=True):
         return f"{self.holder} drives" if self.holder else "nobody drives"
 
 
-USUAL_ALLOWED = 10.0  # longest time that a command may have been on its way [s]
+USUAL_ALLOWED = 10.0  # [s] maximum time that a command may have been on its way
 
 
 class HolderTimes(Struct, frozen=True):
-    """Corrects times that a user gives [s]. `offset`: D, how far the user's clock is ahead. `allowed`: the longest time
-    that a command may have been on its way.
-    """
+    """Corrects times given by a user [s]. `offset`: D, how far the user's clock is ahead of the robot's. `allowed`: the
+    maximum time that a command may have been on its way."""
 
     offset: float = 0.0
     allowed: float = USUAL_ALLOWED
 
     def issue_time(self, claim: float | None, arrival: float) -> float:
-        """Return when a command was issued, by the robot's clock: as claimed, within [arrival - allowed, arrival]."""
+        """Return when a command was issued, by the robot's clock: the claimed time, limited to [arrival - allowed,
+        arrival]."""
         if claim is None or claim != claim:
             return arrival
         return min(max(claim, arrival - self.allowed), arrival)
@@ -233,7 +230,7 @@ THE_ROBOTS = HolderTimes()
 
 
 def move_of(act: Go, times: HolderTimes) -> Move:
-    """Return the motion of an act, with its times by the robot's clock."""
+    """Return the motion in an act, with its times converted to the robot's clock."""
     stamp = None if act.executed is None else Stamp(times.robot_time(act.executed))
     return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
 
@@ -244,7 +241,7 @@ R = TypeVar("R")
 
 
 class LineEditor(Protocol):
-    """An open EDIT, which takes lines and puts a program in memory."""
+    """An open line editor (EDIT), which takes lines and stores a program in memory."""
 
     @property
     def name(self) -> str: ...
@@ -258,19 +255,18 @@ class LineEditor(Protocol):
 
     @property
     def source(self) -> str:
-        """The program as the text of a file."""
+        """The program as text of a file."""
 
     def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
         """Carry out a line. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """Return the mistake in a line that was not sent yet."""
+        """Return the mistake in a line that has not been sent yet; None if there is none."""
 
 
 class StreamKind(Enum):
-    """How a user sends a stream of targets: as joints, by dragging the tool, by a button that is held down, or by the
-    keys of JOG.
-    """
+    """How a user sends a stream of targets: as joints, by dragging the tool, by holding a button down, or by the keys
+    of JOG."""
 
     STEER = auto()
     DRAG = auto()
@@ -279,12 +275,10 @@ class StreamKind(Enum):
 
 
 class TargetStream(Struct, eq=False):
-    """A stream of targets that a user has opened and not closed. `ended`: why the robot follows no more targets of it;
-    empty as long as the robot does. `version`: version of the timeline after the last target.
-
-    Of a dragged tool: `dragging` follows the last target `pose`, which the user sent at the time `issued` of
-    the user's clock, and which arrived at the time `heard` of the robot's clock [s].
-    """
+    """A stream of targets that a user has opened and not closed. `ended`: why the robot no longer follows it; empty
+    while the robot does. `version`: the version of the timeline after the last target. For a dragged tool: `dragging`
+    follows the last target `pose`, which the user sent at `issued` (the user's clock) and which arrived at `heard` (the
+    robot's clock) [s]."""
 
     kind: StreamKind
     user_state: UserState
@@ -296,24 +290,20 @@ class TargetStream(Struct, eq=False):
     heard: float = 0.0
 
 
-STOPPED = "something else has moved or stopped the robot"  # why a stream has ended
-MAX_TYPED_LINES = 1000  # maximum number of lines that HISTORY keeps
+STOPPED = "something else has moved or stopped the robot"  # why the robot no longer follows a stream
+MAX_TYPED_LINES = 1000  # maximum number of lines kept for HISTORY
 
 
 class UserState(Struct, eq=False, weakref=True):
-    """The state of a user. `attended`: a person is there who can be asked. `lives`: the user goes on typing while a
-    program runs, and does not wait for its end.
-
-    `times`: how the user's clock differs from the robot's; `issued`: when the present line was given, by the robot's
-    clock, as the user claims [s].
-
-    `editor`: the open EDIT, which takes the lines; `last_edited`: its program, or that of the last editor. `on_screen`:
-    the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: the unsaved text
-    of SEE, as a file would hold it. `last_statement`: a bare DO repeats it. `typed`: the lines so far. `command_files`:
-    the command files that are being carried out, the innermost last. `interrupted`: Ctrl-C or ABORT was given, and the
-    lines after the present one are dropped. `left`: the user has gone, and the program that this user waited for goes
-    on. `streams`: the streams of targets that the user has opened and not closed.
-    """
+    """The state of a user. `attended`: a person is present who can be asked. `lives`: the user continues typing while a
+    program runs, and does not wait for its end. `times`: how the user's clock differs from the robot's; `issued`: when
+    the present line was given, by the robot's clock, as claimed by the user [s]. `editor`: the open EDIT, which takes
+    the lines; `last_edited`: its program, or that of the last editor. `on_screen`: the program of SEE, the arm of JOG,
+    or the recording of REPLAY while it fills the screen. `drafted`: the unsaved text of SEE, as text of a file.
+    `last_statement`: the statement that a bare DO repeats. `typed`: the lines so far. `command_files`: the command
+    files that are being carried out, the innermost last. `interrupted`: Ctrl-C or ABORT was given, and the lines after
+    the present one are dropped. `left`: the user has left, and the program for which this user waited continues.
+    `streams`: the streams of targets that the user has opened and not closed."""
 
     name: str = ""
     role: Role = Role.SUPERVISOR
@@ -333,7 +323,8 @@ class UserState(Struct, eq=False, weakref=True):
     streams: dict[StreamKind, TargetStream] = field(default_factory=dict)
 
     def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
-        """Show an object on the full screen until the user leaves it. Return False if the user has no such screen."""
+        """Show an object on the full screen until the user leaves it. Return False if the user's front end has no such
+        screen."""
         self.on_screen = it
         try:
             return (yield question) is not None

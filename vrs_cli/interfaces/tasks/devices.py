@@ -1,6 +1,5 @@
-"""The logical units of running programs: the disk, the terminal as a unit for reading and writing, and devices that are
-attached by name.
-"""
+"""The logical units of running programs: the disk, the terminal as a unit for reading and writing, and devices attached
+by name."""
 
 from __future__ import annotations
 
@@ -14,30 +13,29 @@ from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.run import effects
 
-END_OF_LINE = "\r"  # what GETC returns at the end of a line of the terminal, as the Return key does
+END_OF_LINE = "\r"  # what GETC returns at the end of a terminal line, as for the Return key
 
 
 class Devices(Struct, eq=False):
-    """The units of all tasks. `show` writes to the terminal (text, and whether the line ends); `line` takes lines of
-    the terminal. `outside` has all devices except the disk; `missed` is called for a device that cannot be opened.
-    """
+    """The units of all tasks. `show` writes to the terminal (text, and whether the line ends); `line` receives lines of
+    the terminal. `outside` provides all devices except the disk; `missed` is called for a device that cannot be
+    opened."""
 
     disk: Disk
     show: Callable[[str, bool], None]
     outside: Outside
     missed: Callable[[errors.DeviceNotReady], None]
-    _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # by task and unit
+    _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # devices by task and unit
     _missing: set[str] = field(default_factory=set)
     _status: int = effects.SUCCESS
     _length: int = 0
-    _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, and the end of the input
-    _taken: list[int] = field(default_factory=list)  # part of that input that the present step has read
+    _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, or the end of the input
+    _taken: list[int] = field(default_factory=list)  # part of that input that the present step has already read
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same for devices, by task and unit
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
-        """Carry out a unit effect of a task. Return the answer, or `Waits` if the task has to wait. Raises
-        UnitNotAttached, FileOutside.
-        """
+        """Carry out a unit effect of a task. Return the answer, or `Waits` if the task must wait. Raises
+        UnitNotAttached, FileOutside."""
         if isinstance(effect, effects.AttachUnit):
             return self._attach(task, effect)
         device = self._devices.get((task, effect.unit))
@@ -64,7 +62,7 @@ class Devices(Struct, eq=False):
         raise errors.UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
-        """Attach a device; if it cannot be opened, each use of the unit returns the error as its status."""
+        """Attach a device. If it cannot be opened, each use of the unit returns the error as its status."""
         there = self._devices.get((task, unit))
         if there is not None and there.attached == name and there.fault is None:
             there.status = effects.SUCCESS
@@ -141,14 +139,15 @@ class Devices(Struct, eq=False):
     @staticmethod
     @contextmanager
     def _attempt(device: Device) -> Iterator[None]:
-        """Set the status of the device to an error that the device raises. Raises errors of the program."""
+        """Perform an operation, and set the status to the error if the device raises one. Errors of the program are
+        raised."""
         try:
             yield
         except errors.FileError as error:
             device.status, device.length = error.code, 0
 
     def expire(self, task: int, effect: effects.UnitEffect) -> None:
-        """End the wait of a task whose time has passed."""
+        """End the wait of a task whose time limit has passed."""
         self._devices[task, effect.unit].expire(of_getc=isinstance(effect, effects.AwaitLine))
 
     def status(self, task: int, unit: int) -> int:
@@ -187,9 +186,8 @@ class Devices(Struct, eq=False):
         self._taken_of = {}
 
     def character(self, task: int, unit: int, wait: bool) -> int:
-        """Return the code of the next character, or of the error. The terminal is read by whole lines. Raises
-        LineMissing.
-        """
+        """Return the code of the next character, or of the error. The terminal is read in whole lines. Raises
+        LineMissing if another line is needed."""
         if (device := self._devices.get((task, unit))) is not None:
             try:
                 byte = device.character(wait)
@@ -214,9 +212,8 @@ class Devices(Struct, eq=False):
         )
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
-        """Take a line of the terminal, None at the end of the input; drop characters of an earlier line that GETC has
-        not read.
-        """
+        """Receive a line of the terminal (None at the end of the input), and drop the characters of an earlier line
+        that GETC has not read."""
         come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
         self._status, self._length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))
@@ -225,7 +222,7 @@ class Devices(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """Note that a task has stopped but may continue: its connections stay open."""
+        """Record that a task has stopped but may continue: its connections stay open."""
         self.disk.rest(task)
 
     def release(self, task: int) -> None:

@@ -1,13 +1,9 @@
-"""The driver runs programs: it carries out their requests, at the times of the robot's clock.
-
-Program and motion run side by side: a motion begins and the program goes on; the next motion waits until it may begin.
-Several programs run side by side too, each a task with a number; a line of the prompt comes before all programs. Each
-task has an instant at which it continues. The task with the earliest instant continues first; among tasks with equal
-instants, the task with the lowest number does. So the same programs give the same timeline. The given clock sets the
-pace.
-
-A task that waits for a condition tests the condition at every tick, and whenever a signal changes.
-"""
+"""The driver runs programs: it carries out their requests at the times of the robot's clock. A program and its motions
+run side by side: after a motion begins, the program continues, and the next motion waits until it may begin. Several
+programs also run side by side, each as a task with a number; a prompt line precedes all programs. Each task has an
+instant at which it continues. The task with the earliest instant continues first; if instants are equal, the task with
+the lowest number. So the same programs always give the same timeline. The given clock sets the pace. A task that waits
+for a condition tests it at every tick and whenever a signal changes."""
 
 from __future__ import annotations
 
@@ -42,14 +38,14 @@ if TYPE_CHECKING:
 _P = TypeVar("_P", bound=tasks.Pending)
 
 
-# number of elements that may be counted again for each step carried out: little work beside the steps
+# number of elements counted again per step carried out, so that counting is little work beside the steps
 ELEMENTS_A_STEP = 20
-AN_EVENT = 10  # number of elements that take as much memory as an event of the timeline
-MAX_ELEMENTS_A_STEP = 200  # maximum number of elements that a step can add; a string has up to 128 characters
+AN_EVENT = 10  # number of elements that use as much memory as one event of the timeline
+MAX_ELEMENTS_A_STEP = 200  # maximum number of elements that one step can add; a string has up to 128 characters
 
 
 def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals | None]:
-    """Return the world of a cell, and the signals that it computes; neither for a cell of names alone."""
+    """Return the world of a cell, and the signals that it computes; (None, None) for a cell that only has names."""
     if not cell.follows and cell.scene == NO_SCENE:
         return None, None
     from vrs_cli.world.course import World
@@ -69,16 +65,14 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
 
 
 class AskedInVain(Exception):
-    """Raised in the request that shows a task's question to a user: the task no longer waits for the answer."""
+    """Raised in the request that shows a task's question to a user, when the task no longer waits for the answer."""
 
 
 class _Run(Struct, eq=False):
-    """A task whose end a user waits for, within limits.
-
-    `started`: when it began, `last`: when it must end [s]; `before`: the number of steps of all tasks before the run.
-    `then` is called with the result if no request waits for it. `all_tasks`: the run lasts until the other tasks have
-    ended too. `look`: the number of steps of the run at which memory is counted again.
-    """
+    """A task for whose end a user waits, within limits. `started`: when it began; `last`: when it must end [s];
+    `before`: the number of steps of all tasks before the run. `then` is called with the result if no request waits for
+    it. `all_tasks`: the run lasts until the other tasks have ended too. `look`: the number of steps of the run after
+    which memory is counted next."""
 
     track: tasks.Track
     limits: Limits
@@ -91,14 +85,12 @@ class _Run(Struct, eq=False):
 
 
 class Driver:
-    """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit.
-
-    `begin` sets a task to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a
-    task has stopped; `settle` carries out everything that is due. `answers` returns whether the present user gets a
-    task's questions. `then` returns the function to call at the end of a task whose user no longer waits, None if the
-    task must stop at once. `lags` returns whether users have not yet read what programs TYPE. `asking`: the numbers of
-    the questions that are shown to users.
-    """
+    """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit. `begin` sets a task
+    to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a task has stopped;
+    `settle` processes everything that is due. `answers` returns whether the present user gets a task's questions.
+    `then` returns the function to call at the end of a task whose user no longer waits, None if the task must stop now.
+    `lags` returns whether users have not yet read what programs have typed. `asking`: the numbers of the questions that
+    are being shown to users."""
 
     def __init__(
         self,
@@ -122,7 +114,7 @@ class Driver:
             self.disk,
             self._transcript.show,
             outside or Outside(),
-            # the program continues without the device
+            # the program continues, without the device
             lambda missing: terminal.show(replies.Message(str(missing), replies.Tone.WARNING)),
         )
         self.devices.outside.tell = lambda text: terminal.show(replies.Message(text))
@@ -130,7 +122,7 @@ class Driver:
         self._performer = Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
-        self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
+        self._runs: list[_Run] = []  # the program, and a prompt line that is carried out beside it
         self.asking: set[int] = set()
         self.answers: Callable[[tasks.Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[tasks.Track], Callable[[results.RunResult], None] | None] = lambda _track: None
@@ -147,25 +139,25 @@ class Driver:
         return last[0].track if last and last[0].then is None else None
 
     def end_by(self, error: LimitReached) -> bool:
-        """End the run before its next step with this error; return False without a run. Safe in a signal handler."""
+        """End the run with this error before its next step. Return False if there is no run. Safe to call in a signal
+        handler."""
         if self._runs:
             self._ended_by = error
         return bool(self._runs)
 
     def interrupt(self) -> None:
-        """Stop the run before its next step, and the robot as soon as possible. Safe in a signal handler."""
+        """Stop the run before its next step, and the robot as soon as possible. Safe to call in a signal handler."""
         self._interrupted = True
 
     @property
     def _ends(self) -> bool:
-        """Return whether the run must end, even if its task still waits."""
+        """Return whether the run must end even if its task still waits."""
         return self._interrupted or self._ended_by is not None
 
     @property
     def waits_for_users(self) -> bool:
         """Return whether programs wait until users have received their output (TYPE). Programs that are ending do not
-        wait.
-        """
+        wait."""
         return (
             self.lags()
             and not self._ends
@@ -174,18 +166,17 @@ class Driver:
 
     @property
     def stands(self) -> bool:
-        """Return whether a program without a waiting user is held up by a paused clock."""
+        """Return whether a program for which no user waits is held up by a paused clock."""
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
-    # --- runs that a user waits for ---
+    # --- runs for which a user waits ---
 
     def run(
         self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False
     ) -> Dialogue[results.RunResult]:
-        """Run until a task stops, or (`all_tasks`) until all tasks have stopped. At each RUNNING the actor carries out
-        one event (`step`); the other tasks run beside it, and their questions are asked.
-        """
+        """Run until a task stops or, with `all_tasks`, until all tasks have stopped. At each RUNNING the actor carries
+        out one event (`step`). The other tasks run beside the task, and their questions are asked."""
         run = self.begin(track, limits)
         run.all_tasks = all_tasks
         try:
@@ -204,17 +195,16 @@ class Driver:
         return self._result(self._over(track))
 
     def _foreground(self, run: _Run) -> tasks.Track | None:
-        """Return the task that a run waits for now; None if the run is over."""
-        if run.track.outcome is None:  # evaluated several times for each step
+        """Return the task for which a run waits now; None if the run has ended."""
+        if run.track.outcome is None:  # called several times for each step
             return run.track
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
 
     def begin(
         self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[results.RunResult], None] | None = None
     ) -> _Run:
-        """Begin to wait for a task, within limits; `then` is called at the end of the task if no request waits for
-        it.
-        """
+        """Start waiting for a task, within limits. `then` is called at the end of the task if no request waits for
+        it."""
         now = self.engine.now
         run = _Run(track, limits, now, now + limits.last, self.tasks.steps_done, then)
         self._runs.append(run)
@@ -234,7 +224,7 @@ class Driver:
         return run
 
     def step(self) -> None:
-        """Carry out the next event, or advance time towards it. This may reach a limit of the run."""
+        """Carry out the next event, or advance time towards it. The run may reach a limit here."""
         if not self._runs:
             coming = self.peek()
             if coming < inf:
@@ -258,18 +248,19 @@ class Driver:
             self._exceed_time(run)
         elif self._let_time_pass(track, coming):
             most = run.limits.max_steps
-            # after the last allowed step one more begins, and is not carried out
+            # one more step begins after the last allowed one, but is not carried out
             self._happen(BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1)
             self._look()
         self._tell_ends()
 
     def abort(self, number: int) -> tasks.Track | None:
-        """Stop a task now, however far ahead its next step is. Return None if no task of this number runs."""
+        """Stop a task now, even if its next step is far in the future. Return None if no task with this number is
+        running."""
         self.engine.clock.advance(self.engine.clock.reached)
         return self.tasks.abort(number)
 
     def drop(self, foreground: tasks.Track | None = None) -> None:
-        """Stop the robot, the task that a user waited for, and the tasks that an internal error of vrs has broken."""
+        """Stop the robot, the task for which a user waited, and the tasks that an internal error of vrs has broken."""
         self.engine.clock.advance(self.engine.clock.reached)
         self.engine.stop()
         for track in self.tasks.running:
@@ -278,7 +269,7 @@ class Driver:
                 self.tasks.stop(track, results.RunOutcome.ABORTED)
 
     def broken_off(self, error: LimitReached) -> results.RunResult:
-        """Return the result of a run that `error` ended in the middle of a step."""
+        """Return the result of a run that `error` has ended in the middle of a step."""
         track = self.tasks.get(tasks.ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
@@ -309,14 +300,14 @@ class Driver:
     # --- questions ---
 
     def questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """Return the tasks that wait for a line of the terminal, with their questions, in the order of asking."""
+        """Return the tasks that wait for a line of the terminal, with their questions, in the order in which they
+        asked."""
         waiting = [(track, track.pending) for track in self.tasks if isinstance(track.pending, tasks.PendingInput)]
         return sorted(waiting, key=lambda one: one[1].number)
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:
-        """Give a line to the task that asked this question; None at the end of the input, or the error. If the task no
-        longer waits, do nothing.
-        """
+        """Give a line to the task that asked this question: None at the end of the input, or an error. If the task no
+        longer waits, do nothing."""
         found = next((one for one in self.questions() if one[1].number == number), None)
         if found is None:
             return
@@ -328,7 +319,7 @@ class Driver:
         self.tasks.current = tasks.PROMPT_LINE
 
     def ask(self) -> Dialogue[None]:
-        """Ask users the questions of the tasks that they drive; Ctrl-C stops the task that asks."""
+        """Ask the users the questions of the tasks that they drive. Ctrl-C stops the task that asks."""
         self._performer.asked = False
         while waiting := self.open_questions():
             track, asked = waiting[0]
@@ -346,23 +337,23 @@ class Driver:
                 self.asking.discard(asked.number)
 
     def open_questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """Return the questions for the present user that no user sees yet."""
+        """Return the questions for the present user that are not being shown to any user."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
     def has_withdrawn(self) -> bool:
-        """Return whether a user sees a question although the task no longer waits for the answer."""
+        """Return whether a question is still shown to a user although its task no longer waits for the answer."""
         return not self.asking <= {asked.number for _, asked in self.questions()}
 
     # --- limits ---
 
     def _end_vain_wait(self, run: _Run, track: tasks.Track) -> None:
-        """End the wait of a task for an event that will never happen."""
+        """End a task's wait for an event that will never occur."""
         more = self._advice("signals")
         error = endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
         if track is run.track:
             self._fail(track, error)
-        else:  # the program is over, and nothing more will happen in this task
+        else:  # the program has ended, and no more events will occur in this task
             place = f"task {track.number} is ended at {track.task.program} step {track.task.step}"
             self.terminal.show(replies.Message(f"{place}: {error}", replies.Tone.WARNING))
             self.tasks.abort(track.number)
@@ -372,7 +363,7 @@ class Driver:
         self.engine.clock.advance(max(run.last, self.engine.now))
         what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
         late = (one.text for one in self.engine.book.records() if one.asked is not None and one.asked > run.last)
-        if text := next(late, None):  # the first motion that was requested for a later time is the cause
+        if text := next(late, None):  # the cause is the first motion requested for a time after the limit
             what += f", and {text} was asked for later than that"
         self._end_at_limit(run, what, self._advice("max_time"))
 
@@ -384,7 +375,7 @@ class Driver:
         return in_vain(self.tasks.running, engine.now)
 
     def _look(self) -> None:
-        """End each run that has reached a limit of steps or of memory."""
+        """Check each run for its limits of steps and memory, and end it at a limit."""
         for run in self._runs:
             track = self._foreground(run)
             if track is None or isinstance(track.pending, Failed | tasks.Aborted):
@@ -403,7 +394,8 @@ class Driver:
                     self._end_at_limit(run, what, self._advice("max_elements"))
 
     def _let_time_pass(self, foreground: tasks.Track, coming: float) -> bool:
-        """Advance time. Return whether it has reached `coming`. On a paused clock the foreground task fails."""
+        """Advance time towards `coming`. Return whether that time was reached. On a paused clock the task for which the
+        run waits fails."""
         try:
             self.engine.clock.wait(coming)
         except ClockPaused as error:
@@ -411,14 +403,14 @@ class Driver:
         return self.engine.now >= coming
 
     def _check_held(self, characters: int) -> None:
-        """Check how many characters the files that are open for reading would hold. Raises LimitReached."""
+        """Check how many characters are kept in memory for files that are open for reading. Raises LimitReached."""
         most = None if not self._runs else self._runs[-1].limits.max_elements
         if most is not None and characters > most:
             what = f"the files that are read hold {characters} characters, {most} at most"
             raise LimitReached(what, self._advice("max_elements"))
 
     def _end_at_limit(self, run: _Run, what: str, hint: str) -> None:
-        """End the awaited task at a limit, together with all other awaited tasks."""
+        """End the task of a run at a limit, together with the tasks of all other runs."""
         foreground = self._foreground(run)
         if foreground is None:
             return
@@ -430,12 +422,12 @@ class Driver:
                 self.tasks.abort(track.number)
 
     def _fail(self, track: tasks.Track, error: VrsError) -> None:
-        """Raise an error in a task, in place of the event that it waits for."""
+        """Raise an error in a task, instead of the event for which it waits."""
         track.pending = None
         self._do(track, self._throw(track, error))
 
     def _whereabouts(self, foreground: tasks.Track) -> Iterator[str]:
-        """Yield where each task waits or works, the awaited task first."""
+        """Yield the position at which each task waits or works, the task of the run first."""
         others = [track for track in self.tasks.in_order() if track.running and track is not foreground]
         for track in [foreground, *others]:
             task = track.task
@@ -444,10 +436,10 @@ class Driver:
             place = f"{number}{task.program or 'the line'} step {task.step}"
             yield f"{place} {waits} at {task.source}" if task.source else f"{place} {waits}"
 
-    # --- events without a waiting user ---
+    # --- events for which no user waits ---
 
     def settle(self, until: float | None = None) -> None:
-        """Let the tasks do everything that is due until an instant, by default the present one."""
+        """Let the tasks do everything that is due up to an instant, by default the present one."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
         while (coming := min(self.peek(), self._next_signal())) <= until and not self.waits_for_users:
@@ -458,7 +450,7 @@ class Driver:
         self._tell_ends()
 
     def _tell_ends(self) -> None:
-        """Report the ends of runs that no request waits for."""
+        """Report the ends of runs for which no request waits."""
         for run in tuple(self._runs):
             if run.then is not None and not run.track.running:
                 run.then(self._result(self._over(run.track)))
@@ -466,21 +458,20 @@ class Driver:
     # --- the next event ---
 
     def peek(self) -> float:
-        """Return when the next event happens [s]; infinity if there is none without a request."""
+        """Return when the next event is due [s]; infinity if there is none without a new request."""
         track = self.tasks.next()
         if track is None:
             return inf
         return min(track.wake, self._next_signal(), self.devices.outside.due(self.engine.clock))
 
     def _next_signal(self) -> float:
-        """Return the time of the next change of an input, or of the next event on the timeline [s]."""
+        """Return the time of the next change of an input or the next event on the timeline [s]."""
         dated = self.environment.signals.follow_clock()
         return dated if self.inputs is NO_INPUTS else min(self.inputs.next_time, dated)
 
     def _happen(self, budget: int) -> None:
-        """Carry out what is due now: data arrives, a signal changes, or a task does steps until it requests something
-        that takes time, or another task may have its turn.
-        """
+        """Process what is due now: data arrives, a signal changes, or a task runs until it requests something that
+        takes time or until another task has its turn."""
         clock, signals = self.engine.clock, self.environment.signals
         signals.follow_clock()
         if self.devices.outside.due(clock) <= clock.now:
@@ -492,19 +483,18 @@ class Driver:
             return
         track = self.tasks.next()
         if track is None or track.wake > self.engine.now:
-            return  # a signal has changed that no task waits for
+            return  # a signal has changed for which no task waits
         self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))
         self.tasks.current = tasks.PROMPT_LINE
-        signals.follow_clock()  # changes that the task has made on the timeline are not changes of the signals now
+        signals.follow_clock()  # changes that the task itself made on the timeline are not signal changes now
         # reactions to several signals are carried out one after the other
         if track.reacts and self._left_now(track) > 0:
             track.wake = self.engine.now
 
     def _do(self, track: tasks.Track, event: tasks.Pending) -> None:
-        """Carry out a request of a task. If that fails, the error is raised in the task, and its next request is
-        carried out.
-        """
+        """Carry out a request of a task. If it fails, raise the error in the task, and carry out the task's next
+        request."""
         while True:
             track.wake = self.engine.now
             try:
@@ -514,7 +504,7 @@ class Driver:
                 event = self._throw(track, error)
 
     def _change_inputs(self) -> None:
-        """Carry out the changes of inputs that are due now; the cell's rules apply to each change."""
+        """Carry out the changes of inputs that are due now, and apply the cell's rules to each of them."""
         due, self.inputs = self.inputs.take_until(self.engine.now)
         for change in due:
             for name, value in change.values.items():
@@ -525,17 +515,17 @@ class Driver:
 
     @property
     def course(self) -> WorldCourse | None:
-        """Return where the parts of the cell are on the present timeline; None without a cell."""
+        """The course of the cell's parts on the present timeline; None without a cell."""
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:
-        """Put the robot in a cell, whose signals have names and whose rules apply automatically."""
+        """Put the robot in a cell. The cell gives names to signals, and its rules apply automatically."""
         self.cell, self._living = cell, LivingCell(cell)
         self.environment.signals.names = cell.names
         self.world, self.environment.signals.cell_inputs = world_of(self.engine, cell)
 
     def _follow(self, signal: int, on: bool) -> None:
-        """Apply the cell's rules to a signal that has changed, except for signals that the world computes."""
+        """Apply the cell's rules to a signal that has changed, unless the world computes that signal."""
         if self.cell.follows:
             computed = self.environment.signals.cell_inputs
             known = frozenset[int]() if computed is None or signal in INTERNAL else computed.numbers
@@ -545,9 +535,8 @@ class Driver:
 
     @contextmanager
     def surrounding(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
-        """Put the robot in another cell temporarily (None: the same one), and let inputs change at times [s] from now.
-        Changes that are not due by the end are dropped.
-        """
+        """Within this context, put the robot in another cell (None: the same one), and let inputs change at times [s]
+        from now. Changes that are not due by the end are dropped."""
         signals = self.environment.signals
         before, world = (self.cell, self._living, signals.names, signals.cell_inputs), self.world
         own, given = self.inputs.left, inputs.later(self.engine.now).left
@@ -559,14 +548,14 @@ class Driver:
         finally:
             stay = signals.computed_states() if cell is not None else ()
             self.cell, self._living, signals.names, signals.cell_inputs = before
-            self.world = world or self.world  # the parts of a call's own cell can be inspected afterwards
+            self.world = world or self.world  # the parts of a call's own cell can be examined after the call
             signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # the last changes by the cell
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
     def _event(self, track: tasks.Track, budget: int) -> tasks.Pending:
-        """Return what a task requests now: the event that it waited for, or the next request of its program."""
+        """Return what a task requests now: the event for which it waited, or the next request of its program."""
         reacts, pending, track.pending = track.reacts, track.pending, None
         if pending is not None:
             if not reacts:
@@ -580,7 +569,7 @@ class Driver:
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
         looked_at = track.stepping is not None or self.tasks.breakpoints or self.tasks.watches
-        # inspect each step before it is carried out
+        # examine each step before it is carried out
         if (looked_at or self.engine.settings.switch("TRACE")) and not track.at_prompt:
             return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
@@ -592,7 +581,7 @@ class Driver:
 
     @staticmethod
     def _asked_again(track: tasks.Track, event: _P) -> _P:
-        """Restore the request time of an event that a reaction had interrupted. Return the event."""
+        """Restore the original request time of an event that a reaction interrupted. Return the event."""
         for held in track.held:
             if held[0] is event:
                 track.asked = held[1]
@@ -601,7 +590,7 @@ class Driver:
         return event
 
     def _left_now(self, track: tasks.Track) -> int:
-        """Return how many more steps a task may do at the present instant before time must advance."""
+        """Return how many more steps a task may do at the present instant; after that, time must advance."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return BUDGET - (track.task.steps_done - track.before)

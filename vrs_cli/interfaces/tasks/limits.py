@@ -1,6 +1,5 @@
-"""Limits of a run: end programs that do not stop on their own, and deny programs from other people access to the
-network and to other processes.
-"""
+"""Limits of a run. They end programs that do not stop on their own, and deny programs of other people access to the
+network and to other processes."""
 
 from __future__ import annotations
 
@@ -17,17 +16,15 @@ Advice = Callable[[str], str]  # returns advice for reaching the limit of that n
 
 
 def at_prompt(_option: str) -> str:
-    """Return the advice for a user at a prompt, for any limit."""
+    """Return the advice for a user at a prompt at any limit."""
     return GO_ON
 
 
 class Limits(Struct, frozen=True, kw_only=True):
-    """The limits of a run of programs, counted in the same way on every machine. None: no limit.
-
-    Robot's time [s], steps of all programs together, elements of arrays and characters of strings, bytes typed, and
-    bytes written to files. The defaults are for programs that nobody watches, and end an endless program soon. Raises
-    ValueError for a wrong limit.
-    """
+    """The limits of a run of programs; they are counted in the same way on every machine. None: no limit. They limit
+    the robot's time [s], the steps of all programs together, elements of arrays and characters of strings, bytes typed,
+    and bytes written to files. The defaults are for programs that nobody watches, and soon end an endless program.
+    Raises ValueError for an invalid limit."""
 
     max_time: float | None = 3600.0
     max_steps: int | None = 10_000_000
@@ -43,7 +40,7 @@ class Limits(Struct, frozen=True, kw_only=True):
 
     @property
     def last(self) -> float:
-        """The robot time that a run may take [s]."""
+        """The maximum robot time of a run [s]."""
         return inf if self.max_time is None else self.max_time
 
 
@@ -55,9 +52,7 @@ OWN = structs.replace(ATTENDED, max_steps=100_000_000)
 
 
 class Spent(Struct):
-    """Counts the bytes of one kind that a run has put out: typed, or written to files. `advice`: the hint at the
-    limit.
-    """
+    """Counts the bytes of one kind of output of a run: typed, or written to files. `advice`: the hint at the limit."""
 
     option: str
     done: str
@@ -81,9 +76,8 @@ REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os
 
 
 class Isolation:
-    """Context in which this process opens no connection and starts no other process: Python calls an audit hook before
-    such an act (`sys.audit`). A hook cannot be removed, so there is one for all contexts.
-    """
+    """A context in which this process opens no connection and starts no other process: before such an act Python calls
+    an audit hook (`sys.audit`). A hook cannot be removed, so all contexts share one."""
 
     hooked = entered = False
 

@@ -1,9 +1,7 @@
-"""Record on the timeline what programs read of outputs and inputs (WAIT, SIG, BITS, REACT), compare it with the
-timeline after an edit, and find waits that nothing can end.
-
-A step records the state of a signal once between two commands, and again when the state has changed: a loop that polls
-a signal records each change of the signal, not each look at it.
-"""
+"""Record on the timeline what programs read of outputs and inputs (WAIT, SIG, BITS, REACT). After an edit, compare
+these readings with the timeline. Also find waits that no event can end. A step records the state of a signal once
+between two commands, and again when the state has changed: a loop that polls a signal records each change of the
+signal, not each reading."""
 
 from __future__ import annotations
 
@@ -23,17 +21,17 @@ from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import Event, SetChannels
 from vrs_cli.values.results import Untrue
 
-SAME_INSTANT = 1e-5  # tolerance of equal times [s]: sensors are computed again after an edit, to 1 us
+SAME_INSTANT = 1e-5  # [s] tolerance for equal times: after an edit, sensors are computed again to 1 us
 
 
 class Observations:
-    """Records what the tasks of a robot read."""
+    """Records the signals that the tasks of a robot read."""
 
     def __init__(self, engine: Engine, tasks: Tasks, signals: Signals) -> None:
         self._engine, self._tasks, self._signals = engine, tasks, signals
         # readings by program, operation and signal
         self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}
-        self._numbers = 0  # number of motions and events, and number of observations
+        self._numbers = 0  # number of motions and events, and number of observations, at the last reading
         signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:
@@ -70,9 +68,8 @@ class Observations:
 
 
 def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineDelta]) -> float:
-    """Return a time [s] before which all readings still hold after changes of a timeline; infinity if the changes only
-    add later motions and events.
-    """
+    """Return a time [s] such that readings before it still hold after changes of a timeline; infinity if the changes
+    only add later motions and events."""
     since, latest = inf, before.event(before.event_count - 1).time if before.event_count else -inf
     for delta in changes:
         edit = delta.events
@@ -90,8 +87,8 @@ def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineD
 
 
 def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue]:
-    """Find readings of programs, at time `since` [s] or later, that no longer hold on the timeline of a book."""
-    wrong, instant, given = list[Event](), -inf, dict[int, float]()  # values set by events of this instant so far
+    """Find the readings of programs, at `since` [s] or later, that no longer hold on the timeline of a book."""
+    wrong, instant, given = list[Event](), -inf, dict[int, float]()  # values set so far by events at this instant
     for event in book.timeline.events_between(since, inf):
         if event.time != instant:
             instant, given = event.time, {}
@@ -110,13 +107,12 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
 
 
 def _holds(signals: Signals, event: Event, given: float | None) -> bool:
-    """Return whether a signal reading agrees with the timeline. `given`: the value set by earlier events of the same
-    instant; later events of that instant cannot have affected the reading.
-    """
+    """Return whether a signal reading agrees with the timeline. `given`: the value set by earlier events at the same
+    instant; later events at that instant cannot have affected the reading."""
     on, computed, t = event.value > 0.0, signals.cell_inputs, event.time
     changed = event.duration == 0.0
     if computed is not None and event.channel in computed.numbers:
-        if signals.on_at(event.channel, t) is not on:  # the reading may precede the change at this instant
+        if signals.on_at(event.channel, t) is not on:  # the reading may have preceded the change at this instant
             return not changed and signals.on_at(event.channel, t - TICK) is on
     elif (signals.on_at(event.channel, t - TICK) if given is None else given > 0.0) is not on:
         return False
@@ -124,9 +120,7 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
 
 
 def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
-    """Return the program position of each observation, and the motion commanded next, by the number of the
-    observation.
-    """
+    """Return, by the number of each observation, the program position of the reading, and the motion commanded next."""
     places, commands, waiting = dict[int, str](), dict[int, str](), list[int]()
     for delta in book.deltas:
         number, text = delta.motion.number, delta.motion.text
@@ -141,11 +135,11 @@ def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
     return places, commands
 
 
-UNTIMED = (Wait, WaitEvent, AttachRobot)  # requests that may wait in vain
+UNTIMED = (Wait, WaitEvent, AttachRobot)  # requests whose wait may never end
 
 
 def in_vain(tracks: Iterable[Track], now: float) -> bool:
-    """Return whether all tasks wait for states that will not change as time passes."""
+    """Return whether all tasks wait for states that will not change by the passing of time."""
     return all(track.wake > now and not track.reacts and _stays(track) for track in tracks)
 
 
@@ -167,14 +161,13 @@ def _condition(track: Track) -> ast.Expression | None:
 def _wait_is_over(wait: Wait) -> bool:
     try:
         return wait.condition()
-    except VrsError:  # the task gets the error when it evaluates the condition
+    except VrsError:  # the task itself gets the error when it evaluates the condition
         return True
 
 
 def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> EndlessWait:
-    """Return the error for a task that waits in vain. `help_`: how an input can be changed here; "" at a prompt, where
-    SIGNAL does that, and RETRY continues the task. `said`: writes a condition with the names of its signals.
-    """
+    """Return the error for a task whose wait can never end. `help_`: how an input can be changed here; "" at a prompt,
+    where SIGNAL changes it and RETRY continues the task. `said`: formats a condition with the names of its signals."""
     if isinstance(track.pending, AttachRobot):
         return EndlessWait("waits for the robot, which another task keeps", "DETACH there, or ABORT it")
     if isinstance(track.pending, WaitEvent):
@@ -191,7 +184,7 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
 
 
 def _signal(condition: ast.Expression | None) -> int | None:
-    """Return the single signal that a condition waits for: WAIT SIG(1003), or WAIT 3 as in VAL."""
+    """Return the signal for which a condition waits, if it is a single one: WAIT SIG(1003), or WAIT 3 as in VAL."""
     if condition is not None and (asked := ast.channel(condition)) is not None:
         return asked
     if not isinstance(condition, ast.Call) or condition.name != "SIG" or len(condition.arguments) != 1:

@@ -1,6 +1,5 @@
-"""Carry out the requests of tasks: requests to the robot, waits, the terminal, other tasks, the end (`ACTS`). An act
-that takes time gives the task an instant at which it continues; nothing here advances time.
-"""
+"""Carry out the requests of tasks (`ACTS`): requests to the robot, waits, the terminal, other tasks, the end of a
+program. An act that takes time sets the instant at which the task continues; nothing in this module advances time."""
 
 from __future__ import annotations
 
@@ -25,15 +24,15 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands, results
 
 VAIN_READ = 100  # number of steps that a READ without input counts as, because it takes as much CPU time
-LOOK = 1.0  # time between two checks of a unit while nothing arrives [s], so that a time limit is noticed
+LOOK = 1.0  # [s] time between two checks of a unit while nothing arrives, so that time limits are noticed
 EVERYBODYS = (
     commands.SetChannels,
     commands.SetMonitorSpeed,
     commands.SetParameter,
     commands.SetSwitch,
 )  # requests that a task without the robot may make
-STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time
-STEPS_A_START = 100  # number of steps that take as long as the start of a task
+STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time stamp
+STEPS_A_START = 100  # number of steps that the start of a task counts as
 
 
 class TypedLine(NamedTuple):
@@ -44,7 +43,7 @@ class TypedLine(NamedTuple):
 
 
 class TypedLines:
-    """Output that programs type. `lines` are the lines that have ended since the run began."""
+    """The output that programs type. `lines` are the complete lines since the run began."""
 
     def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
         self.lines: list[TypedLine] = []
@@ -57,11 +56,11 @@ class TypedLines:
         self._spent.begin(limits)
 
     def count(self, text: str, newline: bool = False) -> None:
-        """Count text before it is typed. Raises LimitReached."""
+        """Count a text before it is typed. Raises LimitReached."""
         self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
-        """Type a text; not on the terminal if the switch MESSAGES is off. Raises LimitReached."""
+        """Type a text, but not on the terminal if the switch MESSAGES is off. Raises LimitReached."""
         self.count(text, newline)
         self._put(text, newline)
 
@@ -78,10 +77,8 @@ class TypedLines:
 
 
 class Performer:
-    """Carries out the requests of the tasks of one robot. Each act raises VrsError if it fails.
-
-    `asked`: whether a task has asked since users last saw the questions. `last`: when the run is stopped [s].
-    """
+    """Carries out the requests of the tasks of one robot. An act that fails raises VrsError. `asked`: whether a task
+    has asked a question since users last saw the questions. `last`: when the run will be stopped [s]."""
 
     def __init__(
         self,
@@ -123,14 +120,13 @@ class Performer:
             self._devices.expire(track.number, event)
 
     def _ask(self, track: Track, event: effects.Prompt | effects.ReadRecord | effects.AwaitLine) -> None:
-        """Ask a question; the task continues with the answer."""
+        """Ask a question; the task continues when it is answered."""
         self.asked = True
         track.until(inf, PendingInput(next(self._questions), event))
 
     def answer(self, track: Track, asked: PendingInput, answer: str | VrsError | None) -> None:
-        """Give a line to a task that has asked. Raises EndOfInput, or the earlier error of the line, if there is no
-        line and the task needs one.
-        """
+        """Give a line to a task that has asked. If there is no line and the task needs one, raise EndOfInput or the
+        line's earlier error."""
         track.until(self._engine.now)
         event = asked.event
         if isinstance(event, effects.Prompt) and answer is None:
@@ -179,7 +175,7 @@ class Performer:
                 self._engine.perform(setting)
 
     def request(self, track: Track, request: commands.Request) -> None:
-        """Pass a request to the robot once the robot is ready for it."""
+        """Pass a request to the robot when the robot is ready for it."""
         if not (self._tasks.owns(track) or isinstance(request, EVERYBODYS)):
             if isinstance(request, commands.Break | commands.Brake):
                 return
@@ -195,11 +191,11 @@ class Performer:
         request = request if in_program else by_robot_clock(request, track.times)
         track.until(engine.begin(request, program=in_program, issued=issued))
         for other in self._tasks.running if isinstance(request, commands.Brake) else ():
-            if isinstance(other.pending, commands.Request):  # the robot will be at rest at another time than expected
+            if isinstance(other.pending, commands.Request):  # the robot will come to rest at another time than expected
                 other.wake = engine.now
 
     def _check_in_bounds(self, stamp: commands.Stamp) -> None:
-        """Check that a motion begins before its program will be stopped. Raises IllegalValue."""
+        """Check that a motion begins before its program will be stopped. Raises IllegalValue if not."""
         word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
         if begin > self.last:
             more = self._advice("max_time")
@@ -217,9 +213,8 @@ class Performer:
     # --- other tasks ---
 
     def _start_task(self, track: Track, event: effects.StartTask) -> None:
-        """Start a task. It may do the remaining steps of its starter at this instant, so that a program that starts
-        itself over and over does not stop time.
-        """
+        """Start a task. At this instant it may only do the steps that its starter has left, so that a program that
+        starts itself repeatedly cannot stop time."""
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
         arguments = [None if one is None else variables.Reference(*one) for one in call.arguments]
@@ -246,9 +241,8 @@ class Performer:
         track: Track,
         event: effects.ProgramCompleted | effects.Halt | effects.Pause | effects.Failed | Aborted | Stopped,
     ) -> None:
-        """End the task; a task that has the robot and is not a line of the prompt ends once the robot is at rest. A
-        task that is stopped while the clock is paused does not wait for that.
-        """
+        """End the task. A task that has the robot and is not a prompt line ends when the robot is at rest; a task
+        stopped while the clock is paused does not wait for that."""
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
         stands = self._engine.clock.paused and isinstance(event, effects.Failed | Aborted)
         if rests and not stands and self._tasks.owns(track) and self._engine.now < self._engine.end:
@@ -264,16 +258,15 @@ class Performer:
 
 
 def by_robot_clock(request: commands.Request, times: HolderTimes) -> commands.Request:
-    """Convert the time in a request of a line of the prompt from the user's clock to the robot's. Return the
-    request.
-    """
+    """Return a request with its time converted from the clock of the user who typed the prompt line to the robot's
+    clock."""
     if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):
         return request
     return structs.replace(request, stamp=commands.Stamp(times.robot_time(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:
-    """Return the line of an answer. Raises the error if the answer is one."""
+    """Return the line in an answer. If the answer is an error, raise it."""
     if isinstance(answer, VrsError):
         raise answer
     return answer
@@ -296,7 +289,7 @@ ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     effects.SetEvent: Performer._set_event,
     effects.EventSignal: Performer._event_signal,
     effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + memory.TICK),
-    Onward: lambda _performer, _track, _event: None,  # continue with the next step immediately
+    Onward: lambda _performer, _track, _event: None,  # continue with the next step at once
     effects.CycleBegins: Performer._cycle_begins,
     effects.AttachRobot: Performer._attach,
     effects.DetachRobot: Performer._detach,

@@ -1,7 +1,6 @@
-"""The tasks of one robot, by number: which tasks run, which have stopped, what each waits for, and which has the robot.
-0 is the robot program, 1 the process control program of VAL-II, others are tasks of V+; -1 is a line of the prompt. The
-robot belongs to one task at a time: to task 0 when it starts, or to the task that attaches the robot.
-"""
+"""The tasks of one robot, by number: which tasks run, which have stopped, what each waits for, and which one has the
+robot. Task 0 is the robot program, 1 the process control program of VAL-II, others are tasks of V+; -1 is a prompt
+line. The robot belongs to one task at a time: to task 0 when it starts, or to the task that attaches the robot."""
 
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.run.runtime import Task
 
 ROBOT_PROGRAM = 0
-PROMPT_LINE = -1  # the task number of a line of the prompt
+PROMPT_LINE = -1  # task number of a prompt line
 
 RUN_STATES = {
     effects.TaskState.RUNNING: operations.EXECUTING,
@@ -38,7 +37,7 @@ RUN_STATES = {
     effects.TaskState.ABORTED: operations.ABORTED,
     effects.TaskState.COMPLETED: operations.COMPLETED,
 }
-NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
+NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # words that STATUS shows
 
 
 # --- pending values of a task that are not events of its program ------------------------------------------------------
@@ -49,7 +48,8 @@ class Aborted(Struct, frozen=True):
 
 
 class PendingInput(Struct, frozen=True):
-    """Marks a task that waits for a line of the terminal. `number`: number of its question; `event`: its request."""
+    """Marks a task that waits for a line of the terminal. `number`: the number of its question; `event`: its
+    request."""
 
     number: int
     event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
@@ -65,15 +65,14 @@ class PendingInput(Struct, frozen=True):
 
 class Stopped(Struct, frozen=True):
     """Marks a task whose program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the
-    change of the watched value.
-    """
+    change of a watched value."""
 
     outcome: str
     detail: str = ""
 
 
 class Onward(Struct, frozen=True):
-    """Marks a task whose program is before a step, and continues immediately."""
+    """Marks a task whose program is before a step and continues at once."""
 
 
 Pending = effects.Event | Aborted | Stopped | Onward | PendingInput
@@ -84,11 +83,8 @@ ONWARD = Onward()
 
 
 class Stepping(Struct):
-    """One step of a program, into a program that it calls or (`over`) over it.
-
-    `begun`: the step is being carried out, with `depth` programs on the stack; until then the task has not reached the
-    step.
-    """
+    """One step of a program, into a called program or (`over`) over it. `begun`: the step is being carried out, and
+    `depth` programs are on the stack; before that, the task has not yet reached the step."""
 
     over: bool
     begun: bool = False
@@ -96,15 +92,15 @@ class Stepping(Struct):
 
 
 class Track(Struct, eq=False):
-    """A task in time. At the time `wake` [s] it carries out `pending`, unless that is None, and continues.
+    """A task and its timing. At the time `wake` [s] it carries out `pending`, if that is not None, and continues.
 
-    `outcome` is None while the task runs. `asked`: the time of the request `pending` [s]. `mine`: the task takes the
-    robot when it continues; `awaited`: a user waits for its end. `instant`: when the task last continued, `before`: its
-    number of steps until then. `held`: events that reactions have interrupted, with their times. `driven_by`: the
-    user who last continued the task, and gets its questions; None if that user has gone. `times`: clock corrections of
-    the user who typed the line of the task; `issued`: when the line was typed, until its first request. `event`:
-    whether the event of the task is set, `event_signal`: the input that sets it; `run_signal`: the output that is on
-    while the task runs.
+    `outcome` is None while the task runs. `asked`: the time at which `pending` was requested [s]. `mine`: the task
+    takes the robot when it continues; `awaited`: a user waits for its end. `instant`: when the task last continued;
+    `before`: its number of steps until then. `held`: events that reactions have interrupted, with their times.
+    `driven_by`: the user who last continued the task and gets its questions; None if that user has left. `times`: clock
+    corrections of the user who typed the task's line; `issued`: when the line was typed, until its first request.
+    `event`: whether the task's event is set; `event_signal`: the input that sets it; `run_signal`: the output that is
+    on while the task runs.
     """
 
     number: int
@@ -140,17 +136,15 @@ class Track(Struct, eq=False):
 
     @property
     def in_program(self) -> bool:
-        """Return whether the task is more than a line of the prompt. A motion of such a line is over when the line
-        returns, and a motion with a time stamp does not advance the clock; a program that the line CALLs runs as any
-        other.
-        """
+        """Return whether the task is more than a prompt line. A motion of a prompt line has ended when the line
+        returns, and a motion with a time stamp does not advance the clock. A program that the line CALLs runs like any
+        other program."""
         return not self.at_prompt or len(self.task.stack) > 1
 
     @property
     def reacts(self) -> bool:
-        """Return whether a reaction is due that interrupts the event that the task waits for: a WAIT or a peer; for
-        REACTI also the robot.
-        """
+        """Return whether a reaction is due that interrupts the event for which the task waits: a WAIT or a peer; for
+        REACTI also the robot."""
         due = self.task.reactions.due
         if due is None:
             return False
@@ -159,7 +153,7 @@ class Track(Struct, eq=False):
         )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
-        """Continue at an instant [s], and not earlier."""
+        """Continue at an instant [s], not earlier."""
         self.wake, self.pending = instant, pending
 
 
@@ -167,7 +161,7 @@ class Track(Struct, eq=False):
 
 
 class Watch(Struct):
-    """An expression, its text and its value at the last evaluation; None: it had no value."""
+    """An expression with its text and its value at the last evaluation; None: it had no value."""
 
     text: str
     evaluate: Callable[[], numbers.Value]
@@ -175,7 +169,7 @@ class Watch(Struct):
     last: numbers.Value | None = None
 
     def change(self) -> str:
-        """Return a text with the present and the previous value; empty if they are equal."""
+        """Return a text with the present and the previous value; empty if the two are equal."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -189,12 +183,11 @@ class Watch(Struct):
 
 
 class Tasks(memory.System):
-    """The tasks that run or have stopped. `current` is the number of the task that is running steps now. `who`: the
-    user who is served now, and drives the tasks that begin. `failed`: the tasks that stopped with an error while a user
-    waited for another task; `told` is called with each of them. `observed` is called when a signal lets a task react.
-    `breakpoints`: programs stop before these steps (program keys, and steps from 1), and when the value of one of the
-    `watches` changes.
-    """
+    """The tasks that run or have stopped. `current` is the number of the task that is carrying out steps now. `who`:
+    the user who is being served, and who drives the tasks that begin. `failed`: the tasks that stopped with an error
+    while a user waited for another task; `told` is called with each of them. `observed` is called when a signal makes a
+    task react. `breakpoints`: programs stop before these steps (program keys, and steps from 1), and when the value of
+    one of the `watches` changes."""
 
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
         self.current = PROMPT_LINE
@@ -202,7 +195,7 @@ class Tasks(memory.System):
         self.failed: list[results.StoppedTask] = []
         self.breakpoints = set[tuple[str, int]]()
         self.watches = list[Watch]()
-        self._latch: tuple[Transform, Joints] | None = None  # the position of the robot at the last LATCH.SIGNAL
+        self._latch: tuple[Transform, Joints] | None = None  # robot's position at the last LATCH.SIGNAL
         self._latched = False
         self.told: Callable[[results.StoppedTask], None] = lambda _beside: None
         self.observed: Callable[[Track, int, bool], None] = lambda _track, _signal, _on: None
@@ -231,13 +224,13 @@ class Tasks(memory.System):
     def next(self) -> Track | None:
         """Return the running task that continues first."""
         first: Track | None = None
-        for track in self._tracks.values():  # evaluated twice for each step
+        for track in self._tracks.values():  # called twice for each step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
                 first = track
         return first
 
     def uses(self, program: str) -> Track | None:
-        """Return a task that has a program on its stack."""
+        """Return a task that has a program on its stack; None if there is none."""
         return next((track for track in self.in_order() if not track.task.is_over and track.task.uses(program)), None)
 
     # --- start and continue ---
@@ -259,16 +252,15 @@ class Tasks(memory.System):
         return track
 
     def free(self) -> int:
-        """Return the first number that is not in use. Raises TaskActive."""
+        """Return the lowest task number that is not in use. Raises TaskActive if all are in use."""
         free = set(range(1, effects.LAST_TASK + 1)) - {track.number for track in self.running}
         if not free:
             raise TaskActive("every task is in use", "{KILL} clears one")
         return min(free)
 
     def proceed(self, number: int, *, retry: bool = False) -> Track:
-        """Continue a stopped task: at its next step, or (`retry`) again with the step where it stopped. Raises
-        TaskNotActive, TaskActive.
-        """
+        """Continue a stopped task at its next step; with `retry`, repeat the step at which it stopped. Raises
+        TaskNotActive, TaskActive."""
         track = self.get(number)
         if track is None or (not track.running and track.task.is_over):
             raise TaskNotActive(f"task {number}", "{EXECUTE name} starts one")
@@ -277,7 +269,7 @@ class Tasks(memory.System):
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
-        track.task.state = effects.TaskState.RUNNING  # set now, not when its turn comes
+        track.task.state = effects.TaskState.RUNNING  # set now, before the task has its turn
         track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
@@ -286,7 +278,7 @@ class Tasks(memory.System):
     # --- ending ---
 
     def abort(self, number: int) -> Track | None:
-        """Stop a task, and the robot if this task has the robot. Return None if no task of this number runs."""
+        """Stop a task, and the robot if this task has the robot. Return None if no task with this number is running."""
         track = self.get(number)
         if track is None or not track.running:
             return None
@@ -299,7 +291,7 @@ class Tasks(memory.System):
         return track
 
     def only_waits(self, track: Track) -> bool:
-        """Return whether the task is a line of the prompt in real time: the arm moves whether or not the line waits."""
+        """Return whether the task is a prompt line in real time, where the arm moves whether or not the line waits."""
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
@@ -311,13 +303,13 @@ class Tasks(memory.System):
         return track
 
     def stop(self, track: Track, outcome: results.RunOutcome) -> None:
-        """End a task, or pause it: the task releases the robot, its signal and its files."""
+        """End or pause a task: it releases the robot, its signal and its files."""
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
         self._run_signal(track, running=False)
         if track.task.is_over and not track.at_prompt:
             self._devices.release(track.number)
-        else:  # the task may continue: its files stay open, and contain all of its output
+        else:  # the task may continue: its files stay open, but everything written so far is saved
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(results.StoppedTask(track.number, track.fault, self._engine.now))
@@ -341,11 +333,11 @@ class Tasks(memory.System):
     # --- the robot ---
 
     def owns(self, track: Track) -> bool:
-        """Return whether a task has the robot; a line of the prompt has the robot if no task does."""
+        """Return whether a task has the robot. A prompt line has the robot if no task does."""
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
-        """Check that no task has the robot. Raises RobotNotAttached."""
+        """Check that no task has the robot. Raises RobotNotAttached if one has."""
         if self._owner is not None:
             raise self.not_attached()
 
@@ -366,7 +358,7 @@ class Tasks(memory.System):
             self._owner = track.number
 
     def release_robot(self, track: Track) -> None:
-        """Take the robot from a task; tasks that wait for the robot try again."""
+        """Take the robot from a task. Tasks that wait for the robot try again."""
         if self._owner != track.number:
             return
         self._owner = None
@@ -377,7 +369,7 @@ class Tasks(memory.System):
     # --- units ---
 
     def look_at_units(self) -> None:
-        """Let the tasks that wait for a device check again: data has arrived."""
+        """Let the tasks that wait for a device check it again, because data has arrived."""
         for track in self.running:
             if isinstance(track.pending, effects.UnitEffect):
                 track.wake = self._engine.now
@@ -385,7 +377,7 @@ class Tasks(memory.System):
     # --- signals ---
 
     def _signal_changed(self, signal: int, on: bool) -> None:
-        """Check the waits that a signal may end, and the reactions that it may start."""
+        """Check the waits that a signal may end and the reactions that it may start."""
         if on and signal == self._engine.settings.parameters["LATCH.SIGNAL"]:
             position = self._engine.position()
             self._latch, self._latched = (position.T_world_tool, position.joints), True
@@ -411,11 +403,11 @@ class Tasks(memory.System):
 
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
-            # a stamp at the present time: this act belongs to the program, and is not a command that UNDO takes back
+            # with a stamp at the present time: this act belongs to the program, so UNDO does not revert it as a command
             stamp = commands.Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
-    # --- values of the system for functions of programs ---
+    # --- system values for functions of programs ---
 
     def take_latch(self) -> bool:
         came, self._latched = self._latched, False
