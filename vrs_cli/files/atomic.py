@@ -24,35 +24,34 @@ from typing import BinaryIO
 from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.opening import FREE, NOFOLLOW, Folder, open_to_write, reason, wrong_name
 
-WINDOWS = os.name == "nt"  # an open file cannot be removed or replaced there, and a lock shuts readers out
-LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # how long a writer waits for a lock, and the pause between two attempts
-OWNER = 1  # file position of the owner in a lock file; the first byte is locked
+WINDOWS = os.name == "nt"  # on Windows an open file cannot be removed or replaced, and a lock shuts readers out
+LOCK_WAIT_S, LOCK_PAUSE_S = 0.2, 0.01  # [s] maximum wait for a lock, and pause between two attempts
+OWNER = 1  # byte at which a lock file names its owner; the first byte is locked
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP})
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
 class HeldLock(AbstractContextManager["HeldLock"]):
-    """A lock that is held until `release`. `firm`: the lock excludes all other writers. On a disk without locks, or in
-    a folder that cannot be written, there is no handle and the lock is not firm.
-    """
+    """A lock that is held until `release`. `firm`: the lock excludes all other writers. On a disk that has no locks, or
+    in a folder that cannot be written, there is no handle and the lock is not firm."""
 
     def __init__(self, path: Path, handle: int | None) -> None:
         self.firm = handle is not None
         self._path, self._handle = path, handle
 
     def release(self) -> None:
-        """Release the lock. Releasing it twice does nothing more."""
+        """Release the lock. A second call has no effect."""
         handle, self._handle = self._handle, None
         if handle is None:
             return
         there = is_at(handle, self._path)
         if there:
-            with suppress(OSError):  # before the lock is free: nobody can take a removed file
+            with suppress(OSError):  # removed before the lock is free, so that nobody can take a removed file
                 self._path.unlink()
                 there = False
         os.close(handle)
         if WINDOWS and there:
-            with suppress(OSError):  # another writer may have the lock already
+            with suppress(OSError):  # another writer may already have the lock
                 self._path.unlink()
 
     def __exit__(self, *_error: object) -> None:
@@ -60,11 +59,9 @@ class HeldLock(AbstractContextManager["HeldLock"]):
 
 
 def hold(path: Path) -> HeldLock:
-    """Lock the file of that name, whether it exists or not. Links are followed, because two names may be one file. A
-    device or a pipe needs no lock.
-
-    Raises FileOpened if somebody else holds the lock, OSError if there is no such folder.
-    """
+    """Lock the file with that name, whether it exists or not. Links are followed, because two names may lead to one
+    file. A device or a pipe needs no lock. Raises FileOpened if another writer holds the lock, OSError if the folder
+    does not exist."""
     real = Path(os.path.realpath(path))
     if is_special(real):
         return HeldLock(real, None)
@@ -80,9 +77,9 @@ def hold(path: Path) -> HeldLock:
 
 
 def claim(handle: int) -> bool:
-    """Lock an open file itself against writers that use another name: a hard link, or a folder that cannot be written.
-    Return whether that was possible. On Windows this would lock out readers, so only the lock file is used there.
-    """
+    """Lock an open file itself, against writers that use another name for it: a hard link, or a folder that cannot be
+    written. Return whether that was possible. On Windows this would shut out readers, so only the lock file is used
+    there."""
     if WINDOWS:
         return True
     try:
@@ -102,7 +99,7 @@ def is_at(handle: int, path: Path) -> bool:
 
 
 def is_special(path: Path) -> bool:
-    """Return whether the path is a device, a pipe or a socket, which cannot be replaced."""
+    """Return whether the path is a device, a pipe or a socket, none of which can be replaced."""
     try:
         mode = path.stat().st_mode
     except OSError:
@@ -125,7 +122,8 @@ def _open_lock(beside: Path) -> int | None:
 
 
 def _take_lock(beside: Path, handle: int) -> HeldLock | None:
-    """Take the lock; None if somebody else has it, or has removed its file since it was opened. Raises OSError."""
+    """Take the lock. Return None if another writer has it, or has removed its file since it was opened. Raises
+    OSError."""
     with ExitStack() as in_vain:
         in_vain.callback(os.close, handle)
         try:
@@ -145,13 +143,13 @@ def _take_lock(beside: Path, handle: int) -> HeldLock | None:
 
 
 def _lock_handle(handle: int) -> bool:
-    from filelock import lock_descriptor  # imported late, because most runs write nothing
+    from filelock import lock_descriptor  # imported here because most runs write nothing
 
     return lock_descriptor(handle, blocking=False)
 
 
 def _owner(beside: Path) -> str:
-    """Read the owner of a lock from its file."""
+    """Read the name of a lock's owner from the lock file."""
     try:
         with beside.open("rb", buffering=0) as stream:
             stream.seek(OWNER)
@@ -165,8 +163,8 @@ def _owner(beside: Path) -> str:
 
 
 CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | NOFOLLOW
-NEW_FILE_MODE = 0o666  # permissions of a new file before the user's umask is applied
-PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] on Windows a reader or a virus scanner holds a file for a moment
+NEW_FILE_MODE = 0o666  # permissions of a new file, before the user's umask is applied
+PAUSES = (0.01, 0.03, 0.1, 0.3, None)  # [s] waits until a reader or virus scanner closes a file (Windows)
 NO_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP})  # devices and pipes cannot be synced
 
 
@@ -178,10 +176,9 @@ def write_atomically(path: str | Path, text: str, within: Folder = FREE) -> None
 
 @contextmanager
 def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
-    """Yield a stream whose bytes replace the file if the block ends without an error; otherwise nothing changes. A
-    device or a pipe is written directly; of a link the target is replaced; a closed folder `within` allows none of
-    these. Raises FileError.
-    """
+    """Yield a stream whose bytes replace the file if the block ends without an error; otherwise the file stays
+    unchanged. A device or a pipe is written directly. For a link, its target is replaced. None of these is allowed if
+    `within` is a closed folder. Raises FileError."""
     target = Path(path)
     with writing(target):
         beside = create_beside(target, within=within)
@@ -193,10 +190,8 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
 
 
 class NewFile:
-    """A new file `name` beside `target`, which replaces it with `commit`; the target is locked until `close`.
-
-    Without a name the stream writes to the target directly, and `commit` replaces nothing.
-    """
+    """A new file `name` beside `target`, which it replaces on `commit`; the target is locked until `close`. Without a
+    name the stream writes to the target directly, and `commit` replaces nothing."""
 
     def __init__(
         self, target: Path, name: str | None, stream: BinaryIO, held: HeldLock | None, within: Folder = FREE
@@ -205,11 +200,11 @@ class NewFile:
         self._held, self._within = held, within
 
     def commit(self) -> None:
-        """Sync the stream and put the file in the target's place; the stream then continues at its end."""
+        """Sync the stream and move the file to the target's name; the stream then continues at its end."""
         sync(self.stream)
         if self.name is None:
             return
-        self.stream.close()  # an open file cannot be renamed on Windows
+        self.stream.close()  # Windows cannot rename an open file
         os.chmod(self.name, _mode_for(self.target))
         _replace(self.name, self.target)
         self.name = None
@@ -229,11 +224,9 @@ class NewFile:
 
 
 def create_beside(target: Path, held: HeldLock | None = None, within: Folder = FREE) -> NewFile:
-    """Create an empty, hidden file in the folder of the target (of a link's target) and lock the target; `held`: a lock
-    that the caller keeps longer.
-
-    Raises OSError, FileOpened if somebody else writes the target.
-    """
+    """Create an empty, hidden file in the folder of the target (for a link: the folder of the link's target), and lock
+    the target. `held`: a lock that the caller keeps longer. Raises OSError, FileOpened if another writer has the
+    target."""
     within.check(target)
     if is_special(target):
         return NewFile(target, None, open_to_write(target), None)
@@ -245,7 +238,7 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
         lock = failed.enter_context(hold(target)) if held is None else held
         target = target if within.closed else Path(os.path.realpath(target))
         if lock.firm:
-            # Remove files that earlier writers have left beside a target; the caller holds the target's lock
+            # Remove files left beside a target by earlier writers; the caller holds the target's lock
             ours = re.compile(rf"\.{re.escape(target.name)}\.[a-z0-9_]{{8}}\.part")
             with suppress(OSError), os.scandir(target.parent) as entries:
                 for entry in entries:
@@ -253,7 +246,7 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
                         with suppress(OSError):
                             os.unlink(entry.path)
         new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
-        with within.parent(target) as parent:  # at first only the owner may read the new file
+        with within.parent(target) as parent:  # at first, only the owner may read the new file
             handle = os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent)
         beside = NewFile(target, str(new), os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
@@ -286,10 +279,10 @@ def sync_handle(handle: int) -> None:
     """Wait until the written bytes are on the disk. Raises OSError."""
     if (
         sys.platform == "darwin"
-    ):  # on macOS fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2))
-        import fcntl  # Windows has none
+    ):  # on macOS fsync leaves data in the cache of the drive; F_FULLFSYNC writes it (fsync(2))
+        import fcntl  # Windows has no fcntl
 
-        with suppress(OSError):  # a disk without this operation
+        with suppress(OSError):  # the disk does not support this operation
             fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
             return
     try:
@@ -300,7 +293,7 @@ def sync_handle(handle: int) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise FileError now if the file could not be written later; leave nothing behind."""
+    """Raise FileError now if the file could not be written later. No file is left behind."""
     target = Path(path)
     with writing(target):
         if not is_special(target):
@@ -311,11 +304,11 @@ def check_writable(path: str | Path) -> None:
 
 @contextmanager
 def writing(path: Path, hint: str = "") -> Iterator[None]:
-    """Convert an OSError to a FileError that names the file, with a hint of its own if none is given."""
+    """Convert an OSError to a FileError that names the file. If no hint is given, the error gets its default hint."""
     try:
         yield
     except BrokenPipeError:
-        raise  # the reader of our output has ended, which is no error of the file
+        raise  # the reader of our output has ended, which is not an error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 
@@ -344,9 +337,8 @@ def _mode_for(target: Path) -> int:
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync a folder, so that a new name survives a power cut. Systems that cannot open a folder do so themselves.
-    Raises OSError.
-    """
+    """Sync a folder, so that a new file name survives a power failure. Systems that cannot open a folder do this
+    themselves. Raises OSError."""
     try:
         handle = os.open(folder, os.O_RDONLY)
     except OSError:

@@ -77,7 +77,7 @@ from vrs_cli.values.numbers import LIMIT, Value
 MAX_BODIES = 5000  # maximum number of parts and fixtures
 MAX_PART_MASS_KG = 1000.0  # [kg] maximum mass of a part
 MAX_GRASPS = 20  # maximum number of grasps of one part
-MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] of one mesh file, and of all that a cell names
+MAX_MESH_FILE_BYTES, MAX_ALL_MESH_BYTES = 10_000_000, 40_000_000  # [B] maximum size of one mesh file, of all
 MAX_MESH_POINTS = 200_000  # maximum number of points of all meshes of a cell
 SCENE_KEYS = ("part", "fixture", "sensor", "feeder", "sink", "hand", "floor")
 
@@ -109,7 +109,7 @@ V = TypeVar("V")
 
 
 class _SceneReader:
-    """Reads the `scene` of a cell. Mistakes are added to `text`."""
+    """Reads the `scene` of a cell, and adds mistakes to `text`."""
 
     def __init__(self, text: CellText, given: Mapping[str, Any]) -> None:
         self._text, self._given = text, given
@@ -135,7 +135,7 @@ class _SceneReader:
         )
 
     def _each(self, key: str, keys: Iterable[str], read: Callable[[CellEntry], V]) -> tuple[V, ...]:
-        """Read each [[key]]."""
+        """Read each table of the array [[key]]."""
         return tuple(map(read, self._text.entries(key, self._given.get(key, []), keys)))
 
     # --- bodies ---
@@ -169,7 +169,7 @@ class _SceneReader:
         return name
 
     def _shape(self, entry: CellEntry) -> world.Shape:
-        """Read a shape; return a box if it is wrong."""
+        """Read a shape; return a box if the shape is wrong."""
         text, kind = self._text, self._text.one_of(entry, "shape", SHAPE_KEYS)
         self._refuse_others(entry, kind, SHAPE_KEYS, "shape")
         match kind:
@@ -212,7 +212,7 @@ class _SceneReader:
     def _refuse_others(
         self, entry: CellEntry, kind: str | None, table: Mapping[str, tuple[str, ...]], what: str
     ) -> None:
-        """Report keys that belong to another kind."""
+        """Report keys that only another kind of shape or sensor may have."""
         own = table.get(kind or "", ())
         others = {key for keys in table.values() for key in keys} - {*own, "at"}
         for key in sorted(others & entry.given.keys() if kind else ()):
@@ -266,7 +266,7 @@ class _SceneReader:
         text.claim(entry, "signal", signal)
         return world.Sensor(name.lower(), signal, region)
 
-    # --- what brings and takes parts ---
+    # --- feeders and sinks ---
 
     def _feeder(self, entry: CellEntry) -> world.Feeder:
         text, given = self._text, entry.given.get("parts")
@@ -318,13 +318,13 @@ class _SceneReader:
         return float(given) / 1000.0
 
 
-_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # replaces an invalid shape
+_UNIT = world.BoxShape((1.0, 1.0, 1.0))  # replaces a shape that is wrong
 
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 TABLES = ("signals", "follow", *SCENE_KEYS)
 MAX_CELL_CHARS = 2_000_000  # maximum number of characters of a cell file
-_VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark, without locations
+_VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME in grammar/val2.lark, but without location names
 
 
 def read_cell(path: str) -> Cell:
@@ -365,7 +365,7 @@ _KNOWN = "[signals], [[follow]], [[part]], [[fixture]], [[sensor]], [[feeder]], 
 
 
 def _follow(text: CellText, entry: CellEntry) -> Follow | None:
-    """Read one [[follow]]; return None if it is wrong."""
+    """Read one [[follow]] table; return None if it is wrong."""
     rule, mistakes = entry.given, len(text.wrong)
     when = text.signal(entry, "when")
     sets = text.signal(entry, "set") if "set" in rule else None
@@ -382,7 +382,7 @@ def _follow(text: CellText, entry: CellEntry) -> Follow | None:
 
 
 def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tuple[Value, ...], ...]]:
-    """Read the variables of a rule and their rows."""
+    """Read the variables of a rule, and the rows of their values."""
     rule = entry.given
     variables, rows = rule.get("variables", []), rule.get("rows", [])
     if not (isinstance(variables, list) and all(isinstance(one, str) for one in variables)):
@@ -406,7 +406,7 @@ def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tup
 
 
 def _wrong_variable(name: str) -> str:
-    """Return why a name cannot be the name of a real or a string; "" if it can."""
+    """Return why a name cannot be the name of a real or string variable; "" if it can."""
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:

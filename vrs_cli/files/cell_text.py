@@ -13,16 +13,16 @@ from vrs_cli.kinematics.transform import Transform, Vector, from_oat
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
-MAX_MISTAKES = 50  # maximum number of mistakes that are reported
+MAX_MISTAKES = 50  # maximum number of mistakes in a report
 MAX_MESSAGE_CHARS = 400  # maximum number of characters of a message
-MAX_LENGTH_MM = 100_000.0  # maximum of coordinates and sizes [mm]
+MAX_LENGTH_MM = 100_000.0  # [mm] maximum absolute value of coordinates and sizes
 
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class CellEntry(NamedTuple):
-    """One table of the file: its name in messages, its lines from 0, and its keys and values."""
+    """One table of the file: its name in messages, its line numbers from 0, and its keys and values."""
 
     name: str
     lines: range
@@ -30,7 +30,7 @@ class CellEntry(NamedTuple):
 
 
 class CellText:
-    """Reads the values of a cell, and continues after each mistake. `names`: the numbers of named signals."""
+    """Reads the values of a cell, continuing after each mistake. `names`: the numbers of named signals."""
 
     def __init__(self, path: str, text: str) -> None:
         self.wrong: list[str] = []
@@ -43,9 +43,8 @@ class CellText:
         return CellEntry("", range(len(self._lines)), {})
 
     def entries(self, key: str, given: Any, keys: Iterable[str] | None) -> Iterator[CellEntry]:
-        """Yield each [[key]] with its lines; with all lines of the file if it is written in another way, as in `follow
-        = [{when = 3}]`. `keys`: the allowed keys; None: the caller checks them.
-        """
+        """Yield each table of [[key]] with its line numbers; with all lines of the file if the tables are written
+        inline, as in `follow = [{when = 3}]`. `keys`: the allowed keys; None: the caller checks the keys."""
         if not isinstance(given, list):
             self.fault(self.whole, key, f"write [[{key}]], and below it what it is")
             return
@@ -63,7 +62,7 @@ class CellText:
                 self.fault(entry, key, "it is a table")
 
     def entry(self, key: str, given: Mapping[str, Any], keys: Iterable[str]) -> CellEntry:
-        """Return the table [key]; its lines reach to the next heading."""
+        """Return the table [key]; its lines end at the next heading."""
         head = re.compile(rf"\s*\[\s*{key}\s*\]")
         first = next((at for at, line in enumerate(self._lines) if head.match(line)), 0)
         ends = (at for at in range(first + 1, len(self._lines)) if self._lines[at].lstrip().startswith("["))
@@ -78,21 +77,20 @@ class CellText:
             self.fault(entry, key, did_you_mean(key, known, f"there are {', '.join(known)}"))
 
     def fault(self, entry: CellEntry, key: str, what: str) -> None:
-        """Report a mistake at `key` in a table: at the line that begins with the key, otherwise at the first line of
-        the table.
-        """
+        """Report a mistake at `key` in a table: on the line that begins with the key, or on the first line of the table
+        if there is no such line."""
         if len(self.wrong) == MAX_MISTAKES:
             self.wrong.append(f"{self.path}: there are more mistakes")
         if len(self.wrong) > MAX_MISTAKES:
             return
         line = min(self.lines_from(entry, key), default=0)
-        message = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # a message is one line
+        message = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # a message has one line
         if len(message) > MAX_MESSAGE_CHARS:
             message = f"{message[: MAX_MESSAGE_CHARS - 3]}..."
         self.wrong.append(f"{self.path}:{line + 1}: {message}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
-        """Return the lines of a table from the one that begins with a key; all lines if none does."""
+        """Return the lines of a table, starting with the one that begins with a key; all lines if there is none."""
         last = re.escape(key.rpartition(".")[2])
         begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
         first = next((at for at in entry.lines if begins.match(self._lines[at])), entry.lines.start)
@@ -101,7 +99,7 @@ class CellText:
     # --- signals and times ---
 
     def name_signals(self, given: Mapping[str, Any], before: str = "") -> None:
-        """Read names of signals. TOML makes tables of names with dots that are not quoted."""
+        """Read the names of signals. TOML makes nested tables of names with dots that are not quoted."""
         for last, number in given.items():
             name = f"{before}{last}".lower()
             twin = next((known for known, other in self.names.items() if other == number), "")
@@ -115,7 +113,7 @@ class CellText:
                 self.names[name] = number
 
     def signal(self, entry: CellEntry, key: str) -> int | None:
-        """Read a signal, by name or number; a minus means off."""
+        """Read a signal by name or number; a minus sign means off."""
         given = entry.given.get(key)
         if isinstance(given, str):
             name = given.removeprefix("-").lower()
@@ -131,7 +129,7 @@ class CellText:
         return None
 
     def input_signal(self, entry: CellEntry, key: str) -> int | None:
-        """Read the signal of a sensor, which is an input."""
+        """Read the signal of a sensor, which must be an input."""
         found = self.signal(entry, key)
         if found is not None and abs(found) not in INPUTS:
             self.fault(entry, key, f"{found} is no input: a sensor sets one of 1001 to 1512")
@@ -139,7 +137,7 @@ class CellText:
         return found
 
     def claim(self, entry: CellEntry, key: str, signal: int) -> None:
-        """Report a signal that something else in the scene sets."""
+        """Report a signal that another entry of the scene already sets."""
         if signal and (other := self._claimed.setdefault(abs(signal), entry.name)) != entry.name:
             self.fault(entry, key, f"{abs(signal)} is set by {other.rstrip(' :')} already")
 
@@ -161,7 +159,7 @@ class CellText:
     # --- lengths and places: millimetres and degrees in the file, metres and radians inside ---
 
     def length(self, entry: CellEntry, key: str, default: float | None = None, *, least: float = 0.01) -> float:
-        """Read a length in mm; `default` in mm; None: the length is required."""
+        """Read a length in mm. `default`: in mm; None: the length is required."""
         given = entry.given.get(key, default)
         if type(given) not in (int, float) or not least <= given <= MAX_LENGTH_MM:
             missing = "it is missing; " if given is None else f"{_quote(given)}: "
@@ -185,7 +183,7 @@ class CellText:
         return (x / 1000.0, y / 1000.0, z / 1000.0)
 
     def direction(self, entry: CellEntry, key: str) -> Vector:
-        """Read a direction of any length; return it with length 1."""
+        """Read a direction of any length; return it as a unit vector."""
         x, y, z = self._numbers(entry, key, (3,), "[x, y, z], such as [0, 0, -1]") or (0.0, 0.0, 1.0)
         length = sqrt(x * x + y * y + z * z)
         if not length > 1e-6:
@@ -194,7 +192,7 @@ class CellText:
         return (x / length, y / length, z / length)
 
     def pose(self, entry: CellEntry, key: str) -> Transform:
-        """Read [X, Y, Z] or [X, Y, Z, O, A, T]; without angles the axes are those of the world."""
+        """Read [X, Y, Z] or [X, Y, Z, O, A, T]. Without angles, the axes are those of the world."""
         wanted = "[X, Y, Z] in mm, or [X, Y, Z, O, A, T] with degrees"
         x, y, z, *angles = self._numbers(entry, key, (3, 6), wanted) or (0.0, 0.0, 0.0)
         o, a, t = map(radians, angles or UPRIGHT)
@@ -215,7 +213,7 @@ class CellText:
     # --- other values ---
 
     def one_of(self, entry: CellEntry, key: str, known: Iterable[str]) -> str | None:
-        """Read a word that must be in a table of known words."""
+        """Read a word that must be in a table of allowed words."""
         given, words = entry.given.get(key), tuple(known)
         if isinstance(given, str) and given in words:
             return given
@@ -224,15 +222,15 @@ class CellText:
         return None
 
     def beside(self, name: str) -> Path:
-        """Return the path of a file relative to the folder of the cell."""
+        """Return the path of a file that is named relative to the folder of the cell."""
         return Path(self.path).parent / name
 
 
-UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T of a body whose axes are those of the world
+UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T for axes along those of the world
 
 
 def _quote(given: Any) -> str:
-    """Return a value for a message, shortened if it is long."""
+    """Return a value as text for a message, shortened if it is long."""
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."
 

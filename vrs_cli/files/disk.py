@@ -1,10 +1,9 @@
 """Manage the files of a folder: the commands FDIRECTORY, FDELETE, FCOPY, FRENAME; the working folder of a run; and the
 open files of running programs, by task and logical unit. The caller decides whether to overwrite. A run writes all
-files in its working folder, and files that it reads are copied there first. Operations of the disk leave a status: 1 or
-an error code; only mistakes of the program are raised. A file is read completely when it is opened. A written file
-grows under a temporary name and gets its own name when it is closed, or when its task stops, so that a reader sees the
-complete file or nothing.
-"""
+files in its working folder; files that it reads are first copied there. Disk operations set a status: 1 or an error
+code; only mistakes of the program are raised. A file is read completely when it is opened. A written file grows under a
+temporary name and gets its own name when it is closed, or when its task stops, so that a reader sees the complete file
+or nothing."""
 
 from __future__ import annotations
 
@@ -26,10 +25,8 @@ from vrs_cli.values.replies import FileRow
 
 
 def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
-    """List a folder, folders first; for another path, the files that match its last part (`*.v2`).
-
-    Hidden files are omitted. Raises NonexistentFile, FileError.
-    """
+    """List a folder, with its folders first; for a path that is not a folder, list the files that match the path's last
+    part (`*.v2`). Hidden files are omitted. Raises NonexistentFile, FileError."""
     folder, pattern = (asked, "*") if asked.is_dir() else (asked.parent, asked.name)
     if not folder.is_dir():
         raise errors.NonexistentFile(str(folder), "name a folder, or files as *.v2")
@@ -58,7 +55,7 @@ def existing(path: Path) -> Path:
 
 
 def target(old: Path, new: Path) -> Path:
-    """Return the path of a copy; without an extension it gets the extension of the old file. Raises FileError."""
+    """Return the path of a copy. A name without an extension gets the extension of the old file. Raises FileError."""
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
     if place.exists() and place.samefile(old):
@@ -73,7 +70,7 @@ def delete(path: Path, within: Folder = FREE) -> None:
 
 
 def rename(old: Path, new: Path, within: Folder = FREE) -> None:
-    """Rename a file; it replaces one of the new name. Raises FileError."""
+    """Rename a file, replacing any file with the new name. Raises FileError."""
     within.check(new)
     folders = within.parent(old), within.parent(new)
     with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new), folders[0] as here, folders[1] as there:
@@ -81,7 +78,7 @@ def rename(old: Path, new: Path, within: Folder = FREE) -> None:
 
 
 def _in(folder: int | None, path: Path) -> str | Path:
-    """Return the name of a file in an open folder; its path if no folder is open."""
+    """Return the name of a file relative to an open folder; its path if no folder is open."""
     return path if folder is None else path.name
 
 
@@ -116,14 +113,13 @@ MAX_COPY_BYTES = 100_000_000
 
 
 class WorkingFolder(Folder, frozen=True, kw_only=True):
-    """A closed folder in which the files of `source` appear to be: a file is copied when it is first named, but not
-    links, devices and pipes. `below`: also files in folders below `source`.
-    """
+    """A closed folder in which the files of `source` appear to exist: a file is copied when it is first named; links,
+    devices and pipes are not. `below`: files in folders below `source` are copied too."""
 
     source: Path
     closed: bool = True
     below: bool = True
-    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # the status of each copy
+    _named: dict[Path, os.stat_result | None] = field(default_factory=dict)  # file status of each copy
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
         path = Folder.inside(self, name, pattern=pattern)
@@ -177,11 +173,8 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
 
 @contextmanager
 def working_folder(source: Path, kept: Path | None = None, *, below: bool = True) -> Iterator[WorkingFolder]:
-    """Yield a working folder for one run, which is removed afterwards; `kept`: use this folder, and leave what was
-    written.
-
-    Raises FileError if it cannot be made.
-    """
+    """Yield a working folder for one run, and remove it afterwards. `kept`: use this folder instead, and keep the files
+    written. Raises FileError if the folder cannot be made."""
     from tempfile import TemporaryDirectory
 
     if kept is None:
@@ -199,13 +192,12 @@ def working_folder(source: Path, kept: Path | None = None, *, below: bool = True
         folder.drop_copies()
 
 
-BLOCK = 4096  # size that an empty file counts for in a folder of limited size [B]
+BLOCK = 4096  # [B] size counted for an empty file in a folder of limited size
 
 
 class Unit(Struct, eq=False):
-    """A logical unit of one task. `file`: the text that is read, or the new file that is written. `status`: the status
-    of the last operation; `length`: the length of the last record [characters].
-    """
+    """A logical unit of one task. `file`: the text that is being read, or the new file that is being written. `status`:
+    the status of the last operation; `length`: the length of the last record [characters]."""
 
     attached: bool = False
     path: Path | None = None
@@ -215,7 +207,7 @@ class Unit(Struct, eq=False):
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """Set the status to success, or to the code of the error that ends the block."""
+        """Set the status to success, or to the code of an error raised in the block."""
         try:
             yield
         except errors.VrsError as error:
@@ -244,7 +236,7 @@ class Unit(Struct, eq=False):
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
-        """Close the file; a written file gets its own name. Raises OSError."""
+        """Close the file; a file that was written gets its own name. Raises OSError."""
         file, self.path, self.file = self.file, None, None
         if isinstance(file, NewFile):
             try:
@@ -258,16 +250,14 @@ class Unit(Struct, eq=False):
 
 
 class Disk(Struct, eq=False):
-    """The open files of all tasks. Names are relative to `folder`, or to the folder of the task, and cannot leave it.
-
-    `spend` is called with the number of bytes before they are written, `hold` with the number of characters of all
-    files open for reading; each may raise an error to refuse the operation.
-    """
+    """The open files of all tasks. Names are relative to `folder` or to the task's own folder, and cannot lead out of
+    it. Before bytes are written, `spend` is called with their number. `hold` is called with the number of characters of
+    all files open for reading. Each may raise an error to refuse the operation."""
 
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    folders: dict[int, Folder] = field(default_factory=dict)  # the folder of each task that has its own
+    folders: dict[int, Folder] = field(default_factory=dict)  # folders of the tasks that have their own
     _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
     # --- folders ---
@@ -281,7 +271,7 @@ class Disk(Struct, eq=False):
     # --- units ---
 
     def unit(self, task: int, unit: int) -> Unit:
-        """Return a unit of a task, attached or not."""
+        """Return a unit of a task, whether attached or not."""
         return self._units.get((task, unit)) or Unit()
 
     def attached_unit(self, task: int, unit: int) -> Unit:
@@ -292,12 +282,12 @@ class Disk(Struct, eq=False):
         return one
 
     def attach(self, task: int, unit: int) -> None:
-        """Attach a unit to a task; a file that is open on the unit stays open."""
+        """Attach a unit to a task. A file that is open on the unit stays open."""
         one = self._units.setdefault((task, unit), Unit())
         one.attached, one.status = True, SUCCESS
 
     def free(self, task: int) -> int:
-        """Return the first unit that a task has not attached. Raises UnitNotAttached."""
+        """Return the first unit that a task has not attached. Raises UnitNotAttached if all are attached."""
         for unit in DISKS:
             if not self.unit(task, unit).attached:
                 return unit
@@ -313,14 +303,14 @@ class Disk(Struct, eq=False):
     # --- files ---
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
-        """Open a file. Raises UnitNotAttached, FileOutside; other failures become the status."""
+        """Open a file. Raises UnitNotAttached, FileOutside; other errors set the status."""
         folder = self.folders.get(task, self.folder)
         one, path = self.attached_unit(task, unit), folder.inside(name)
         if access is Access.READ and path.is_file():
             read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
             self.hold(read + path.stat().st_size)
         if access is Access.APPEND and path.is_file():
-            self.spend(path.stat().st_size)  # its present content is copied first
+            self.spend(path.stat().st_size)  # copy the file's present content first
         elif access is not Access.READ and folder.closed and not path.exists():
             self.spend(BLOCK)
         with one.attempt():
@@ -328,13 +318,13 @@ class Disk(Struct, eq=False):
                 raise errors.FileOpened(one.path.name, "FCLOSE closes it")
             others = [other for other in self._units.values() if other.path == path]
             written = any(isinstance(other.file, NewFile) for other in others)
-            if written or (others and access is not Access.READ):  # a file may have many readers, or one writer
+            if written or (others and access is not Access.READ):  # a file may have many readers or one writer
                 raise errors.FileOpened(path.name, "it is open on another unit")
             one.file = _open(path, access, folder)
             one.path = path
 
     def close(self, task: int, unit: int) -> None:
-        """Close the file of a unit; without an open file the status is an error code. Raises UnitNotAttached."""
+        """Close the file of a unit; if no file is open, the status is an error code. Raises UnitNotAttached."""
         one = self.attached_unit(task, unit)
         with one.attempt():
             one.check_open()
@@ -354,7 +344,7 @@ class Disk(Struct, eq=False):
     # --- records ---
 
     def read(self, task: int, unit: int) -> str | None:
-        """Return the next record, or None and set the status to the reason. Raises UnitNotAttached."""
+        """Return the next record; or set the status to the reason and return None. Raises UnitNotAttached."""
         one, line = self.attached_unit(task, unit), None
         with one.attempt():
             line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")
@@ -380,14 +370,14 @@ class Disk(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """Save what a stopped task has written so far; the task may continue."""
+        """Save what a stopped task has written so far. The task may continue."""
         for (owner, _), one in self._units.items():
             if owner == task and isinstance(one.file, NewFile):
                 with one.attempt():
                     one.file.commit()
 
     def release(self, task: int) -> None:
-        """Close the files of a task that has ended, and free its units."""
+        """Close the files of a task that has ended, and detach its units."""
         for (owner, _), one in self._units.items():
             if owner == task:
                 with one.attempt():

@@ -1,4 +1,5 @@
-"""Export trajectories in formats of other programs. `EXPORTERS` lists the formats; each writes a stream in pieces."""
+"""Export trajectories in the formats of other programs. `EXPORTERS` lists the formats; each of them writes a stream
+piece by piece."""
 
 from __future__ import annotations
 
@@ -27,20 +28,20 @@ from vrs_cli.trajectory.row import coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
-DECIMALS = 9  # number of decimals of degrees and millimetres
+DECIMALS = 9  # number of decimals for degrees and for millimetres
 STANDARD_OUTPUT = "-"
-COPIED_AT_ONCE = 1 << 18  # number of bytes of a temporary file that are copied at once
+COPIED_AT_ONCE = 1 << 18  # number of bytes of a temporary file that are copied at a time
 
-CUBIC = 3  # degree of a polynomial given by positions and velocities at its ends
+CUBIC = 3  # degree of a polynomial through positions and velocities at both ends
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
 
 class Exporter(Struct, frozen=True):
     """A format: its name for `--to`, its file extension, and its writer (stream, arm, timeline, number).
 
-    The number is a rate [Hz], or the time [s] of a picture of one moment. `shows_cell`: `write` also takes the World
-    around the robot, as `world`. `tells_measured`: `write` also takes the reports of a body, as `measured`. `check`
-    raises UsageError if a package is missing; `usual`: the default of the number for a timeline.
+    The number is a sampling rate [Hz], or the time [s] for a picture of one moment. `shows_cell`: `write` also takes
+    the World around the robot, as `world`. `tells_measured`: `write` also takes the reports of a body, as `measured`.
+    `check` raises UsageError if a package is missing. `usual`: returns the default of the number for a timeline.
     """
 
     name: str
@@ -48,7 +49,7 @@ class Exporter(Struct, frozen=True):
     summary: str
     write: Callable[..., None]
     check: Callable[[], None] = lambda: None
-    usual: Callable[[Timeline], float] | None = None  # the default sampling rate [1/s]; None: that of tables
+    usual: Callable[[Timeline], float] | None = None  # default sampling rate [1/s]; None: the default of tables
     of_moment: bool = False
     shows_cell: bool = False
     tells_measured: bool = False
@@ -70,11 +71,9 @@ def export(
 def write_csv(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Write columns t [s], jt1 ... jtn [deg, mm for a slide], x, y, z [mm], o, a, t_angle [deg]; with `measured` also
-    jt1_measured ... jtn_measured, empty where the measured robot is unknown.
-
-    Rows are at `sample_times`. Times have all digits, so that they name the same instant when they are read back.
-    """
+    """Write columns t [s], jt1 ... jtn [deg, mm for a slide], x, y, z [mm], o, a, t_angle [deg]. With `measured`, also
+    write jt1_measured ... jtn_measured, empty where the measured joints are unknown. The rows are at `sample_times`.
+    Times have all digits, so that reading them back gives the same instants."""
     names = joint_names(arm.model.joint_count)
     columns = ("t", *names, *TOOL_COLUMNS)
     also = () if measured is None else tuple([f"{name}_measured" for name in names])
@@ -94,7 +93,7 @@ def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
     """
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
-    shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # converts -0 to 0
+    shown = np.round(np.hstack(columns), DECIMALS) + 0.0  # turn -0 into 0
     return np.hstack((places.times[:, None], shown))
 
 
@@ -115,9 +114,8 @@ def shown_joints(q: Floats, units: JointUnits) -> Floats:
 def write_json(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Write a list with an object for each sample, in the form of `vrs where --json`; with `measured` also
-    `measured_deg`, null where the measured robot is unknown.
-    """
+    """Write a list with an object for each sample, in the form of `vrs where --json`. With `measured`, also write
+    `measured_deg`, null where the measured joints are unknown."""
     n = arm.model.joint_count
     units = arm.model.units.json_units(n)
     before = "[\n  "
@@ -142,10 +140,9 @@ def write_json(
 def write_npz(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, measured: MeasuredTimeline | None = None
 ) -> None:
-    """Write arrays in metres, radians and seconds: N samples, and the M segments with their polynomials; with
-    `measured` also the R reports: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n).
-    """
-    with TemporaryFile() as whole:  # the bytes of a zip depend on whether its stream can seek
+    """Write arrays in metres, radians and seconds: N samples, and the M segments with their polynomials. With
+    `measured`, also write the R reports: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n)."""
+    with TemporaryFile() as whole:  # seekable, because the bytes of a zip depend on that
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
             arrays = _segments(list(timeline))
@@ -161,7 +158,8 @@ def write_npz(
 
 
 def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Write the sample arrays one after the other, as an archive needs them; temporary files collect them meanwhile."""
+    """Write the sample arrays one after the other, in the order of the archive; each is first collected in a temporary
+    file."""
     with ExitStack() as opened:
         files: dict[str, IO[bytes]] = {}
         for times in sample_times(timeline, rate):
@@ -189,9 +187,8 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
 
 
 def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
-    """Return arrays of the M segments; polynomials have ascending powers of t - t_s, NaN if the segment is planned in
-    another space.
-    """
+    """Return the arrays of the M segments. Polynomials have ascending powers of t - t_s, and are NaN where the segment
+    is planned in another space."""
     paths = [segment.path for segment in segments]
     joints = coefficients(paths).transpose(1, 2, 0).copy()
     lines = {row: path.position for row, path in enumerate(paths) if isinstance(path, CartesianPath)}
@@ -214,10 +211,10 @@ def _segments(segments: list[Segment]) -> dict[str, NDArray[np.generic]]:
 # --- ROS 2 trajectory_msgs/JointTrajectory, as JSON ------------------------------------------------------------
 
 
-LINE_RATE = 50.0  # [Hz] points on straight lines, at least
-EXACT = 3e-8  # [rad, m] the greatest error of an interpolation
-HALVINGS = 20  # maximum number of halvings of an interval with too large an error
-SAME = 1e-9  # the absolute [rad/s2] and relative tolerance of equal accelerations
+LINE_RATE = 50.0  # [Hz] minimum rate of points on straight lines
+EXACT = 3e-8  # [rad, m] maximum error of an interpolation
+HALVINGS = 20  # maximum number of times that an interval with too large an error is halved
+SAME = 1e-9  # absolute [rad/s2] and relative tolerance for equal accelerations
 
 
 class _Points(NamedTuple):
@@ -229,10 +226,10 @@ class _Points(NamedTuple):
 
 def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Write one JointTrajectory in radians and seconds whose points make a JointTrajectoryController interpolate our
-    motion: cubic between points with velocities, quintic between points with accelerations too (ros2_controllers,
-    trajectory.cpp). There is a point at each segment boundary, with accelerations if they are continuous there, and as
-    many points between as needed. `rate`: further points [Hz]; 0 for none.
-    """
+    motion. The controller's interpolation is cubic between points with velocities, quintic between points that also
+    have accelerations (ros2_controllers, trajectory.cpp). There is a point at each segment boundary, with accelerations
+    if they are continuous there, and as many points between as needed. `rate`: rate of additional points [Hz]; 0 for
+    none."""
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
     names = json.dumps(joint_names(arm.model.joint_count))
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
@@ -247,7 +244,7 @@ def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
 
 
 class _Span(NamedTuple):
-    """A segment, or a time in which the robot stands still, with the accelerations [rad/s2] at its start and end."""
+    """A segment, or a time in which the robot is at rest, with the accelerations [rad/s2] at its start and end."""
 
     begin: float
     end: float
@@ -269,7 +266,7 @@ def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
 
 
 def _ros_times(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[_Points]:
-    """Yield the points of each span, and the end point."""
+    """Yield the points of each span, and last the end point."""
     before = still = (0.0,) * arm.model.joint_count
     for span, following in pairwise(_spans(arm, timeline)):
         points = _between(timeline, rate, span, smooth=_same(before, span.first))
@@ -283,7 +280,7 @@ def _same(a: Joints, b: Joints) -> bool:
 
 
 def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _Points:
-    """Return the begin of a span and the samples inside it."""
+    """Return the start of a span and the samples inside it."""
     first, last = (ceil((t - timeline.start) * rate) for t in (span.begin, span.end))
     samples = timeline.start + np.arange(first, last) / (rate or 1.0)
     times = np.concatenate(([span.begin], samples[(samples > span.begin) & (samples < span.end)]))
@@ -291,7 +288,7 @@ def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _
 
 
 def _refine(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, smooth_end: bool) -> _Points:
-    """Insert points until the interpolation is exact. Polynomials up to cubic ones are exact already."""
+    """Insert points until the interpolation is exact enough. Polynomials up to degree 3 are exact already."""
     segment = span.segment
     if segment is None or (isinstance(segment.path, JointPath) and segment.path.degree <= CUBIC):
         return points
@@ -319,7 +316,7 @@ def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
 
 
 def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
-    """Return the joints (N - 1, n) halfway between points (N,), as a controller interpolates them."""
+    """Return the joints (N - 1, n) midway between N points, as a controller interpolates them."""
     h = np.diff(at.times)[:, None]
     middle = 0.5 * (at.joints[:-1] + at.joints[1:])
     slower = h * (at.velocity[:-1] - at.velocity[1:])
@@ -329,7 +326,7 @@ def _interpolate(at: position.PositionArrays, smooth: Flags) -> Floats:
 
 
 def _in_chunks(parts: Iterator[_Points], start: float) -> Iterator[_Points]:
-    """Yield points in large chunks, without two points at the same nanosecond."""
+    """Yield points in large chunks, leaving out points at the same nanosecond as the previous one."""
     waiting, count, last = list[_Points](), 0, -1
     for part in parts:
         ns = nanoseconds(part.times - start)

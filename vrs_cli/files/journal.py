@@ -1,8 +1,7 @@
 """Keep a journal: a trajectory file that grows while the robot moves. A change is written and synced before it takes
-effect; a change that cannot be written does not take effect. The file is checked before and after: if it is no longer
-the file that was written (removed, replaced, cut short), a new file beside it gets all events from the start, and the
-user is informed before the command is answered.
-"""
+effect; if it cannot be written, it does not take effect. Before and after a change the file is checked: if somebody has
+removed, replaced or cut it, a new file beside it gets all events from the start, and the user is informed before the
+command is answered."""
 
 from __future__ import annotations
 
@@ -36,10 +35,10 @@ from vrs_cli.values.measured import Report
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form
 
-CHUNK = 1 << 16  # number of bytes that a journal writes at once if it is not durable
-TRIES = 3  # maximum number of files that are tried for one change
-REPORT_SECONDS = 1.0  # [s] of reports that are written at once
-RETRY_SECONDS = 10.0  # [s] of reports after which a file that could not be written is tried again
+CHUNK = 1 << 16  # number of bytes that a non-durable journal writes at a time
+TRIES = 3  # maximum number of files tried for one change
+REPORT_SECONDS = 1.0  # [s] length of reports that are written together
+RETRY_SECONDS = 10.0  # [s] length of reports after which a failed write is tried again
 NOT_DONE = "what cannot be written down is not done: make room, and give it again"
 ANYWAY = "what stops the robot is done all the same, and is written as soon as it can be"
 
@@ -53,7 +52,7 @@ class Course(Struct, frozen=True):
     measured: MeasuredTimeline
 
     def motions(self) -> dict[int, Motion]:
-        """Return the motions described in the lines of the last part, by number."""
+        """Return, by number, the motions described in the lines of the last part."""
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:
             for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
@@ -62,9 +61,8 @@ class Course(Struct, frozen=True):
 
 
 class Taken(Struct, frozen=True):
-    """A locked file for a journal, until `close`. `file` and `recording`: a trajectory to continue; `resumed`: that
-    trajectory, read from a checkpoint.
-    """
+    """A file locked for a journal, until `close`. `file` and `recording`: a trajectory to continue; `resumed`: that
+    trajectory, if it was read from a checkpoint."""
 
     path: Path
     held: HeldLock
@@ -74,7 +72,7 @@ class Taken(Struct, frozen=True):
 
     @property
     def has_torn_line(self) -> bool:
-        """Return whether the file has an incomplete last line, which is ignored."""
+        """Return whether the file has an incomplete last line, which will be ignored."""
         if self.resumed is not None:
             return self.resumed.past.file.size > self.resumed.size
         return self.recording is not None and self.recording.dropped_tail
@@ -86,17 +84,15 @@ class Taken(Struct, frozen=True):
 
 
 def take(path: Path) -> Taken:
-    """Lock a file for a new journal, which replaces it. Raises FileError."""
+    """Lock a file for a new journal, which will replace the file. Raises FileError."""
     with writing(path):
         return Taken(path, hold(path))
 
 
 def take_up(path: Path, progress: Callable[[float], None] | None = None, changes: int | None = None) -> Taken:
-    """Lock a file for a journal that continues it, or begins it. The file is read after it is locked: completely, or
-    from a checkpoint that has at least `changes` changes after it.
-
-    Raises FileError, and the errors of `read_trajectory`.
-    """
+    """Lock a file for a journal that continues it, or that begins it if there is none. The locked file is read
+    completely, or from a checkpoint with at least `changes` changes after it. Raises FileError, and the errors of
+    `read_trajectory`."""
     if is_special(path):
         raise FileError(f"{path} is a pipe or a device", "a session is recorded in a file")
     it = take(path)
@@ -104,7 +100,7 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None, changes
         with writing(path):
             if path.exists():
                 return _read(path, it.held, progress, changes)
-            create_beside(path, it.held).close()  # checks that the file can be created
+            create_beside(path, it.held).close()  # check that the file can be created
             return it
     except BaseException:
         it.close()
@@ -126,7 +122,8 @@ def _read(path: Path, held: HeldLock, progress: Callable[[float], None] | None, 
 
 
 class _Before(Struct, frozen=True):
-    """The state before a change was written, restored if the change does not happen. `version`: of the change."""
+    """The state before a change was written; it is restored if the change does not take effect. `version`: the version
+    of the change."""
 
     version: int
     size: int
@@ -138,10 +135,10 @@ class _Before(Struct, frozen=True):
 class Journal:
     """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
-    `path`: the present file; `sound`: the present file is the requested one and complete. `course` returns all events
-    up to now; `tell` shows a message before the next answer. `durable=False` (batch) writes in large pieces and at the
-    end. `together`: `settle` syncs several changes at once, before any of them is answered. `past`: reads older parts
-    back, if old parts are dropped from memory. Raises FileError.
+    `path`: the present file; `sound`: the present file is the requested one and is complete. `course` returns all
+    events up to now; `tell` shows a message before the next answer. `durable=False` (batch): write in large pieces and
+    at the end. `together`: `settle` syncs several changes at once, before any of them is answered. `past`: reads older
+    parts back if they are dropped from memory. Raises FileError.
     """
 
     def __init__(
@@ -158,10 +155,10 @@ class Journal:
         self.unsettled, self._together = False, together
         self._doubtful = False  # whether a sync has failed
         self._asked, self._durable, self._course, self._tell = it.path, durable, course, tell
-        self._owed = b""  # lines of past changes that are not written yet
+        self._owed = b""  # lines of past changes that have not been written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
-        self._reports: list[Report] = []  # reports that are not written yet, and when they are due
+        self._reports: list[Report] = []  # reports that have not been written yet, and when they are due
         self._reports_due = -inf
         self._places: list[int] = []  # file position of the line of each PART-th delta
         self.past = it.resumed.past if it.resumed is not None else None
@@ -181,7 +178,7 @@ class Journal:
         return self._file.path
 
     def _begin(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
-        """Write a new file with all events so far, which replaces an older file."""
+        """Write a new file with all events so far, replacing an older file."""
         beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
         self._places.clear()
         try:
@@ -198,7 +195,7 @@ class Journal:
         return GrowingFile(path), lines
 
     def _continue(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
-        """Continue the file that was read, without an incomplete last line."""
+        """Continue the file that was read, after removing an incomplete last line."""
         assert read is not None, "the file was read"
         if file.size > read.size:
             file.cut(read.size)
@@ -211,11 +208,10 @@ class Journal:
     # --- writing ---
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Write changes before they happen. If that fails, they must not take effect; a change that `happens` anyway is
-        reported, and written with the next change.
-        """
+        """Write changes before they take effect; if that fails, they must not take effect. A change that `happens` in
+        any case is reported, and written together with the next change."""
         if self._before is not None and deltas[0].version <= self._before.version:
-            self._take_back()  # Ctrl-C interrupted before the change
+            self._take_back()  # Ctrl-C interrupted the writing before the change
         try:
             self._write(deltas[0].version, lambda: self._encode(deltas))
         except FileError as error:
@@ -226,10 +222,10 @@ class Journal:
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
-        """Sync all written lines, in a new file if the present one fails."""
+        """Sync all written lines. If the present file fails, write them to a new file."""
         if not self.unsettled:
             return
-        self._doubtful = True  # a system may report a failed sync once only
+        self._doubtful = True  # a system may report a failed sync only once
         try:
             with writing(self.path):
                 self._file.sync()
@@ -258,7 +254,7 @@ class Journal:
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
 
     def _encode(self, deltas: Sequence[TimelineDelta]) -> bytes:
-        """Encode the next lines, which follow the owed lines."""
+        """Encode the next lines, which follow the lines that have not been written yet."""
         data, place = b"", self._file.size + len(self._owed)
         for delta in deltas:
             if not delta.version % PART:
@@ -267,9 +263,8 @@ class Journal:
         return data
 
     def add_reports(self, reports: Sequence[Report]) -> None:
-        """Write the reports of a body, about a second of them at once. If that fails, report the failure and try again
-        with later reports.
-        """
+        """Write the reports of a body, about one second of them at a time. If that fails, inform the user, and try
+        again with later reports."""
         if self._closed:
             return
         if not self._reports:
@@ -286,7 +281,7 @@ class Journal:
         """Write the waiting reports. Raises FileError."""
         version = len(self._course().deltas)
         if self._before is not None and version <= self._before.version:
-            self._take_back()  # Ctrl-C came between the writing and the change
+            self._take_back()  # Ctrl-C came after the writing and before the change
         reports = sorted(self._reports, key=lambda report: report.t)
         columns = ReportColumns(len(reports[0].joints), len(reports))
         for report in reports:
@@ -301,7 +296,7 @@ class Journal:
         self._reports = []
 
     def _take_back(self) -> None:
-        """Remove the change that was written last, because it did not take effect."""
+        """Remove the last change written, because it did not take effect."""
         before, self._before = self._before, None
         if before is None:
             return
@@ -309,11 +304,11 @@ class Journal:
         del self._places[before.parts :]
         self._lines = LineEncoder(self._course().motions(), before.checksum)
         if self._file.size > before.size:
-            with suppress(OSError):  # the file is then marked as torn and will be replaced
+            with suppress(OSError):  # mark the file as torn; it will be replaced
                 self._file.cut(before.size)
 
     def close(self) -> None:
-        """Sync and release the file. A second call does nothing."""
+        """Sync and release the file. A second call has no effect."""
         if self._closed:
             return
         self._closed = True
@@ -338,7 +333,7 @@ class Journal:
             self._file.close()
             self._held.release()
 
-    # --- what leaves memory ---
+    # --- parts that are dropped from memory ---
 
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         assert self.past is not None, "it is kept to be read back"
@@ -356,8 +351,7 @@ class Journal:
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
         """Write the file positions of all rows of a timeline that are already in the file. Return whether that was
-        possible.
-        """
+        possible."""
         assert self.past is not None, "it is kept to be read back"
         parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
         events = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.event_parts())
@@ -381,19 +375,18 @@ class Journal:
         self._before = None
         return place
 
-    # --- a fresh file ---
+    # --- a new file ---
 
     def _leave_if_changed(self, before: _Before | None = None) -> bool:
-        """Return whether the file was changed from outside. If so, continue in a new file with all events before the
-        present change.
-        """
+        """Return whether somebody else has changed the file. If so, continue in a new file with all events before the
+        present change."""
         what = self._file.find_change()
         if what:
             self._move(what, before)
         return bool(what)
 
     def _move(self, what: str, before: _Before | None = None) -> None:
-        # an unused name beside the first file: day-2.vrst
+        # an unused name beside the first file, such as day-2.vrst
         names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
         path = next(name for name in names if name != self.path and not os.path.lexists(name))
         old = self._file
@@ -441,10 +434,8 @@ class Journal:
 
 @pause_collector()
 def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookmark:
-    """Return the course of events of a file, with the engine's settings; the clock is at the end of the timeline.
-
-    Raises UsageError if the file is of another robot.
-    """
+    """Return the events of a file together with the engine's settings; the clock is at the end of the timeline. Raises
+    UsageError if the file is of another robot."""
     check_robot(path, recording.model, engine)
     book = Book(
         recording.initial,
@@ -458,9 +449,9 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 
 
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
-    """Raise UsageError if a file is of another robot than the engine's."""
+    """Raise UsageError if a file was written for a robot other than the engine's."""
     ours = engine.model
-    theirs = model._replace(shapes=ours.shapes, collision=ours.collision)  # the shapes of a robot do not matter
+    theirs = model._replace(shapes=ours.shapes, collision=ours.collision)  # differences in shapes are ignored
     if theirs == ours:
         return
     if theirs.name != ours.name:
@@ -477,10 +468,9 @@ def keep_journal(
     together: bool = False,
     reach: WindowSize | None = None,
 ) -> Journal:
-    """Write all changes in the engine's book to a file: a new one, or the one that was read, whose course the engine
-    continues. Each change is synced before it happens. `tell` is called when the file is lost. `reach`: older parts
-    leave memory, and are read from the file. Raises FileError, UsageError, and then releases the file.
-    """
+    """Write all changes in the engine's book to a file: a new one, or one that was read and whose events the engine
+    continues. Each change is synced before it takes effect. `tell` is called if the file is lost. `reach`: older parts
+    are dropped from memory and read from the file. Raises FileError, UsageError; the file is then released."""
     try:
         found, goes_on = it.resumed, None
         if found is not None:

@@ -1,8 +1,6 @@
-"""Read mesh files (STL, OBJ, GLB, DAE) with trimesh, which only this file imports.
-
-A file is read completely before trimesh sees it. Other files are read only for colours: materials and textures beside
-it or below its folder, which are small and local.
-"""
+"""Read mesh files (STL, OBJ, GLB, DAE) with trimesh, which only this module imports. A file is read completely before
+trimesh gets it. Other files are read only for colours: materials and textures beside the file or below its folder,
+which are small and local."""
 
 from __future__ import annotations
 
@@ -24,14 +22,14 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 KINDS = (".stl", ".obj", ".dae", ".glb")
-MAX_MESH_BYTES = 50_000_000  # [B] of a file: no link of an arm has more
-MAX_FACES = 1_000_000  # maximum number of faces in OBJ and GLB, with few bytes each; the largest STL has as many
+MAX_MESH_BYTES = 50_000_000  # [B] maximum size of a file; no mesh of an arm's link is larger
+MAX_FACES = 1_000_000  # maximum number of faces in OBJ and GLB, whose faces take few bytes; the largest STL has as many
 MAX_PIECES = 64  # maximum number of convex pieces of a part or fixture
 MAX_PIECE_POINTS = 4000  # maximum number of points of a convex piece
 COLOUR_KINDS = (".mtl", ".png", ".jpg", ".jpeg", ".tga", ".bmp")  # suffixes of materials and textures
 MAX_TEXTURE_BYTES, MAX_PIXELS = 20_000_000, 20_000_000
-CREASE = 0.6  # [rad] the angle between faces above which their edge is sharp
-DENT = 1e-3  # maximum depth of a face of a convex piece inside its hull, as a fraction of the size of the piece
+CREASE = 0.6  # [rad] minimum angle between faces for a sharp edge
+DENT = 1e-3  # maximum depth of a face inside the hull of its convex piece, as a fraction of the piece's size
 FLAT = 1e-6  # minimum thickness of a solid, as a fraction of its size
 
 
@@ -46,9 +44,8 @@ def load_mesh(path: Path) -> Trimesh:
 
 
 def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
-    """Return the triangles of a file as GLB, in metres and with normals, in the file's colours and textures, otherwise
-    in `colour`. Raises NonexistentFile, FileError, FileDamaged.
-    """
+    """Return the triangles of a file as GLB, in metres and with normals. They have the file's colours and textures, or
+    `colour` if the file has none. Raises NonexistentFile, FileError, FileDamaged."""
     import numpy as np
     from trimesh import Scene
     from trimesh import Trimesh as Surface
@@ -56,7 +53,7 @@ def glb_of(path: Path, scale: Vector, colour: tuple[int, int, int]) -> bytes:
     found = _load_scene(path, coloured=True)
     size, shown = metres_of(found.units) * np.array(scale), Scene()
     for piece in found.dump():
-        piece.apply_transform(np.diag([*size, 1.0]))  # also turns a mirrored piece inside out
+        piece.apply_transform(np.diag([*size, 1.0]))  # this also turns a mirrored piece inside out
         if not _has_texture(piece.visual):
             look = _plain_look(_main_colour(piece.visual) or (*colour, 255))
             shown.add_geometry(Surface(*split_creases(piece), visual=look, process=False))
@@ -70,7 +67,7 @@ def _plain_look(colour: tuple[int, ...]) -> Any:
     """Return a material of one colour (red, green, blue, opacity), visible from both sides."""
     from trimesh import visual
 
-    room: Any = visual  # trimesh has no types for it
+    room: Any = visual  # trimesh has no types for this module
     material = room.material.PBRMaterial(
         baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.6, doubleSided=True
     )
@@ -84,9 +81,8 @@ def _has_texture(visual: Any) -> bool:
 
 
 def _main_colour(visual: Any) -> tuple[int, ...] | None:
-    """Return the colour of a piece (red, green, blue, opacity): of its material, or the mean of its faces; None if the
-    file has none.
-    """
+    """Return the colour of a piece (red, green, blue, opacity): the colour of its material, or the mean of its faces;
+    None if there is none."""
     material = getattr(visual, "material", None)
     if material is not None:
         return tuple(map(int, material.main_color))
@@ -94,9 +90,8 @@ def _main_colour(visual: Any) -> tuple[int, ...] | None:
 
 
 class FilesBeside:
-    """Finds the files that a mesh names: materials and textures, below the parent of the mesh's folder (a package has
-    `meshes` and `textures` beside each other).
-    """
+    """Finds the files that a mesh names: materials and textures below the parent of the mesh's folder (a package has
+    `meshes` and `textures` side by side)."""
 
     def __init__(self, path: Path) -> None:
         self.folder = path.absolute().parent
@@ -114,9 +109,8 @@ class FilesBeside:
 
 
 def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
-    """Return the convex pieces in a file, each as its points in metres. Files of STL, OBJ or DAE without units are in
-    millimetres, GLB in metres. Raises NonexistentFile, FileError, FileDamaged.
-    """
+    """Return the convex pieces in a file, each as its points in metres. Without stated units, STL, OBJ and DAE files
+    are in millimetres, GLB files in metres. Raises NonexistentFile, FileError, FileDamaged."""
     scene = _load_scene(path)
     pieces = scene.dump()
     if not 0 < len(pieces) <= MAX_PIECES:
@@ -129,16 +123,15 @@ def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
 
 
 def metres_of(units: str | None, otherwise: float = 1.0) -> float:
-    """Return the length of a named unit [m]; `otherwise` without a name, as in STL and OBJ files."""
+    """Return the length of a named unit [m]; `otherwise` if there is no name, as in STL and OBJ files."""
     from trimesh.units import unit_conversion
 
     return float(unit_conversion(units, "meters")) if units else otherwise
 
 
 def _load_scene(path: Path, *, coloured: bool = False) -> Any:
-    """Read the scene in a file, with colours and textures if `coloured`. Raises NonexistentFile, FileError,
-    FileDamaged.
-    """
+    """Read the scene in a file; `coloured`: with colours and textures. Raises NonexistentFile, FileError,
+    FileDamaged."""
     check(path)
     kind = path.suffix.lower()[1:]
     if lacking := missing_package(kind):
@@ -148,7 +141,7 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
     try:
         content = path.read_bytes()
         count = content.count(b"\nf ") if kind == "obj" else 0
-        if kind == "glb":  # trimesh allocates what the JSON part claims
+        if kind == "glb":  # trimesh allocates as much memory as the JSON part claims
             length = int.from_bytes(content[12:16], "little")
             count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
         if count > MAX_FACES:
@@ -166,12 +159,12 @@ def _load_scene(path: Path, *, coloured: bool = False) -> Any:
         return found
     except VrsError:
         raise
-    except Exception as error:  # readers of many formats raise many errors
+    except Exception as error:  # readers of many formats raise many kinds of errors
         raise FileDamaged(f"{path}: {str(error) or type(error).__name__}", _WANTED) from None
 
 
 def missing_package(kind: str) -> str:
-    """Return the missing package that a kind of file needs; "" if no package is missing."""
+    """Return the missing package that a kind of file requires; "" if none is missing."""
     if find_spec("trimesh") is None:
         return "trimesh"
     return "pycollada" if kind == "dae" and find_spec("collada") is None else ""
@@ -187,9 +180,8 @@ def _sound(piece: Any) -> bool:
 
 
 def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
-    """Return the size of a mesh file [B]. Raises NonexistentFile, FileError for files that are large, remote or no
-    mesh.
-    """
+    """Return the size of a mesh file [B]. Raises NonexistentFile, and FileError for files that are too large, remote,
+    or no meshes."""
     if path.suffix.lower() not in KINDS:
         raise FileError(f"{path}: no mesh", f"its name ends in {', '.join(KINDS)}")
     if str(path).startswith(("//", "\\\\")):
@@ -206,9 +198,8 @@ def check(path: Path, largest: int = MAX_MESH_BYTES) -> int:
 
 
 def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """Return vertices (N, 3) and faces (M, 3) of a mesh with sharp edges: faces that meet at an angle above CREASE
-    share no corners.
-    """
+    """Return the vertices (N, 3) and faces (M, 3) of a mesh with sharp edges: faces that meet at an angle above CREASE
+    share no vertices."""
     import numpy as np
 
     found.update_faces(found.nondegenerate_faces(height=0.0))
@@ -219,7 +210,7 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
         for both in found.face_adjacency[smooth].T
     )
     labels = np.arange(faces.size)
-    while True:  # equal corners get the smallest of their numbers
+    while True:  # equal corners get the smallest of their indexes
         least = np.minimum(labels[one], labels[other])
         after = labels.copy()
         np.minimum.at(after, one, least)
@@ -235,7 +226,8 @@ def split_creases(found: Trimesh) -> tuple[NDArray[np.float64], NDArray[np.uint3
 
 
 def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
-    """Return the points of a convex piece [m]. Raises FileDamaged for a piece that is concave, flat or too fine."""
+    """Return the points of the hull of a convex piece [m]. Raises FileDamaged for a piece that is concave, flat or too
+    fine."""
     import numpy as np
 
     used = np.unique(piece.faces)
@@ -251,9 +243,8 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
 
 
 def _dents(piece: Trimesh, points: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[float]:
-    """Yield for each face how far points lie outside its plane; the inner side is the side of the mean of
-    all points.
-    """
+    """Yield, for each face, how far points lie outside its plane. The inner side of the plane is the side of the mean
+    of all points."""
     import numpy as np
 
     corners = piece.vertices[piece.faces]

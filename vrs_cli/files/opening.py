@@ -1,9 +1,7 @@
-"""Open files without hanging, and only inside the folder of a session if the folder is closed.
-
-Opening a pipe waits for its other end, perhaps for ever, and a device may never end. A name is checked when it is
-given. A file is checked again after it is opened, so that a link or a pipe that has replaced it meanwhile is not
-followed, if the system supports that (`dir_fd`, O_NOFOLLOW: all but Windows).
-"""
+"""Open files without blocking, and only inside the folder of a session if that folder is closed. Opening a pipe waits
+for its other end, perhaps for ever, and a device may never end. A name is checked when it is given. A file is checked
+again after it is opened, so that a link or a pipe that has replaced it meanwhile is not followed, on systems that
+support this (`dir_fd`, O_NOFOLLOW: all but Windows)."""
 
 from __future__ import annotations
 
@@ -21,8 +19,8 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
-FIRST = 4096  # bytes
-PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # how long to wait for the other end of a pipe, and the pause between attempts
+FIRST = 4096  # number of bytes
+PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] maximum wait for the other end of a pipe, and pause between attempts
 V = TypeVar("V")
 
 
@@ -33,13 +31,13 @@ def unreadable(path: Path, error: OSError) -> FileError:
 
 
 def reason(error: OSError) -> str:
-    """Return the system's reason in lower case, for the middle of a sentence."""
+    """Return the system's reason for an error in lower case, for use inside a sentence."""
     text = error.strerror or str(error)
     return text[:1].lower() + text[1:]
 
 
 def stamp(path: Path) -> tuple[int, ...]:
-    """Return a value that changes whenever the file changes; empty if there is no file."""
+    """Return a value that changes whenever the file changes; an empty value if there is no file."""
     try:
         there = os.stat(path)
     except OSError:
@@ -56,7 +54,7 @@ def text_of(content: bytes) -> str:
 
 
 def text_at(path: str, most: int = -1) -> str:
-    """Read a text file in UTF-8 of at most `most` bytes, -1: any number. Raises NonexistentFile."""
+    """Read a text file in UTF-8 of at most `most` bytes; -1: of any size. Raises NonexistentFile."""
     try:
         with open_to_read(Path(path)) as stream:
             content = stream.read(most + 1 if most >= 0 else -1)
@@ -74,7 +72,7 @@ def open_to_read(path: Path) -> BinaryIO:
     if stat.S_ISFIFO(it.st_mode):
         return BufferedReader(_Pipe(path))
     device = stat.S_ISCHR(it.st_mode) or stat.S_ISBLK(it.st_mode)
-    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # the null device is empty
+    if device and it.st_rdev != os.stat(os.devnull).st_rdev:  # the null device counts as empty
         with path.open("rb", buffering=0) as stream:
             if not stream.isatty():
                 raise OSError(errno.EINVAL, "it is a device")
@@ -91,7 +89,7 @@ def open_to_write(path: Path) -> BinaryIO:
 
 
 def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
-    """Call `act` until it returns a value, for PIPE_WAIT_S at most. Raises OSError."""
+    """Call `act` until it returns a value, for at most PIPE_WAIT_S. Raises OSError."""
     ends = time.monotonic() + PIPE_WAIT_S
     while (made := act()) is None:
         if time.monotonic() > ends:
@@ -101,7 +99,7 @@ def _wait_for(act: Callable[[], V | None], why_not: str) -> V:
 
 
 class _Pipe(RawIOBase):
-    """A pipe that is read. Only reading shows whether it has a writer, so its first bytes are stored."""
+    """A pipe that is being read. Only reading shows whether it has a writer, so the first bytes read are kept."""
 
     def __init__(self, path: Path) -> None:
         self._handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
@@ -113,7 +111,7 @@ class _Pipe(RawIOBase):
         os.set_blocking(self._handle, True)
 
     def _first_bytes(self) -> bytes | None:
-        """Return the first bytes, b"" if the writer has not written yet; None if there is no writer."""
+        """Return the first bytes; b"" if the writer has not written yet, None if there is no writer."""
         try:
             return os.read(self._handle, FIRST) or None
         except BlockingIOError:
@@ -148,7 +146,7 @@ def _written_into(path: Path) -> int | None:
 
 
 def neighbours(path: Path) -> list[str]:
-    """Return the names in the file's folder; none if the folder cannot be read."""
+    """Return the names in the file's folder; no names if the folder cannot be read."""
     try:
         return os.listdir(path.parent)
     except OSError:
@@ -158,8 +156,8 @@ def neighbours(path: Path) -> list[str]:
 # --- folders ---------------------------------------------------------------------------------------------------------
 
 
-AUXILIARY = (".lock", ".part")  # the endings of hidden files beside a file that is being written
-MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000  # systems allow 255 and 4096, and vrs lengthens names
+AUXILIARY = (".lock", ".part")  # suffixes of hidden files beside a file that is being written
+MAX_NAME_BYTES, MAX_PATH_BYTES = 240, 4000  # maximum lengths: systems allow 255 and 4096, and vrs lengthens names
 ONLY_INSIDE = "programs have the files of the folder they run in, and those below it"
 GOOD = "data/log.txt is good everywhere"
 NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -173,18 +171,16 @@ SPECIAL = frozenset('<>:"|?*\\/')
 
 
 class Folder(Struct, frozen=True):
-    """The folder that names are relative to. `closed`: files outside it cannot be used, nor links, devices and pipes
-    inside it. `disclosed`: users of a closed folder may know its path, and names of files in it may be absolute.
-    """
+    """The folder to which names are relative. `closed`: files outside it cannot be used, nor links, devices and pipes
+    inside it. `disclosed`: users of a closed folder may know its path, and names of files in it may be absolute."""
 
     root: Path = Path()
     closed: bool = False
     disclosed: bool = False
 
     def path(self, name: str, *, pattern: bool = False) -> Path:
-        """Return the path of a name that is typed at the prompt; `pattern`: the name may end in one, such as *.v2.
-        Raises FileError, FileOutside.
-        """
+        """Return the path for a name typed at the prompt. `pattern`: the name may end in a pattern such as *.v2. Raises
+        FileError, FileOutside."""
         if self.closed:
             return self.inside(name, pattern=pattern)
         path = self.root / os.path.expanduser(name)
@@ -192,7 +188,7 @@ class Folder(Struct, frozen=True):
         return path
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
-        """Return the path of a name in a program, which cannot leave the folder. Raises FileOutside."""
+        """Return the path for a name in a program; it cannot lead out of the folder. Raises FileOutside."""
         if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
             name = Path(name.strip()).relative_to(here).as_posix()
         parts = [part for part in name.strip().split("/") if part not in ("", ".")]
@@ -251,9 +247,8 @@ class Folder(Struct, frozen=True):
 
     @contextmanager
     def parent(self, path: Path) -> Iterator[int | None]:
-        """Open the folder of a file, so that renaming cannot redirect names in it. Yield None if the folder is not
-        closed, or the system cannot do that. Raises OSError, FileOutside.
-        """
+        """Open the folder of a file, so that renaming folders cannot redirect names in it. Yield None if the folder is
+        not closed, or if the system does not support this. Raises OSError, FileOutside."""
         if not (self.closed and PINNED):
             yield None
             return
@@ -271,12 +266,12 @@ class Folder(Struct, frozen=True):
             os.close(handle)
 
     def check(self, path: Path) -> None:
-        """Raise FileOutside if the path to a file has a link, a device or a pipe."""
+        """Raise FileOutside if the path to a file contains a link, a device or a pipe."""
         if self.closed and (refused := self._refusal(path)):
             raise refused
 
     def check_open(self, path: Path, handle: int) -> None:
-        """Raise FileOutside if an open file is not the one at the path, because of a link."""
+        """Raise FileOutside if an open file is not the file at the path, because a link was followed."""
         with self.parent(path) as parent:
             if parent is None:
                 return
@@ -300,7 +295,7 @@ WILD = {ord(character): "_" for character in "*?[]"}
 
 
 def _strange(path: Path) -> str:
-    """Return the kind of object at a path if it is neither a file nor a folder; otherwise ""."""
+    """Return the kind of the object at a path if it is neither a file nor a folder; otherwise ""."""
     try:
         mode = path.lstat().st_mode
     except OSError:
@@ -311,7 +306,7 @@ def _strange(path: Path) -> str:
 
 
 def check_length(path: Path) -> None:
-    """Raise FileError for a path that no system can look up."""
+    """Raise FileError for a path that is too long for any system."""
     text = str(path)
     if "\0" in text:
         raise FileError(repr(text), "a name cannot hold the character 0")
@@ -326,7 +321,7 @@ def _size(text: str) -> int:
 
 
 def wrong_name(name: str) -> str:
-    """Return why a file cannot have a name on every system; "" if the name is allowed."""
+    """Return why a name is not allowed as a file name on every system; "" if it is allowed."""
     stem = name.partition(".")[0].rstrip(" ").lower()
     if stem in DEVICES:
         return f"{stem.upper()} is a device on Windows"

@@ -1,6 +1,5 @@
 """Read earlier parts back from a journal: a growing file, the file positions of its rows, and the restart from a
-checkpoint.
-"""
+checkpoint."""
 
 from __future__ import annotations
 
@@ -36,9 +35,7 @@ ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 
 class GrowingFile:
     """An existing file that grows; `size`: its expected size [B]. A device or a pipe accepts data and stores nothing.
-
-    Methods raise OSError, the constructor FileOpened if somebody else writes the file under another name.
-    """
+    Methods raise OSError; the constructor raises FileOpened if another writer uses the file under another name."""
 
     def __init__(self, path: Path) -> None:
         self.path, self._handle = path, os.open(path, ADDING)
@@ -51,7 +48,7 @@ class GrowingFile:
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def find_change(self) -> str:
-        """Return how others have changed the file; "" if they have not."""
+        """Return how somebody else has changed the file; "" if nobody has."""
         if self._special:
             return ""
         try:
@@ -71,7 +68,7 @@ class GrowingFile:
         return ""
 
     def add(self, data: bytes, *, durable: bool) -> None:
-        """Append all of the data or, after an error or Ctrl-C, none of it. `durable`: sync the file."""
+        """Append all of the data or, after an error or Ctrl-C, none of it. `durable`: also sync the file."""
         try:
             rest = memoryview(data)
             while rest:
@@ -86,9 +83,9 @@ class GrowingFile:
             raise
 
     def read(self, place: int, size: int) -> bytes:
-        """Read `size` bytes from a file position on, fewer at the end. May be called in any thread."""
+        """Read `size` bytes from a file position on; fewer at the end of the file. May be called in any thread."""
         with self._reading:
-            os.lseek(self._handle, place, os.SEEK_SET)  # O_APPEND adds at the end anyway
+            os.lseek(self._handle, place, os.SEEK_SET)  # O_APPEND writes at the end in any case
             return os.read(self._handle, size)
 
     def sync(self) -> None:
@@ -105,24 +102,24 @@ class GrowingFile:
         self.size, self._torn = size, False
 
     def close(self) -> None:
-        """Close the file. Closing it twice does nothing more."""
+        """Close the file. A second call has no effect."""
         handle, self._handle = self._handle, -1
         if handle >= 0:
             os.close(handle)
 
 
-# --- the past --------------------------------------------------------------------------------------------------------
+# --- earlier parts ---------------------------------------------------------------------------------------------------
 
 
-CHUNK = 1 << 16  # number of bytes read at once
-CACHED_ROWS = 32  # number of rows, and of parts of deltas, that a process keeps in memory after reading
+CHUNK = 1 << 16  # number of bytes read at a time
+CACHED_ROWS = 32  # maximum number of rows, and of parts of deltas, kept in memory after reading
 HAND_KEY = b'"hand":'  # key of the hand in the record of a motion
-MAX_CHECKSUM_BYTES = 64  # maximum length of the checksum at the end of a line [B]
+MAX_CHECKSUM_BYTES = 64  # [B] maximum length of the checksum at the end of a line
 V = TypeVar("V")
 
 
 class JournalLine(NamedTuple):
-    """A line without its checksum, and its begin and end in the file."""
+    """A line without its checksum, and its start and end in the file."""
 
     record: bytes
     place: int
@@ -131,14 +128,14 @@ class JournalLine(NamedTuple):
 
 class Past:
     """Reads a journal back. `places`: the file position of the line of each PART-th delta; `checkpoint`: the file
-    position of the last checkpoint. If a journal moves, `file` becomes another file with the same lines.
-    """
+    position of the last checkpoint. If the journal moves to another file, `file` becomes that file, which has the same
+    lines."""
 
     def __init__(
         self, file: GrowingFile, form: Form, places: Iterable[int] = (), checkpoint: int | None = None
     ) -> None:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
-        self._read_to, self._motions = 0, Motions()  # how many deltas were read in order, and their motions
+        self._read_to, self._motions = 0, Motions()  # number of deltas that were read in order, and their motions
 
     @lru_cache(CACHED_ROWS)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
     def row(self, place: int) -> Row:
@@ -147,18 +144,16 @@ class Past:
 
     @lru_cache(CACHED_ROWS)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
-        """Return the deltas from number `first`, which begins a part, up to but not including `last`.
-        Raises FileError.
-        """
+        """Return the deltas from number `first`, which begins a part, up to `last` exclusive. Raises FileError."""
         return self._read(lambda: self._read_deltas(first, last))
 
     def _read(self, read: Callable[[], V]) -> V:
-        """Read from the file; if the journal has moved meanwhile, again from its new file. Raises FileError."""
+        """Read from the file; if the journal has moved meanwhile, read again from its new file. Raises FileError."""
         file = self.file
         try:
             return read()
         except (OSError, RecordError) as error:
-            if self.file is not file:  # the journal has moved meanwhile
+            if self.file is not file:  # the journal has moved to another file meanwhile
                 return self._read(read)
             what = f"{self.file.path}: what it has of earlier times cannot be read ({error})"
             raise FileError(what, "a copy of the file helps, if there is one") from error
@@ -166,7 +161,7 @@ class Past:
     def _read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         try:
             return list(self._deltas(first, last, Motions()))
-        except RecordError:  # an older vrs wrote it, and its lines refer to motions described before the part
+        except RecordError:  # written by an older vrs: its lines refer to motions described before the part
             if self._read_to != first:
                 self._read_to, self._motions = 0, Motions()
                 for _ in self._deltas(0, first, self._motions):
@@ -189,7 +184,7 @@ class Past:
 
 
 class KeptRow(Struct, frozen=True):
-    """A row in a journal."""
+    """A row that is stored in a journal."""
 
     past: Past
     place: int
@@ -199,9 +194,8 @@ class KeptRow(Struct, frozen=True):
 
 
 def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
-    """Yield the lines from a file position on, which follows a line with a checksum; an incomplete last line is
-    omitted. Raises RecordError for a line that was changed.
-    """
+    """Yield the lines from a file position on; the line before that position must have a checksum. An incomplete last
+    line is omitted. Raises RecordError for a line that was changed."""
     checksums = _checksums(file, place)
     data, begin = b"", place
     while chunk := file.read(begin + len(data), CHUNK):
@@ -229,13 +223,13 @@ def _checksums(file: GrowingFile, place: int) -> wire.Checksums:
     return wire.Checksums.after(file.read(max(place - MAX_CHECKSUM_BYTES, 0), min(place, MAX_CHECKSUM_BYTES)))
 
 
-# --- going on ---------------------------------------------------------------------------------------------------
+# --- restarting -------------------------------------------------------------------------------------------------
 
 
 class Resumed(Struct, frozen=True):
-    """The course of events in a journal. `size`: the bytes of whole lines; `checksum`: of the last line. `version`: of
-    the checkpoint that was read; `measured`: all reports of the body.
-    """
+    """The events in a journal, for continuing it. `size`: the number of bytes of complete lines; `checksum`: the
+    checksum of the last line. `version`: the version of the checkpoint that was read; `measured`: all reports of the
+    body."""
 
     model: RobotModel
     book: Book
@@ -248,12 +242,11 @@ class Resumed(Struct, frozen=True):
 
 def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
     """Read a journal from the last checkpoint that has at least `changes` changes after it. Return None if no such
-    checkpoint exists or can be read; the whole file must be read then.
-    """
+    checkpoint exists or can be read; then the whole file must be read."""
     try:
         place = _last_checkpoint(file)
         after = 0 if place is None else sum(wire.has_delta(line.record) for line in lines(file, place))
-        version = None  # the version of the following checkpoint
+        version = None  # version of the checkpoint after this one
         while place is not None:
             record = decode(_line(file, place).record, wire.CheckpointRecord)
             after += 0 if version is None else version - record.checkpoint
@@ -276,7 +269,7 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
         if last_end < 0 and (at := data.rfind(b"\n")) >= 0:
             last_end = begin + at
         found = data.rfind(mark)
-        if begin + found == last_end:  # the checkpoint has no end
+        if begin + found == last_end:  # the checkpoint is incomplete
             found = data.rfind(mark, 0, found)
         if found >= 0:
             return begin + found + 1
@@ -285,7 +278,7 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
 
 
 def _has_older_hand(file: GrowingFile) -> bool:
-    """Return whether motions of a journal may give the opening of the hand, as in older files."""
+    """Return whether motions in a journal may contain the opening of the hand, as in older files."""
     begin, overlap, is_header = 0, b"", True
     while chunk := file.read(begin, CHUNK):
         begin += len(chunk)
@@ -322,7 +315,7 @@ def _resume_at(file: GrowingFile, place: int, record: wire.CheckpointRecord) -> 
             (known if line.place < place else new).append(delta)
             if line.place > place and not delta.version % PART:
                 past.places.append(line.place)
-    unknown = [None] * len(new)  # commands that were undone before the checkpoint; REDO after it can repeat them
+    unknown = [None] * len(new)  # commands that were undone before the checkpoint; a REDO after it can repeat them
     history = History(undone=unknown, forgotten=record.commands)
     timeline = Timeline.of_parts(_parts(record, past), record.checkpoint, _event_parts(record, file))
     book = Book(
@@ -373,7 +366,7 @@ def _parts(record: wire.CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row
 
 
 def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[OffsetNode[EventRow]]:
-    """Read the events, which all stay in memory. Raises RecordError."""
+    """Read the events; all of them stay in memory. Raises RecordError."""
     rows: dict[int, EventRow] = {}
     for it in record.events:
         row = rows.get(it.place)
@@ -386,7 +379,8 @@ def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[O
 
 
 def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> wire.PartRecord:
-    """Return the record of a part of a row in a journal; the timeline has its times `offset` [s] later."""
+    """Return the record of a part of a row in a journal. In the timeline, the times of that part are `offset` [s]
+    later."""
     kept = leaf.row.kept
     place = kept.place if isinstance(kept, KeptRow) else kept
     assert isinstance(place, int), "the row is in a journal"

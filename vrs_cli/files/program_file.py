@@ -1,9 +1,6 @@
-"""Program files (.v2): find them and decode their bytes. Also recovery files, which keep programs that are only in a
-shell's memory.
-
-A shell with unsaved programs writes a recovery file and holds a lock beside it, which the system frees when the shell
-ends in any way. So a file with a free lock was left by a shell that was killed.
-"""
+"""Program files (.v2): find them and decode their bytes. Also recovery files, which keep programs that exist only in a
+shell's memory. A shell with unsaved programs writes a recovery file and holds a lock beside it; the system frees that
+lock when the shell ends in any way. So a recovery file with a free lock was left by a shell that was killed."""
 
 from __future__ import annotations
 
@@ -25,17 +22,15 @@ from vrs_cli.language.words.values import key_of
 
 EXTENSION = ".v2"
 PROGRAM_SUFFIXES = (".v2", ".pg")  # suffixes of program files
-MAX_NEIGHBOURS = 1000  # maximum number of files of a folder that are searched for programs
+MAX_NEIGHBOURS = 1000  # maximum number of files in a folder that are searched for programs
 
-MAX_PROGRAM_BYTES = 64 * 2**20  # maximum size of a program file [B]
+MAX_PROGRAM_BYTES = 64 * 2**20  # [B] maximum size of a program file
 
 
 def read_program_file(path: str | Path, within: Folder = FREE) -> str:
-    """Read a program file, with `.v2` added if only that file exists; line ends become newlines.
-
-    The text is UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, which can be any bytes; readers report
-    invalid characters. Raises NonexistentFile, FileError and, if it is too long, FileDamaged.
-    """
+    """Read a program file; if only the name with `.v2` exists, read that file. Line ends become newlines. The text is
+    UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, in which all bytes are valid; callers report invalid
+    characters. Raises NonexistentFile, FileError and, if it is too long, FileDamaged."""
     found = find_program_file(path)
     try:
         with (FREE if is_sample(found) else within).open_to_read(found) as stream:
@@ -46,9 +41,9 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
 
 
 def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path, str] | None:
-    """Return the cell file of a program, and the file that names it: the comment `; cell: FILE` above the first
-    program, relative to `folder`, otherwise NAME.toml beside NAME.v2. Raises FileOutside.
-    """
+    """Return the cell file of a program, and the file that names it. The cell file is named by the comment `; cell:
+    FILE` above the first program, relative to `folder`; without a comment it is NAME.toml beside NAME.v2. Raises
+    FileOutside."""
     named, span = named_above(text, "cell") or (None, None)
     if named is not None and span is not None:
         return folder.path(named), f"{path or 'standard input'}:{span.line}"
@@ -57,12 +52,11 @@ def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path,
 
 
 def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str]:
-    """Return the texts of a file and of all files that comments `; with: FILE` name above a first program, by path.
-    Names are relative to the naming file. `closed`: they must be in its folder, and no links. Raises NonexistentFile,
-    FileOutside, FileError, FileDamaged.
-    """
+    """Return, by path, the texts of a file and of all files named by comments `; with: FILE` above a first program.
+    Names are relative to the file that contains the comment. `closed`: these files must be in its folder, and links are
+    not allowed. Raises NonexistentFile, FileOutside, FileError, FileDamaged."""
     found, known, waiting = {path: text}, {os.path.realpath(path)}, [path]
-    for here in waiting:  # the list grows
+    for here in waiting:  # the loop appends to this list
         for name, span in files_named_above(found[here]):
             try:
                 folder = Folder(here.parent, closed=closed)
@@ -77,7 +71,7 @@ def project_of(path: Path, text: str, *, closed: bool = False) -> dict[Path, str
 
 
 def programs_beside(path: Path) -> dict[str, str]:
-    """Return the keys of programs in the other program files of the folder, each with the name of its file."""
+    """Return the keys of the programs in the other program files of the folder, each with the name of its file."""
     found: dict[str, str] = {}
     for name in sorted(neighbours(path))[:MAX_NEIGHBOURS]:
         if name.lower().endswith(PROGRAM_SUFFIXES) and name != path.name:
@@ -100,11 +94,8 @@ def decode_program(name: str, data: bytes) -> str:
 
 
 def find_program_file(path: str | Path, samples: Folder | None = None) -> Path:
-    """Return the file of that name, or with `.v2` or `.V2` added. `samples`: in this folder, a name without a file may
-    name a sample program.
-
-    Raises NonexistentFile, FileError.
-    """
+    """Return the file with that name, or with `.v2` or `.V2` added. `samples`: in this folder, a name without a file
+    may be the name of a sample program. Raises NonexistentFile, FileError."""
     named = Path(path)
     check_length(named)
     for suffix in ("", EXTENSION, EXTENSION.upper()):
@@ -131,7 +122,7 @@ def is_sample(path: Path) -> bool:
 
 
 def _near(path: Path) -> str:
-    """Return a hint for a missing file: the file of the folder with a similar name."""
+    """Return a hint for a missing file: a file in the folder with a similar name."""
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
@@ -143,18 +134,17 @@ def _near(path: Path) -> str:
 
 
 KEPT, DECLINED = "unstored-", "declined-"
-KEEP_DECLINED_S = 30 * 86_400.0  # how long a declined file is kept [s]
+KEEP_DECLINED_S = 30 * 86_400.0  # [s] how long a declined file is kept
 PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
 
 
 class Recovery:
-    """The recovery file of one shell, created when there is something to write. Raises nothing: if the file cannot be
-    created, there is none. One thread writes, because syncing may be slow; of several texts that arrive meanwhile it
-    writes only the last.
-    """
+    """The recovery file of one shell; it is created when there is something to write. No errors are raised: if the file
+    cannot be created, there is no recovery. A thread does the writing, because syncing may be slow; if several texts
+    arrive meanwhile, it writes only the last one."""
 
     def __init__(self, folder: Path) -> None:
-        from concurrent.futures import ThreadPoolExecutor  # late: most commands keep nothing
+        from concurrent.futures import ThreadPoolExecutor  # imported here because most commands keep no recovery file
 
         self._folder = folder
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recovery")
@@ -173,7 +163,7 @@ class Recovery:
         self._writer.submit(self._remove).result()
 
     def wait(self) -> None:
-        """Wait until all is written."""
+        """Wait until everything is written."""
         self._writer.submit(lambda: None).result()
 
     # --- in the thread ---
@@ -200,7 +190,7 @@ class Recovery:
 
 
 class LeftFile(Struct, frozen=True):
-    """A recovery file that a shell has left, locked until `remove` or `decline`."""
+    """A recovery file left by a killed shell; locked until `remove` or `decline`."""
 
     path: Path
     written: datetime
@@ -214,7 +204,7 @@ class LeftFile(Struct, frozen=True):
         self.held.release()
 
     def decline(self) -> Path:
-        """Rename the file, so that no shell asks about it again. Return its new path."""
+        """Rename the file, so that no shell offers it again. Return its new path."""
         place = self.path.with_name(self.path.name.replace(KEPT, DECLINED, 1))
         with suppress(OSError):
             self.path.rename(place)
@@ -223,14 +213,12 @@ class LeftFile(Struct, frozen=True):
 
 
 def recovery_files(folder: Path) -> list[Path]:
-    """Return the recovery files of shells that run or were killed."""
+    """Return the recovery files of shells, both running and killed."""
     return list(folder.glob(f"{KEPT}*{EXTENSION}"))
 
 
 def left_files(folder: Path) -> list[LeftFile]:
-    """Return the files that killed shells have left, the oldest first. Old declined files are removed, unreadable ones
-    ignored.
-    """
+    """Return the files left by killed shells, the oldest first. Remove old declined files; skip unreadable ones."""
     for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > KEEP_DECLINED_S:
@@ -240,7 +228,7 @@ def left_files(folder: Path) -> list[LeftFile]:
 
 
 def _lock_left(path: Path) -> LeftFile | None:
-    """Return a file with its lock; None if its shell still runs."""
+    """Return a recovery file with its lock; None if its shell is still running."""
     with suppress(OSError, FileError):
         held = hold(_mark(path))
         try:
@@ -255,5 +243,6 @@ def _lock_left(path: Path) -> LeftFile | None:
 
 
 def _mark(path: Path) -> Path:
-    """Return the path that is locked while the shell runs; the file itself is locked only while it is written."""
+    """Return the path of the lock that is held while the shell runs; the recovery file itself is locked only while it
+    is written."""
     return path.with_suffix(".shell")

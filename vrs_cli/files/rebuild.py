@@ -1,4 +1,4 @@
-"""Rebuild the timeline and the history of a file from its deltas, and find their faults."""
+"""Rebuild the timeline and the command history of a file from its deltas, and find faults in them."""
 
 from __future__ import annotations
 
@@ -59,9 +59,8 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
 
 
 class LoadedTimeline:
-    """A timeline while the deltas of its file are applied: appended segments are collected in a list, and added to the
-    rope together. `_last` is the last segment of the list, or of the timeline if the list is empty.
-    """
+    """A timeline while the deltas of its file are being applied. Appended segments are collected in a list, and added
+    to the rope together. `_last` is the last segment of the list, or of the timeline if the list is empty."""
 
     def __init__(self, timeline: Timeline) -> None:
         self._timeline, self._last, self._version = timeline, timeline[len(timeline) - 1], timeline.version
@@ -69,7 +68,7 @@ class LoadedTimeline:
         self._count = len(timeline)
 
     def timeline(self) -> Timeline:
-        """Return the timeline after all deltas that were applied."""
+        """Return the timeline after all deltas applied so far."""
         if self._version != self._timeline.version:
             self._timeline = self._timeline.append(self._appended, self._version)
             self._appended = []
@@ -104,17 +103,15 @@ class LoadedTimeline:
 
 
 class OlderHand:
-    """Makes hand events from the motions of an older file, in which each motion gives the opening of the hand.
-
-    In a file with events in its deltas only the motions before the first of these are older. `found`: a motion has
-    opened the hand, so a delta with events must follow if the file is continued.
-    """
+    """Makes hand events from the motions of an older file, in which each motion contains the opening of the hand. If a
+    file has events in its deltas, only the motions before the first of these are older. `found`: a motion has opened
+    the hand, so a delta with events must follow if the file is continued."""
 
     def __init__(self) -> None:
         self.found, self._ended = False, False
 
     def initial(self, segments: Sequence[Segment]) -> Timeline:
-        """Return the first timeline."""
+        """Return the first timeline, with the events of its motions."""
         return Timeline(segments, events=list(_openings(segments, 0.0)))
 
     def read(self, loaded: LoadedTimeline, delta: TimelineDelta) -> TimelineDelta:
@@ -142,9 +139,8 @@ class OlderHand:
 
 
 def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
-    """Yield an event for each segment that begins with another opening of the hand than the previous segment; `before`:
-    the opening before the first one.
-    """
+    """Yield an event for each segment whose hand opening differs from that of the previous segment. `before`: the
+    opening before the first segment."""
     for segment in segments:
         motion = segment.motion
         if motion.hand != before:
@@ -153,9 +149,8 @@ def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
 
 
 def _event_of(timeline: Timeline, index: int) -> int:
-    """Return the number of events that belong to segments before that number; each event is at the start of its
-    segment.
-    """
+    """Return the number of events that belong to segments before the given segment number; each event is at the start
+    of its segment."""
     start = timeline[index - 1].start
     count = timeline.events_by(start, before=True)
     known = set[int]()
@@ -170,32 +165,31 @@ def _event_of(timeline: Timeline, index: int) -> int:
 
 
 def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behind: Iterable[float] = ()) -> None:
-    """Raise RecordError if segments overlap in time with each other, or with the times `before` and `behind` them."""
+    """Raise RecordError if segments overlap in time with each other, or extend beyond the times `before` and
+    `behind`."""
     edges = (*before, *(edge for segment in segments for edge in (segment.start, segment.finish)), *behind)
     if not all(earlier <= later for earlier, later in pairwise(edges)):
         raise RecordError("the segments overlap in time")
 
 
-# --- what can be undone ------------------------------------------------------------------------------------------
+# --- the command history -----------------------------------------------------------------------------------------
 
 
 def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
     """Return the history after a list of deltas: the commands in effect and the commands undone last, as if they had
-    just been given.
-
-    The targets of a stream have one motion and are one command. A file does not store the clock: UNDO goes back to the
-    issue time of a command, REDO to the end of the timeline.
-    """
+    just been given. The targets of a stream share one motion and count as one command. A file does not store the clock:
+    UNDO sets it to the issue time of a command, REDO to the end of the timeline."""
     history = History()
     loaded_forward(history, initial, deltas, 0)
     return history
 
 
 def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
-    """Return the timeline after more deltas, and add these to the history. `number`: the number of the last motion."""
+    """Return the timeline after more deltas, and add their commands to the history. `number`: the number of the last
+    motion."""
     streaming = False
     for delta in deltas:
-        goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # one more target of the stream
+        goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # a further target of the same stream
         if streaming and not goes_on:
             history.lengthen_last(timeline)
         streaming = goes_on
@@ -219,13 +213,12 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
 # --- faults ----------------------------------------------------------------------------------------------------------
 
 
-HEADER = 1  # the line number of the header
+HEADER = 1  # line number of the header
 
 
 def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]) -> Iterator[Fault]:
-    """Yield the faults of a trajectory: goals beyond a range; and times at which the final timeline jumps, leaves a
-    range or exceeds a limit. `lines`: the line numbers of the deltas.
-    """
+    """Yield the faults of a trajectory: goals out of range, and times at which the final timeline jumps, leaves a range
+    or exceeds a limit. `lines`: the line numbers of the deltas."""
     import numpy as np
 
     from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
@@ -246,9 +239,8 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 def in_lines(
     found: Iterable[Breach], timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]
 ) -> Iterator[Fault]:
-    """Yield a fault for each breach of a timeline, with the last line that made one of the segments around it, or that
-    cut the first of these off at its present end.
-    """
+    """Yield a fault for each breach of a timeline. Its line is the last one that made a segment around the breach, or
+    that cut the first of these segments off at its present end."""
     for breach in found:
         neighbours = [timeline[index] for index in (breach.index - 1, breach.index) if index >= 0]
         made = (

@@ -1,8 +1,7 @@
 """Write the memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES), with the comments and blank
-lines of the loaded files where they were. Comments inside a program belong to it. A layout holds the other comments:
-lines before a program or a section, lines before a variable of a section and the comment on its line, and the lines
-after the last part of a file.
-"""
+lines of the loaded files at their old positions. Comments inside a program belong to the program. A layout contains the
+other comments: lines before a program or a section, lines before a variable of a section, the comment on a variable's
+line, and the lines after the last part of a file."""
 
 from __future__ import annotations
 
@@ -27,11 +26,12 @@ from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.numbers import Value
 
 Loose = Comment | BadLine  # a line outside programs and sections
-EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its indexes
+EntryKey = tuple[str, tuple[float, ...]]  # a variable, by its key and indexes
 
 
 class EntryComments(Struct, frozen=True):
-    """The comments of a variable in a section: the lines before it (None: blank), and the comment on its line."""
+    """The comments of a variable in a section: the lines before it (None for a blank line), and the comment on its own
+    line."""
 
     before: tuple[str | None, ...] = ()
     comment: str | None = None
@@ -75,22 +75,22 @@ class Layout(Struct, frozen=True):
         return cls(parts, entries, ends, tuple(loose))
 
     def with_file(self, other: Layout) -> Layout:
-        """Return the layout after another file was loaded."""
+        """Return the layout after another file has been loaded."""
         entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
         return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
     def with_renamed(self, old: str, new: str) -> Layout:
-        """Return the layout after a program was renamed."""
+        """Return the layout after a program has been renamed."""
         parts = dict(self.parts)
         parts[key_of(new)] = parts.pop(key_of(old), ())
         return replace(self, parts=parts)
 
     def with_part(self, key: str, before: Iterable[Loose]) -> Layout:
-        """Return the layout with these lines before a program; no lines if it is deleted."""
+        """Return the layout with these lines before a program; without lines if the program is deleted."""
         return replace(self, parts={**self.parts, key: tuple(before)})
 
     def laid_out(self, parts: Iterable[Program | Section]) -> Iterator[Program | Section | Loose]:
-        """Yield programs and sections with the lines that belong to them; the first line is not blank."""
+        """Yield programs and sections with the lines that belong to them. The first line of all is not blank."""
         begun = False
         for part in parts:
             for line in self.parts.get(_part_key(part), ()):
@@ -121,11 +121,11 @@ def _entry_key(entry: Entry) -> EntryKey:
 
 
 NO_LAYOUT = Layout()
-NOWHERE = Span(0, 0, 0)  # the span of stored parts, which have no position in a file
+NOWHERE = Span(0, 0, 0)  # span of stored parts, which have no position in a file
 
 
 class MemoryPart(Enum):
-    """A part of the memory; `value`: the extension of a file that holds only this part."""
+    """A part of the memory. `value`: the extension of a file that contains only this part."""
 
     PROGRAMS = ".pg"
     LOCATIONS = ".lc"
@@ -163,11 +163,8 @@ def store(
 def choose_parts(
     environment: Memory, what: Collection[MemoryPart] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
-    """Return the parts to write. With `programs`: only these, the programs that they call, and the variables that they
-    all use.
-
-    Raises UndefinedName.
-    """
+    """Return the parts to write. With `programs`: only these programs, the programs that they call, and the variables
+    that all of them use. Raises UndefinedName."""
     found = with_called(environment, programs) if programs else tuple(_programs(environment).values())
     used = variables_used(found) if programs else None
     parts: list[Program | Section] = list(found) if MemoryPart.PROGRAMS in what else []
@@ -175,9 +172,8 @@ def choose_parts(
 
 
 def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, everything: bool) -> str:
-    """Return the text of parts, with the comments of `layout`; if `everything` is written, also those at the end of the
-    file.
-    """
+    """Return the text of parts, with the comments of `layout`. If `everything` is written, include the comments at the
+    end of the file."""
     from vrs_cli.language.text.printer import print_file
 
     tail = layout.tail if parts and everything else ()
@@ -194,7 +190,7 @@ def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[I
 
 
 def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
-    """Yield the section, if it has entries."""
+    """Yield the section, if it contains any entries."""
     named = (
         one
         for kind in row.kinds
@@ -205,7 +201,7 @@ def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None
 
 
 def sections_of(environment: Memory, items: Iterable[Item]) -> File:
-    """Return sections with only these variables, if they have values."""
+    """Return sections that contain only these variables, as far as they have values."""
     there = [(item, value) for item in items if (value := environment.value(item)) is not None]
     named = [NamedValue(environment.name_of(item), value) for item, value in there]
     return File(tuple(section for row in _SECTIONS for section in _of_kinds(row, named, environment.units)))
@@ -235,7 +231,7 @@ def _variable(name: str) -> ast.Variable:
     return ast.Variable(bare, sigil, numbers, span=NOWHERE)
 
 
-# --- what programs use ------------------------------------------------------------------------------------------
+# --- programs and variables that programs use ---------------------------------------------------------------------
 
 
 def _programs(environment: Memory) -> Mapping[str, Program]:
@@ -260,7 +256,8 @@ def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tu
 
 
 def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
-    """Return programs and the `known` ones that they may call; all if a string names the called program."""
+    """Return programs and the `known` programs that they may call; all known programs if a string names the called
+    program."""
     found = called_from(programs, known)
     statements = (step.statement for program in found for step in program.steps)
     by_text = any(isinstance(one, ast.Instruction) and one.word == "CALLS" for one in statements)
@@ -280,7 +277,7 @@ def _called_keys(program: Program) -> Iterator[str]:
 
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
-    """Return the keys of all variables that the programs use; a bare name may be a real or a location."""
+    """Return the keys of all variables that the programs use. A name without a sigil may be a real or a location."""
     keys = set[str]()
     for program in programs:
         own = {own.key for own in own_variables(program)}  # AUTO and LOCAL variables are private

@@ -35,11 +35,11 @@ from vrs_cli.language.words.values import INPUTS, INTERNAL, plain, read_number, 
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import count
 
-BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
+BYTE_ORDER_MARK = "\ufeff"  # byte order mark, which some systems write before the first line
 TIME = "t"
 POSE = ("x", "y", "z", "o", "a", "t_angle")
-MAX_PAUSE_S = 3600.0  # maximum time between two targets, so that one wrong, late time cannot end the stream
-MAX_SHOWN_CHARS = 60  # number of characters shown of a wrong first line, which may be from any file
+MAX_PAUSE_S = 3600.0  # [s] maximum time between two targets, so that one wrong, late time cannot end the stream
+MAX_SHOWN_CHARS = 60  # maximum number of characters shown of a wrong first line, which may come from any file
 
 
 class TimedTarget(Struct, frozen=True):
@@ -51,7 +51,7 @@ class TimedTarget(Struct, frozen=True):
 
 
 class _Columns(Struct, frozen=True):
-    """The fields that hold the time and the target, and the number of fields in a line."""
+    """The positions of the time and the target among the fields of a line, and the number of these fields."""
 
     time: int
     target: tuple[int, ...]
@@ -73,10 +73,9 @@ def read_targets(
     units: JointUnits = TURNING,
     wrong: Callable[[FileDamaged], None] = _raised,
 ) -> Iterator[TimedTarget]:
-    """Yield the targets of a stream as they arrive; `relative`: times count from the first target. `wrong` is called
-    for each line that is no target, and the next line is read. A line of a `live` stream is complete when its line end
-    has arrived. Raises FileDamaged for unknown names of columns.
-    """
+    """Yield the targets of a stream as they arrive. `relative`: times count from the first target. `wrong` is called
+    for each line that is not a target, and reading continues with the next line. In a `live` stream, a line is complete
+    when its line end has arrived. Raises FileDamaged for unknown names of columns."""
     joints = tuple(f"jt{number}" for number in range(1, joint_count + 1))
     columns: _Columns | None = None
     times = _Times(relative)
@@ -104,7 +103,7 @@ def read_targets(
 
 
 class _Times:
-    """Checks that times increase; `relative`: times count from the first target."""
+    """Checks that times increase. `relative`: times count from the first target."""
 
     def __init__(self, relative: bool) -> None:
         self._relative, self._first = relative, None if relative else 0.0
@@ -147,7 +146,7 @@ def _number(text: str, where: str) -> float:
 
 
 def fields_of(line: str) -> list[str]:
-    """Return the fields of a line; none for a blank line or a comment (`;` or `#`)."""
+    """Return the fields of a line; no fields for a blank line or a comment (`;` or `#`)."""
     said = line.partition(";")[0].partition("#")[0].strip()
     return [field.strip() for field in said.split(",")] if said else []
 
@@ -184,9 +183,8 @@ def parse_signals(text: str, path: str = "signals", form: str = FORM) -> Inputs:
 
 
 def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
-    """Return the changes in a list of (time [s], signal, state). Raises FileDamaged with all mistakes, ValueError for
-    another kind of list.
-    """
+    """Return the changes in a list of (time [s], signal, state). Raises FileDamaged with all mistakes, ValueError for a
+    list of another form."""
     try:
         lines = [f"{plain(float(time))}, {signal}, {int(bool(state))}" for time, signal, state in rows]
     except (TypeError, ValueError):
@@ -195,7 +193,7 @@ def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
 
 
 def _change(fields: list[str]) -> InputChange | str:
-    """Return the change in a line, or the mistake in it."""
+    """Return the change described by a line, or the mistake in the line."""
     if len(fields) != len(HEADING):
         return f"{count(len(fields), 'field')} where 3 are wanted"
     time, signal, state = fields

@@ -1,8 +1,6 @@
-"""Write and read trajectory files (`.vrst`): JSON Lines, a header and then one line for each timeline delta.
-
-A journal (`files.journal`) adds lines at the end; an incomplete last line, as after a power failure, is recognised by
-the reader and omitted.
-"""
+"""Write and read trajectory files (`.vrst`): JSON Lines, a header and then one line for each timeline delta. A journal
+(`files.journal`) appends lines. If the last line is incomplete, for example after a power failure, the reader
+recognises and omits it."""
 
 from __future__ import annotations
 
@@ -34,11 +32,11 @@ from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
 EXTENSION = ".vrst"
 REPAIR = "vrs replay --lenient plays what can be read of it"
-MAX_FAULTS = 20  # maximum number of faults in a message
+MAX_FAULTS = 20  # maximum number of faults in one message
 GUIDE = "a trajectory file is what SAVE or vrs run --save wrote"
 GUIDE_IN_PYTHON = "a trajectory file is what Robot.save or vrs run --save wrote"
 LINES_PER_PROGRESS = 512
-MAX_HEADER_BYTES = 1 << 24  # maximum size of a header [B]; the header of a robot has about 2000
+MAX_HEADER_BYTES = 1 << 24  # [B] maximum size of a header; the header of a robot has about 2000
 
 
 def write_trajectory(
@@ -73,15 +71,13 @@ def trajectory_lines(
 
 
 class Recording(Struct, frozen=True):
-    """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` is tau[0]. `older_hand`: motions of
-    the file open the hand, and no delta has events after them.
-
-    `warnings`: the faults of an older file, or of one that is read leniently, with their lines. `dropped_tail`: an
-    incomplete last line was omitted. `size`: the size of all other lines [B]; `checksum`: the checksum of the last of
-    these lines, None if the file has none; both are needed to continue the file. `lines`: the line numbers of the
-    deltas; `places`: the file position of the line of each PART-th delta. `laws`: the version of the motion laws of the
-    vrs that began the file; motions are kept as they were planned. `measured`: the reports of the file.
-    """
+    """A trajectory file that has been read: `timeline` is tau after all `deltas`, `initial` is tau[0]. `older_hand`:
+    motions of the file open the hand, and no delta after them has events. `warnings`: the faults of an older file, or
+    of one that is read leniently, with their lines. `dropped_tail`: an incomplete last line was omitted. `size`: the
+    size of all other lines [B]; `checksum`: the checksum of the last of these lines, None if the file has no checksums;
+    both are needed to continue the file. `lines`: the line numbers of the deltas; `places`: the file position of the
+    line of each PART-th delta. `laws`: the version of the motion laws of the vrs that began the file; motions stay as
+    they were planned. `measured`: the reports in the file."""
 
     arm: RobotArm
     timeline: Timeline
@@ -106,12 +102,10 @@ class Recording(Struct, frozen=True):
 def read_trajectory(
     path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False, within: Folder = FREE
 ) -> Recording:
-    """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
-
-    The trajectory obeys the laws of motion; if a trajectory of an older file without checksums does not, the recording
-    has warnings. `lenient`: read what is possible of a damaged file, with warnings. `progress` is called with the part
-    of the file that has been read, from 0 to 1.
-    """
+    """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line. A trajectory
+    must obey the laws of motion; if one from an older file without checksums does not, the recording has warnings.
+    `lenient`: read as much as possible of a damaged file, with warnings. `progress` is called with the fraction of the
+    file that has been read, from 0 to 1."""
     file = Path(path)
     try:
         with within.open_to_read(file) as stream:
@@ -154,9 +148,8 @@ class _Reader:
         self._timeline = LoadedTimeline(self._begin)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
-        """Read the next line, which begins at file position `place`; return False if this line and all later ones are
-        ignored. Raises FileDamaged.
-        """
+        """Read the next line, which begins at file position `place`. Return False if this line and all later ones must
+        be ignored. Raises FileDamaged."""
         try:
             record = self._open_line(number, line)
             if not wire.has_delta(record):
@@ -186,7 +179,7 @@ class _Reader:
             return self._checksums.skip(line)
 
     def recording(self, lines: _Lines) -> Recording:
-        """Check the laws of motion for the whole file, and return it. Raises FileDamaged."""
+        """Check that the whole file obeys the laws of motion, and return its recording. Raises FileDamaged."""
         sealed = self._checksums.last is not None and not self._lenient
         timeline = self._timeline.timeline()
         for fault in islice(faults(self._arm, timeline, self._deltas, self._numbers), MAX_FAULTS):
@@ -211,9 +204,8 @@ class _Reader:
 
 
 class _Lines:
-    """The whole lines of a file. `whole`: their bytes so far. `torn`: the last line has no end and is no whole record,
-    and was omitted.
-    """
+    """The complete lines of a file. `whole`: the number of their bytes so far. `torn`: the last line has no line end
+    and is not a complete record, and was omitted."""
 
     def __init__(self, stream: BinaryIO, progress: Callable[[float], None] | None) -> None:
         self._stream, self._progress = stream, progress
@@ -221,7 +213,7 @@ class _Lines:
         self.whole, self.torn = 0, False
 
     def first(self, path: Path) -> bytes:
-        """Return the header. Raises FileDamaged for another kind of file, without reading all of it."""
+        """Return the header. Raises FileDamaged for a file of another kind, without reading all of it."""
         line = self._stream.readline(MAX_HEADER_BYTES)
         if len(line) == MAX_HEADER_BYTES:
             raise _no_header(path)

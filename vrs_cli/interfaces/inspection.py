@@ -24,7 +24,7 @@ from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_o
 # motions whose first argument is their target; those in IN_FRONT stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
-CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # if the file has one of these, locations cannot be checked before a run
+CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with these, locations can only be checked in a run
 
 
 def inspect(

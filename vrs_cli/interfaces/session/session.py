@@ -19,7 +19,7 @@ from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog import jogger  # noqa: F401 (imported for the handler of JOG)
-from vrs_cli.interfaces.monitor import files, locations, programs, state, timeline  # noqa: F401 - they have handlers
+from vrs_cli.interfaces.monitor import files, locations, programs, state, timeline  # noqa: F401 (for their handlers)
 from vrs_cli.interfaces.monitor.explaining import explain
 from vrs_cli.interfaces.monitor.locations import show_value
 from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables, path_of

@@ -127,7 +127,7 @@ class RobotBody:
         self._stood: measured.Report | None = None
         # newest report at the same position, if the body has been at rest for long enough
         self._stands: measured.Report | None = None
-        self._arrivals: deque[tuple[float, int]] = deque()  # when reports arrived, by the wall clock [s], and how many
+        self._arrivals: deque[tuple[float, int]] = deque()  # arrival times by the wall clock [s], and counts
         self._heard_at: float | None = None
 
     # --- the client that is the body ---

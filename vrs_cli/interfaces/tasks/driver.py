@@ -549,7 +549,7 @@ class Driver:
             stay = signals.computed_states() if cell is not None else ()
             self.cell, self._living, signals.names, signals.cell_inputs = before
             self.world = world or self.world  # the parts of a call's own cell can be examined after the call
-            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # the last changes by the cell
+            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # last changes of the cell
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)

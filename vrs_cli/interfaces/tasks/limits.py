@@ -12,7 +12,7 @@ from msgspec import Struct, structs
 from vrs_cli.errors import LimitReached
 
 GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"
-Advice = Callable[[str], str]  # returns advice for reaching the limit of that name; "signals": an input never changes
+Advice = Callable[[str], str]  # function: name of a limit -> advice ("signals": an input never changes)
 
 
 def at_prompt(_option: str) -> str:
