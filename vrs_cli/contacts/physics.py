@@ -45,7 +45,7 @@ TYPES = {
     SolidForm.HULL: mujoco.mjtGeom.mjGEOM_MESH,
 }
 ALIKE = 1e-9  # [m, rad] tolerance for equal axes
-NOBODY = -1  # the owner of an empty slot
+NOBODY = -1  # owner number of an empty slot
 TINY = 1e-3  # [m] size of the solid in an empty slot
 LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion of the floor, which is tilted by 5e-6 rad
 

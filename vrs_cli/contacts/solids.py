@@ -23,9 +23,9 @@ from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkShape
 from vrs_cli.kinematics.model import RobotModel, frame
 from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
-AROUND = 24  # number of points on a circle of a hull
+AROUND = 24  # number of points by which a circle is approximated in a hull
 OUTSIDE = 1.0 / cos(pi / AROUND)  # radius of a polygon's corners divided by the radius of the circle inside
-SHORT = 1e-9  # [m] shorter lengths count as zero
+SHORT = 1e-9  # [m] lengths below this count as zero
 
 
 class SolidForm(Enum):
@@ -61,7 +61,7 @@ def solids_of_robot(model: RobotModel) -> tuple[LinkSolids, ...]:
     for shape in model.collision or shapes_of(model):
         try:
             found.append((shape, solid_of(shape.body)))
-        except VrsError:  # a mesh that cannot be read
+        except VrsError:  # the mesh cannot be read
             lost.add(shape.link)
     found = [row for row in found if row[0].link not in lost]
     found += [(shape, solid_of(shape.body)) for shape in (capsules(model) if lost else ()) if shape.link in lost]

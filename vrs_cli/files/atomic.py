@@ -116,7 +116,7 @@ def _open_lock(beside: Path) -> int | None:
         if error.errno not in SHUT_FOLDER:
             raise
     try:
-        return os.open(beside, os.O_RDONLY | flags)  # the lock file belongs to another user
+        return os.open(beside, os.O_RDONLY | flags)  # the lock file belongs to another user, so it cannot be written
     except FileNotFoundError:
         return None
 
@@ -134,7 +134,7 @@ def _take_lock(beside: Path, handle: int) -> HeldLock | None:
             beside.unlink(missing_ok=True)
             return HeldLock(beside, None)
         if locked and is_at(handle, beside):
-            with suppress(OSError):  # on a full disk the lock still holds
+            with suppress(OSError):  # the lock is valid even if a full disk prevents writing the owner
                 os.ftruncate(handle, 0)
                 os.write(handle, b"\n%d\n" % os.getpid())
             in_vain.pop_all()

@@ -218,7 +218,7 @@ SAME = 1e-9  # absolute [rad/s2] and relative tolerance for equal accelerations
 
 
 class _Points(NamedTuple):
-    """Times (N,) [s], sorted, and whether the acceleration is continuous at each."""
+    """Sorted times (N,) [s], and whether the acceleration is continuous at each of them."""
 
     times: Floats
     smooth: Flags

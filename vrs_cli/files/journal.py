@@ -129,7 +129,7 @@ class _Before(Struct, frozen=True):
     size: int
     owed: bytes
     checksum: int | None
-    parts: int  # number of known file positions of deltas
+    parts: int  # number of file positions of deltas that were known
 
 
 class Journal:
@@ -153,14 +153,14 @@ class Journal:
     ) -> None:
         self.sound = True
         self.unsettled, self._together = False, together
-        self._doubtful = False  # whether a sync has failed
+        self._doubtful = False  # whether a sync of the file has failed
         self._asked, self._durable, self._course, self._tell = it.path, durable, course, tell
         self._owed = b""  # lines of past changes that have not been written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
         self._reports: list[Report] = []  # reports that have not been written yet, and when they are due
         self._reports_due = -inf
-        self._places: list[int] = []  # file position of the line of each PART-th delta
+        self._places: list[int] = []  # file positions of the line of each PART-th delta
         self.past = it.resumed.past if it.resumed is not None else None
         with writing(it.path):
             if it.file is None:
@@ -321,7 +321,9 @@ class Journal:
         try:
             if not self._leave_if_changed() or self._owed:
                 with writing(self.path):
-                    for line in self._owed.splitlines(keepends=True):  # as many lines as fit
+                    for line in self._owed.splitlines(
+                        keepends=True
+                    ):  # line by line, so that a full disk still gets some
                         self._file.add(line, durable=False)
                     self._file.add(b"", durable=True)
                 self._owed = b""
@@ -363,7 +365,8 @@ class Journal:
         return place is not None
 
     def _repeat(self, line: Callable[[], bytes]) -> int | None:
-        """Add a line that repeats earlier content. Return its file position; None if the line cannot be written now."""
+        """Append a line that repeats earlier content. Return its file position; None if the line cannot be written
+        now."""
         if self._owed or self._doubtful or self._file.find_change():
             return None
         place, checksum = self._file.size, self._lines.checksum

@@ -41,7 +41,7 @@ class GrowingFile:
         self.path, self._handle = path, os.open(path, ADDING)
         self.size = os.fstat(self._handle).st_size
         self._special = is_special(path)
-        self._torn = False  # whether an incomplete line could not be removed
+        self._torn = False  # whether removing an incomplete line has failed
         self._reading = Lock()
         if not self._special and not claim(self._handle):
             self.close()
@@ -93,7 +93,7 @@ class GrowingFile:
         sync_handle(self._handle)
 
     def cut(self, size: int) -> None:
-        """Truncate the file to `size` bytes, and sync it."""
+        """Truncate the file to `size` bytes, and sync the file."""
         if self._special:
             return
         self._torn = True
@@ -113,7 +113,7 @@ class GrowingFile:
 
 CHUNK = 1 << 16  # number of bytes read at a time
 CACHED_ROWS = 32  # maximum number of rows, and of parts of deltas, kept in memory after reading
-HAND_KEY = b'"hand":'  # key of the hand in the record of a motion
+HAND_KEY = b'"hand":'  # key of the hand's opening in the record of a motion
 MAX_CHECKSUM_BYTES = 64  # [B] maximum length of the checksum at the end of a line
 V = TypeVar("V")
 

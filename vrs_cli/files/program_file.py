@@ -135,7 +135,7 @@ def _near(path: Path) -> str:
 
 KEPT, DECLINED = "unstored-", "declined-"
 KEEP_DECLINED_S = 30 * 86_400.0  # [s] how long a declined file is kept
-PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
+PRIVATE = 0o700  # permissions of folders for the user's state (XDG Base Directory Specification)
 
 
 class Recovery:

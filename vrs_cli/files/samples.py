@@ -34,8 +34,8 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND
 from vrs_cli.version import __version__
 
-CHUNK = 8192  # maximum number of rows in memory at a time
-NANOSECONDS = 1_000_000_000  # number of nanoseconds in a second
+CHUNK = 8192  # maximum number of samples in memory at a time
+NANOSECONDS = 1_000_000_000  # nanoseconds per second
 Times = NDArray[np.int64]  # [ns]
 Bytes = NDArray[np.uint8]
 
@@ -56,22 +56,22 @@ def joint_names(count: int) -> list[str]:
 
 
 def nanoseconds(times: Floats) -> Times:
-    """Convert times (N,) [s] to whole nanoseconds."""
+    """Convert times (N,) [s] to integer nanoseconds."""
     return np.rint(times * NANOSECONDS).astype("<i8")
 
 
 # --- an MCAP log -----------------------------------------------------------------------------------------------------
 
 
-INFO = 20  # the level of rcl_interfaces/Log
-SAMPLES_PER_CHUNK = 1024  # about 1.4 MB: a reader takes a chunk as a whole
-COMPRESSION = -1  # the level of zstd: a chunk is 3 % larger than at level 3, and is compressed in half the time
+INFO = 20  # level "info" in rcl_interfaces/Log
+SAMPLES_PER_CHUNK = 1024  # about 1.4 MB per chunk; a reader reads whole chunks
+COMPRESSION = -1  # level for zstd: chunks are 3 % larger than at level 3, but compressed in half the time
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_CODE, INDEX_CODE = 5, 7
-_MESSAGE = struct.Struct("<BQHIQQ")  # code, length, channel, sequence, two times [ns]
-_INDEX = struct.Struct("<BQHI")  # code, length, channel, length of its entries
+_MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, two times [ns]
+_INDEX = struct.Struct("<BQHI")  # opcode, length, channel, length of the entries
 CDR_HEAD = b"\x00\x01\x00\x00"
-Field = str | list[str] | tuple[Any, ...]  # a text; texts; or a code of `struct` and numbers
+Field = str | list[str] | tuple[Any, ...]  # a text, several texts, or a format of `struct` with its numbers
 
 _TIME = "int32 sec\nuint32 nanosec"
 _HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
@@ -130,7 +130,7 @@ TOPICS = {
 
 
 class PartPoses(Protocol):
-    """The world around a robot; its class is in a folder above this one."""
+    """The world around a robot, as used here; its class is in a folder that this one must not import."""
 
     def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]: ...
 
@@ -142,7 +142,7 @@ def check_mcap() -> None:
 
 
 class LogMessage(NamedTuple):
-    """A message of a log: `time` in nanoseconds, `data` in CDR."""
+    """A message in a log: `time` in nanoseconds, `data` in CDR."""
 
     time: int
     topic: str
@@ -166,15 +166,14 @@ def write_mcap(
             while single and single[0].time <= ns[here][-1]:
                 between.append((int(ns[here].searchsorted(single[0].time)), single.pop(0)))
             log.write_chunk(ns[here], rows[here], samples.starts, sorted(between, key=itemgetter(0)))
-    if single:  # after the last sample
+    if single:  # messages after the last sample
         log.write_chunk(ns[:0], rows[:0], {}, [(0, message) for message in single])
     log.finish()
 
 
 class _Log:
-    """Writes an MCAP file. The library writes message by message, which takes ten times as long as their arrays; so
-    only its records are used here. `channels`: the number of each topic.
-    """
+    """Writes an MCAP file. The library's own writer handles single messages and is ten times slower than writing arrays
+    of messages, so only its record types are used here. `channels`: the number of each topic."""
 
     def __init__(self, stream: BinaryIO, model: RobotModel, topics: Sequence[str]) -> None:
         from mcap import data_stream, records
@@ -216,9 +215,8 @@ class _Log:
     def write_chunk(
         self, ns: Times, rows: Bytes, starts: Mapping[int, int], between: Sequence[tuple[int, LogMessage]]
     ) -> None:
-        """Write samples at times `ns` (N,), encoded as `rows` (N, k), and other messages, each before the sample of its
-        number. `starts`: the place in a row at which the message of each channel starts.
-        """
+        """Write samples at times `ns` (N,), encoded as `rows` (N, k), and other messages, each before the sample whose
+        number it has. `starts`: the position in a row at which the message of each channel starts."""
         size, before = rows.shape[1], [row for row, _ in between]
         records = [_record(self.channels[message.topic], message) for _, message in between]
         added = np.cumsum([0, *map(len, records)])
@@ -232,7 +230,7 @@ class _Log:
         self._add_chunk(data, {channel: np.concatenate(some) for channel, some in entries.items()})
 
     def _add_chunk(self, data: bytes, entries: Mapping[int, Times]) -> None:
-        """Write messages, and an index of each channel: the times and places of its messages (k, 2)."""
+        """Write messages, and for each channel an index with the times and positions of its messages (k, 2)."""
         records, chunk, packed = self._records, self._place, self._compress(data)
         times = np.concatenate([some[:, 0] for some in entries.values()])
         facts = {
@@ -260,7 +258,7 @@ class _Log:
         )
 
     def finish(self) -> None:
-        """Write the summary, with which a reader finds the messages of a time."""
+        """Write the summary, which lets a reader find the messages of a given time."""
         records = self._records
         self._add(records.DataEnd(data_section_crc=0))
         counts = records.Statistics(
@@ -290,8 +288,7 @@ def _record(channel: int, message: LogMessage) -> bytes:
 
 class _Samples:
     """Encodes the messages of samples as rows of bytes, which differ only in their times and in numbers of type double.
-    `starts`: the place in a row at which the message of each channel starts.
-    """
+    `starts`: the position in a row at which the message of each channel starts."""
 
     def __init__(self, model: RobotModel, channels: Mapping[str, int]) -> None:
         n, names = model.joint_count, frame_names(model)
@@ -363,7 +360,7 @@ def frame_names(model: RobotModel) -> list[str]:
 
 
 def _frame_poses(model: RobotModel, timeline: Timeline, here: PositionArrays) -> Iterator[Floats]:
-    """Yield for each frame its pose at each time: x, y, z [m] and a quaternion, (N, 7)."""
+    """Yield, for each frame, its pose at each time: x, y, z [m] and a quaternion, (N, 7)."""
     frames, numbers = frames_over(timeline, here.times)
     ends = ((compose(inverse(one.base), model.base), one.tool) for one in frames)
     bases, tools = (np.array([_pose(T) for T in some])[numbers] for some in zip(*ends, strict=True))
@@ -374,19 +371,18 @@ def _frame_poses(model: RobotModel, timeline: Timeline, here: PositionArrays) ->
 
 
 def _pose(T: Transform) -> tuple[float, ...]:
-    """Return x, y, z [m] and a quaternion x, y, z, w with w not negative."""
+    """Return x, y, z [m] and a quaternion x, y, z, w whose w is not negative."""
     w, *axis = unit_quaternion(T)
     x, y, z = (-a for a in axis) if w < 0.0 else axis
     return (*position(T), x, y, z, abs(w))
 
 
 def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
-    """Return the poses (N, 7) of the joint with index i at values (N,) [rad, m], as `model.link_transform` does; the
-    last pose is the pose of the flange.
-    """
+    """Return the poses (N, 7) of the link frame after the joint with index i, for joint values (N,) [rad, m], as
+    computed by `model.link_transform`. For the last joint, return the pose of the flange."""
     link = model.links[i]
     turns = link.kind is JointKind.REVOLUTE
-    T = link_transform(link, -link.theta if turns else 0.0)  # a turn or a slide along z comes before it
+    T = link_transform(link, -link.theta if turns else 0.0)  # applied after a rotation about z or slide along z
     px, py, pz, qx, qy, qz, qw = _pose(compose(T, model.flange) if i == model.joint_count - 1 else T)
     half, slide = (0.5 * (link.theta + x), 0.0 * x) if turns else (0.0 * x, x)
     c, s = np.cos(half), np.sin(half)
@@ -403,9 +399,8 @@ def _link_poses(model: RobotModel, i: int, x: Floats) -> Floats:
 def _part_frames(
     world: PartPoses | None, timeline: Timeline, times: Floats, before: dict[str, Transform]
 ) -> Iterator[tuple[int, LogMessage]]:
-    """Yield a message for each part that has moved since the last sample, with the number of the sample after it.
-    `before`: the poses of the parts at the last sample.
-    """
+    """Yield a message for each part that has moved since the last sample, with the number of the next sample. `before`:
+    the poses of the parts at the last sample."""
     if world is None:
         return
     for row, t in enumerate(times.tolist(), 1):
@@ -425,7 +420,8 @@ def _stamp(nanoseconds: int) -> Field:
 
 
 def cdr(*fields: Field) -> bytes:
-    """Encode a message in CDR, little-endian: each number is aligned to its size, counted from the end of the head."""
+    """Encode a message in CDR, little-endian. Each number is aligned to its size, counted from the end of the
+    header."""
     body = bytearray()
     for field in fields:
         _append(body, field)

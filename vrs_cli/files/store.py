@@ -25,7 +25,7 @@ from vrs_cli.language.words.word import Shape
 from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.numbers import Value
 
-Loose = Comment | BadLine  # a line outside programs and sections
+Loose = Comment | BadLine  # a comment or a wrong line outside programs and sections
 EntryKey = tuple[str, tuple[float, ...]]  # a variable, by its key and indexes
 
 

@@ -175,7 +175,7 @@ class Notes:
             self._line = ""
 
     def progress(self, doing: Running | Reading) -> None:
-        """Show nothing: nobody watches."""
+        """Show nothing, because nobody watches."""
 
     def ask(self, question: Question) -> Answer:
         """Return the parsed answer to a question. Raises EndOfInput if a question of a program gets no answer."""
@@ -269,7 +269,7 @@ class Ticket(Generic[T]):
         self._put(partial(self._react, self, error, question))
 
     def withdraw(self) -> None:
-        """End the request early: its remaining work is not done."""
+        """End the request early, without doing its remaining work."""
         self._put(partial(self._withdraw, self))
 
     # --- the robot's side ---

@@ -46,7 +46,7 @@ STALLS_BEFORE_WAYS = 5  # number of targets without progress before the arm trie
 STALLS_BEFORE_SEARCH = 25  # number of targets without progress before another path is searched
 # minimum progress of a search with one target, as a fraction of the remaining distance; with less it restarts
 PROMISING_GAIN = 0.5
-SEARCH_STARTS = 16  # number of start points of a search, the nearest last to be removed first
+SEARCH_STARTS = 16  # maximum number of start points of a search; the nearest ones are taken first
 LAG_S = 0.1  # [s] maximum lag of a joint behind its goal, as a time at maximum speed
 # factor on the time in which a joint reaches maximum speed: how far ahead the goal may be at that speed
 STOPPING_FACTOR = 1.5
@@ -130,7 +130,7 @@ class Pursuit:
         if self._finds_all:
             # called now because the first call is slow
             arm.inverse_branch(arm.forward(q), self.kept, q)
-        self._stalled = 0  # number of successive targets that moved nothing
+        self._stalled = 0  # number of successive targets for which no joint moved
 
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace

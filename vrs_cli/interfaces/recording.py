@@ -133,7 +133,7 @@ def _miss(a: transform.Transform, b: transform.Transform, tolerance: Tolerance) 
 
 
 def _as_written(arm: RobotArm, q: Joints) -> Joints:
-    """Round joints to the decimals of a program, within their ranges."""
+    """Return joints rounded to the decimals of a program, and limited to their ranges."""
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.to_display(q)))
     return put_inside(rounded, model.lower, model.upper)

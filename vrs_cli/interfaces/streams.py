@@ -132,7 +132,7 @@ class Steering:
         return clock.now
 
     def finish(self) -> None:
-        """Stop at the last target: no more targets follow."""
+        """Stop at the last target, because no more targets follow."""
         self._wait_for(None)
         if self._last is not None:
             self.engine.redirect(self._last[1], speed=self.speed, text=f"{STEERING.text} ends")

@@ -1,14 +1,14 @@
-"""The users of a robot: the role that a line needs, lines that may be carried out beside a program, the lease (which
-user drives), the conversion from a user's clock to the robot's, and the state of each user. Every function takes the
-time of day as an argument.
+"""The users of a robot: the role that a line requires, lines that may be carried out while a program runs, the lease
+(which user drives), the conversion from a user's clock to the robot's clock, and the state of each user. Every function
+takes the time of day as an argument.
 
-One holder of the lease drives at a time, and keeps the lease alive by a heartbeat. Other users ask for it. The holder
-gives the lease away, or loses it after a time without a heartbeat, and never before.
+One holder of the lease drives at a time, and keeps the lease by a heartbeat. Other users can ask for the lease. The
+holder gives it away, or loses it after a time without a heartbeat, and never earlier.
 
-The robot has one clock. A command takes effect from the clock's time at its arrival on, t_c = t_iss + D_f: nothing
+The robot has one clock. A command takes effect at the clock's time of its arrival, t_c = t_iss + D_f, or later: nothing
 before t_c changes. The time of issue is the sender's claim, limited to possible values. A user's clock may be ahead of
-the robot's by an offset D. With D = -D_f a command for the user's present is never late: that clock is as far behind as
-commands take to arrive. (A viewer has D = D_b, or looks further ahead: `Subscribe.ahead`.)
+the robot's by an offset D. With D = -D_f, a command for the user's present is never late, because that clock is behind
+by the time that commands take to arrive. (A viewer has D = D_b, or looks further ahead: `Subscribe.ahead`.)
 """
 
 from __future__ import annotations

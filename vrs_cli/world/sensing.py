@@ -33,7 +33,7 @@ from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 GRAVITY = 9.81  # [m/s2] acceleration of gravity
 MIN_STEP_S = 2.0**-11  # [s] minimum step: half a millisecond, so that no stay of 1 ms in a region is missed
 FINEST = 2.0**-22  # [s] resolution of the instants found, counted from the start of their segment
-MAX_PASSAGES = 100_000  # maximum number of kept search results
+MAX_PASSAGES = 100_000  # maximum number of results kept
 
 
 class Crossing(NamedTuple):
@@ -114,7 +114,7 @@ class Way(NamedTuple):
 
 
 class Sensing:
-    """Finds when bodies (by name) cross regions (by number), and keeps the results."""
+    """Finds when bodies (given by name) cross regions (given by number), and keeps the results."""
 
     def __init__(self, arm: RobotArm, bodies: Mapping[str, Solids], regions: Sequence[Region]) -> None:
         self._arm, self._bodies, self.regions = arm, bodies, regions

@@ -78,7 +78,7 @@ class WorldSettings:
         return known
 
 
-SLACK = 1e-6  # [m] tolerance for widths
+SLACK = 1e-6  # [m] tolerance for equal widths
 
 
 def part_between(

@@ -44,7 +44,7 @@ class Solid(NamedTuple):
     depth: float
 
 
-Solids = tuple[Solid, ...]  # the solids of one body, in its frame
+Solids = tuple[Solid, ...]  # the solids that make up one body, in its frame
 
 
 def solids_of(shape: Shape | Beam | Zone | Proximity) -> Solids:

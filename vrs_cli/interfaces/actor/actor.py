@@ -80,7 +80,7 @@ class Actor:
         self.worked = 0.0
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
         self._stepping = Lock()
-        self._works: SimpleQueue[tuple[Ticket[Any], Work] | None] = SimpleQueue()  # None ends a thread
+        self._works: SimpleQueue[tuple[Ticket[Any], Work] | None] = SimpleQueue()  # None ends a worker thread
         self._workers = 0
         self._server: Thread | None = None
         self._closed = False
@@ -142,7 +142,7 @@ class Actor:
             self._stopped = rests
 
     def wake(self) -> None:
-        """End a wait of `step`."""
+        """Make `step` return if it is waiting."""
         self._inbox.put(lambda: None)
 
     # --- stepping ---

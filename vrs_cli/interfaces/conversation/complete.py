@@ -126,7 +126,7 @@ def top_level(text: str) -> str:
 
 # --- suggestions for each kind of argument ----------------------------------------------------------------------------
 
-Candidates = Iterable[tuple[str, str]]  # pairs of a word and its explanation
+Candidates = Iterable[tuple[str, str]]  # pairs of a suggested word and its explanation
 
 PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
 

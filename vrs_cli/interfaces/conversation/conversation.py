@@ -94,7 +94,7 @@ class Conversation:
             what = f"{numbers.count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self.error_reply(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
-            self.entry, self._refused = None, ""  # the user has been told that the program was refused
+            self.entry, self._refused = None, ""  # the user was already informed that the program was refused
 
     def _answer(self) -> Dialogue[None]:
         """Ask the questions of tasks; the tasks then continue."""

@@ -1,11 +1,11 @@
-"""JOG moves the arm by hand, a step at a time, one axis at a time. This module does not depend on keys or a screen.
+"""JOG moves the arm step by step, along or about one axis at a time. This module does not depend on keys or a screen.
 
-In real time a step begins at once, out of the present motion, and replaces the scheduled motions. The call returns
+In real time a step begins at once, interrupts the present motion, and replaces the scheduled motions. The call returns
 while the arm moves. The last key counts: if the same key is pressed again before the arm has finished its step, the
 press is ignored, so that the arm stops soon after the key is released; any other key takes effect at once. In virtual
-time a step is a motion after all others, and the call returns when that motion is over.
+time a step is a motion after all others, and the call returns when that motion has ended.
 
-Steps of the tool are straight lines: a line that the arm cannot follow, near a singularity, is refused, and nothing
+Steps of the tool are straight lines. A line that the arm cannot follow, near a singularity, is refused, and nothing
 moves.
 """
 

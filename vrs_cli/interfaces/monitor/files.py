@@ -170,7 +170,7 @@ def _store(station: Station, it: Instruction, extension: str, parts: Collection[
 
 
 def _with_extension(path: Path, extension: str) -> Path:
-    """Return the path with an extension; a path that has one is unchanged."""
+    """Return the path with an extension added; a path that already has one stays unchanged."""
     return path if path.suffix else path.with_name(path.name + extension)
 
 

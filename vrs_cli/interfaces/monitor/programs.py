@@ -28,7 +28,7 @@ from vrs_cli.values.numbers import Value
 
 @operands.handles("LISTP")
 def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """List programs in canonical form; all programs if none is named."""
+    """List programs in canonical form; list all programs if none is named."""
     environment = station.environment
     stored = [environment.meant(name) for name in operands.words(it)] or list(environment.programs.values())
     if not stored:

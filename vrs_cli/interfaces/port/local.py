@@ -158,7 +158,7 @@ class LocalPort:
                 self.console.show(internal_error(error))
 
     def wake(self) -> None:
-        """End a wait of `step`. May be called from any thread."""
+        """Make `step` return if it is waiting. May be called from any thread."""
         self._actor.wake()
 
     def give_up(self, error: BaseException) -> str:

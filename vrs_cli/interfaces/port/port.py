@@ -253,7 +253,7 @@ class FarHand:
         self._on_way: list[hand.Press | hand.StopJog | hand.Look] = []
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
-        """Send the action of a key; return the last known state of the robot."""
+        """Send the action of a key, and return the last known state of the arm."""
         if act not in self._on_way:
             self._send(act)
         return self._seen

@@ -85,7 +85,7 @@ class Playback(Struct, frozen=True):
         return replace(self._anchor(self.at(wall), wall), playing=False)
 
     def toggle(self, wall: float) -> Playback:
-        """Play or pause; a playback at its end starts again."""
+        """Play or pause. A playback that has ended starts again."""
         if self.is_over(wall) and not self.follows:
             return self.rewind(wall).play(wall)
         return self.pause(wall) if self.playing else self.play(wall)
@@ -99,7 +99,7 @@ class Playback(Struct, frozen=True):
         return self.seek(self.start, wall)
 
     def skip(self, seconds: float, wall: float) -> Playback:
-        """Go forward by `seconds`, or back if that is negative."""
+        """Go forward by `seconds`; a negative number goes back."""
         return self.seek(self.at(wall) + seconds, wall)
 
     def follow(self, wall: float) -> Playback:
@@ -107,11 +107,11 @@ class Playback(Struct, frozen=True):
         return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True)
 
     def faster(self, wall: float) -> Playback:
-        """Play at the next higher of RATES."""
+        """Play at the next higher rate in RATES."""
         return self.at_rate(min((r for r in RATES if r > self.rate), default=self.rate), wall)
 
     def slower(self, wall: float) -> Playback:
-        """Play at the next lower of RATES."""
+        """Play at the next lower rate in RATES."""
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
@@ -131,7 +131,7 @@ class Viewer:
 
     def __init__(self, rate: float, ahead: float, playback: Playback) -> None:
         self.rate, self.ahead, self.playback = rate, ahead, playback
-        self._last = floor(playback.since * rate)  # number of the last sample
+        self._last = floor(playback.since * rate)  # number of the last sample taken
 
     @property
     def due(self) -> float:
@@ -139,7 +139,7 @@ class Viewer:
         return (self._last + 1) / self.rate
 
     def look(self, watched: Watched, wall: float) -> None:
-        """Take the sample that is due now; missed samples are skipped."""
+        """Take the sample that is due now, skipping missed samples."""
         self._last = max(floor(wall * self.rate), self._last + 1)
         timeline = watched.timeline
         now = watched.now + self.ahead

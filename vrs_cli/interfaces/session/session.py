@@ -44,7 +44,7 @@ class _Reading(NamedTuple):
 
 
 class Session(Station):
-    """A station with a prompt: lines in, replies out."""
+    """A station with a prompt: it takes lines and returns replies."""
 
     _read: _Reading | None = None  # a line that was already checked before it was sent, without mistakes
     # the books and timelines of main and of the present branch when the present line began
@@ -54,7 +54,7 @@ class Session(Station):
 
     @property
     def prompt(self) -> str:
-        """The prompt: VAL's dot, after the name of the branch unless that is main."""
+        """The prompt: VAL's dot, preceded by the name of the branch unless that is main."""
         return "." if self.branches.present == MAIN else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
@@ -185,7 +185,7 @@ class Session(Station):
 
 
 class CommandLine(NamedTuple):
-    """A command and the number of its line, from 1."""
+    """A command and its line number, from 1."""
 
     number: int
     text: str

@@ -114,7 +114,7 @@ class RobotBody:
         self.order, self.ordered_at = measured.BodyMode.FOLLOWS, 0.0
         self.clock = ClockSeen()
         self.told: list[Callable[[BodyNews], None]] = []
-        self.reporter = ""  # the sender of the last report
+        self.reporter = ""  # client that sent the last report
         self._lock = Condition()
         self._begin(0)
 
@@ -398,7 +398,7 @@ class DivergenceGuard:
         body.check_reports()
         body.command(measured.BodyMode.HOLDS)
         report = yield from beside(lambda: body.standing(STANDS_WITHIN))
-        self._settle()  # time has passed meanwhile
+        self._settle()  # time has passed during the wait
         check()
         if report.mode is measured.BodyMode.STOPPED and not stops:
             what = f"{body.name or 'the body'} has stopped by itself"

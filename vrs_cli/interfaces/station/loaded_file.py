@@ -112,9 +112,9 @@ class Unstored:
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # programs as they are in files
-        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from their version in files
-        self._values: dict[Item, Value] = {}  # values as they are in files
+        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # programs as they are in their files
+        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from the version in their files
+        self._values: dict[Item, Value] = {}  # values as they are in their files
         self._items: set[Item] = set()
         self._changed: set[Item] = set()  # variables that changed since the last comparison
         self._before: Mapping[Item, Value] | None = None  # values at the start of the running program

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
 
 NO_REPORT = ("no body has reported", "a body reports to a server: vrs body; in Python: r.report(t, joints)")
-MAX_ROWS = 100_000  # maximum number of rows of a table of times
+MAX_ROWS = 100_000  # maximum number of rows in a table of times
 MAX_NAMES = 10  # maximum number of programs or variables named in a question
 LONG_LIST = 100  # minimum number of programs or variables that another thread lists
 PLACES = (values.Kind.LOCATION, values.Kind.PRECISION)
@@ -132,7 +132,8 @@ def times(station: Station, it: Instruction) -> Iterator[float]:
 
 
 def is_measured(operand: Expression | None) -> bool:
-    """Return whether an operand is the word MEASURED, which means the measured robot and not a part or a branch."""
+    """Return whether an operand is the word MEASURED, which stands for the measured robot instead of a part or a
+    branch."""
     return isinstance(operand, BareWord) and operand.text.upper() == monitor.MEASURED
 
 

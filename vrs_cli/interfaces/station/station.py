@@ -119,7 +119,7 @@ class Station:
         )
         self.engine.measured.listeners.append(self.divergence.take)
         self.tasks.told = self._tell
-        self.close = finalize(self, self.driver.devices.close_all)  # called automatically when the process ends
+        self.close = finalize(self, self.driver.devices.close_all)  # called automatically at the end of the process
         self.engine.postponed.append(lambda it: self._warn(it.sentence))
         self.engine.turned.append(self._warn_turned)
         self.contacts = ContactWatch(self.engine, self._around, self._warn)

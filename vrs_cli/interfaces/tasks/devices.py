@@ -31,7 +31,7 @@ class Devices(Struct, eq=False):
     _length: int = 0
     _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, or the end of the input
     _taken: list[int] = field(default_factory=list)  # part of that input that the present step has already read
-    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same for devices, by task and unit
+    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same by task and unit, for devices
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
         """Carry out a unit effect of a task. Return the answer, or `Waits` if the task must wait. Raises
@@ -232,7 +232,7 @@ class Devices(Struct, eq=False):
             self._devices.pop(place).close()
 
     def close_all(self) -> None:
-        """Close all units: no task runs any more."""
+        """Close all units, because no task runs any more."""
         self.disk.close_all()
         self._devices.clear()
         self.outside.close_all()

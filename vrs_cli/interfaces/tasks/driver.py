@@ -105,7 +105,7 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.cell = NO_CELL
         self._living = LivingCell(NO_CELL)
-        self.world: World | None = None  # the world of the cell that the robot was put in last
+        self.world: World | None = None  # world of the cell in which the robot was last put
         self._advice = advice
         self._transcript = TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
@@ -328,7 +328,7 @@ class Driver:
                 answer = yield asked.question
                 self.answer(asked.number, answer if isinstance(answer, str) else None)
             except AskedInVain:
-                pass  # if the task still waits, the question is asked again
+                pass  # the question is asked again if the task still waits for the answer
             except VrsError as error:
                 self.answer(asked.number, error)
             except KeyboardInterrupt:

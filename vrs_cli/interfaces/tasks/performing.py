@@ -36,7 +36,7 @@ STEPS_A_START = 100  # number of steps that the start of a task counts as
 
 
 class TypedLine(NamedTuple):
-    """A line that a program printed with TYPE, and the robot's time when the line was complete [s]."""
+    """A line that a program typed (TYPE), and the robot's time at the end of that line [s]."""
 
     t: float
     text: str

@@ -44,7 +44,7 @@ NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  #
 
 
 class Aborted(Struct, frozen=True):
-    """Marks a task that was stopped from outside and waits until the robot is at rest."""
+    """Marks a task that was stopped from outside and is waiting until the robot is at rest."""
 
 
 class PendingInput(Struct, frozen=True):
@@ -56,7 +56,7 @@ class PendingInput(Struct, frozen=True):
 
     @property
     def question(self) -> questions.LineWanted:
-        """The question for the user who drives the task."""
+        """The question that is shown to the user who drives the task."""
         if not isinstance(self.event, effects.Prompt):
             return questions.LineWanted("")
         wrong = self.event.wrong
@@ -295,7 +295,7 @@ class Tasks(memory.System):
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
-        """Make the present cycle of a task its last (CYCLE.END). Raises TaskNotActive."""
+        """Make the present cycle of a task its last one (CYCLE.END). Raises TaskNotActive."""
         track = self.get(number)
         if track is None or track.task.is_over:
             raise TaskNotActive(f"task {number}", "nothing is to be ended")
@@ -347,7 +347,7 @@ class Tasks(memory.System):
         return RobotNotAttached(f"task {self._owner} has it", "DETACH there and ATTACH here, or send it a signal")
 
     def attach_robot(self, track: Track) -> bool:
-        """Give a task the robot. Return False if another task has it."""
+        """Give the robot to a task. Return False if another task has the robot."""
         if self._owner not in (None, track.number):
             return False
         self._owner, track.mine = track.number, True
