@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from vrs_cli.version import __version__
 
 VERSION_OPTIONS = ("--version", "-V")
-COLLECT_AFTER = 100_000  # new values: what a command loads at its start lives as long as the process, and is no garbage
+COLLECT_AFTER = 100_000  # new objects before a collection; high, because objects loaded at the start stay in use
 
 
 def process() -> None:

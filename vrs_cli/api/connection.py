@@ -73,7 +73,7 @@ def load_ipython_extension(shell: Any) -> None:
         return _robot(shell.user_ns, name).prompt(text, ask) or None
 
     def ask(question: Question) -> str | None:
-        """Let the user type an answer below the cell. Leave a proposed location unchanged."""
+        """Let the user type an answer below the notebook cell. Accept a proposed location unchanged, without asking."""
         return None if isinstance(question, Amendment | OnScreen) else input(question.text)
 
     shell.register_magic_function(vrs, "line_cell", "vrs")

@@ -39,7 +39,7 @@ from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.numbers import count
 
 KEPT = 1000  # number of targets between two calls of gc.freeze
-MAX_COMPLAINTS = 5  # maximum number of reported lines, which contain no target or a target out of reach
+MAX_COMPLAINTS = 5  # maximum number of bad lines (no target, or a target out of reach) that are reported
 MAX_LINE_CHARS = 1 << 16  # maximum length of a line in characters; a longer one is cut and is not a target
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")

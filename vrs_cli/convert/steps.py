@@ -156,8 +156,8 @@ class StepBuilder:
         yield from self._wait(self.timeline.last)
 
     def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
-        """Return whether an event is written before a motion: an output is if it changes in the first half of the
-        motion. At the instant at which the motion begins, the order of the commands decides."""
+        """Return whether an event is written before a motion. An output is written before it if it changes in the first
+        half of the motion. An event at the start of the motion keeps the order of the commands."""
         if abs(event.time - first.start) <= SAME_TIME:
             return move is not None or event.number <= first.motion.number
         if event.time < first.start or move is None or event.channel >= FIRST_INPUT:

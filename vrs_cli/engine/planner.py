@@ -305,7 +305,7 @@ class _Edit(Struct, frozen=True, dict=True):
         return plan_motion(resting)
 
     def _problem_in_motion(self, resting: Problem, begin: float) -> Problem:
-        """Return the problem of the same motion at a time at which the planned segments are in progress."""
+        """Return the planning problem of the current motion, restarted at a time within its planned segments."""
         segments = self.segments
         segment = next((segment for segment in reversed(segments) if segment.start < begin), segments[0])
         here = state_at(self.arm, segment, min(begin - segment.start, segment.duration))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 TWIST_LENGTH = 6  # number of components of a twist
 POSES_AT_ONCE = 2048  # number of poses computed together, which stay in the processor's cache
 NO_TURN = Turn((0.0, 0.0, 1.0), (0.0,))
-SINGULAR_RATE = 1.5  # factor on a joint's velocity limit; no motion is this fast
+SINGULAR_RATE = 1.5  # multiple of a joint's velocity limit from which a pose counts as singular; no motion is this fast
 
 
 class Watched(Protocol):

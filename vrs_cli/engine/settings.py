@@ -398,8 +398,7 @@ class Settings(Struct, frozen=True):
 
     def after_motion(self, target: commands.Target) -> Settings:
         """Return the settings after a motion, without the values that held for this motion only. A motion to joints
-        also ends the configuration words.
-        """
+        also clears the requested configuration (RIGHTY, ABOVE and so on)."""
         said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration
         settings: tuple[Setting[Any], ...] = (self.speed, self.duration, self.swivel, *self.modes.values())
         if self.hand is None and said is self.configuration and all(setting.once is None for setting in settings):

@@ -139,7 +139,7 @@ def _joints(model: RobotModel, move: Move, destination: Joints) -> Joints:
 
 
 def _drive(joints: Joints, target: JointOffsetTarget) -> Joints:
-    """Return joints after a change of one of them. Raises IllegalJoint."""
+    """Return the joints with one joint changed as DRIVE requests. Raises IllegalJoint."""
     if not 1 <= target.joint <= len(joints):
         right = f"this robot has joints 1 to {len(joints)}"
         raise IllegalJoint(f"joint {target.joint}", right, value=target.joint, lower=1, upper=len(joints))

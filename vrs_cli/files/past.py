@@ -379,8 +379,7 @@ def _event_parts(record: wire.CheckpointRecord, file: GrowingFile) -> Iterator[O
 
 
 def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> wire.PartRecord:
-    """Return the record of a part of a row in a journal. In the timeline, the times of that part are `offset` [s]
-    later."""
+    """Return the journal record of a part of a row. Its times plus `offset` [s] are the times of the timeline."""
     kept = leaf.row.kept
     place = kept.place if isinstance(kept, KeptRow) else kept
     assert isinstance(place, int), "the row is in a journal"

@@ -207,7 +207,7 @@ class _Log:
         self._place += len(data)
 
     def _add(self, *records: Any) -> None:
-        """Write records of the library."""
+        """Append records, which the mcap library writes, to the file."""
         for record in records:
             record.write(self._builder)
         self._write(self._builder.end())

@@ -48,7 +48,7 @@ STALLS_BEFORE_SEARCH = 25  # number of targets without progress before another p
 PROMISING_GAIN = 0.5
 SEARCH_STARTS = 16  # maximum number of start points of a search; the nearest ones are taken first
 LAG_S = 0.1  # [s] maximum lag of a joint behind its goal, as a time at maximum speed
-# factor on the time in which a joint reaches maximum speed: how far ahead the goal may be at that speed
+# how far the goal may lead a joint at full speed, in multiples of the time to reach full speed
 STOPPING_FACTOR = 1.5
 REST_TOLERANCE = 1e-7  # [rad, m] distance from the goal within which the arm need not move
 

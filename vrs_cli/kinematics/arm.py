@@ -65,7 +65,8 @@ class Steady(Protocol):
     """The methods of an arm that turns its tool as nearly as it can. Its joint rates depend on the desired pose too."""
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        """Return the joints with the least missing turn, searched downhill from `near` inside the limits."""
+        """Return the joints within the limits that minimise the remaining rotation error, by a descent search from
+        `near`."""
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
         """Return the angle between the tool's turn and the desired turn [rad]."""

@@ -274,9 +274,8 @@ class ClientSession(UserSession):
             self._share.spend(seconds, self._wall(), typing=typing)
 
     def park(self, message: messages.ClientMessage, size: int) -> bool:
-        """Keep a request of `size` bytes if it has to wait; return whether it was kept. Of completions (and likewise of
-        checks) only the newest waits: older ones get an empty answer.
-        """
+        """Queue a request of `size` bytes if it has to wait; return whether it was queued. Only the newest completion
+        and the newest check stay queued; older ones get an empty answer."""
         if isinstance(message, AT_ONCE) or self.is_stop(message):
             return False
         if isinstance(message, messages.Measured) and self._robot.served_body.body.name == self.name:

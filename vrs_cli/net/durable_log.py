@@ -91,7 +91,7 @@ class DurableLog:
             yield from self._memory.prepare()
 
     def check(self) -> None:
-        """Write the memory again if that has failed before. Raises FileError if it fails again."""
+        """If the last write of the memory failed, try again. Raises FileError if it fails again."""
         memory = self._memory
         if memory is not None and memory.failing:
             memory.changed = True

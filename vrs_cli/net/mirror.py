@@ -164,8 +164,8 @@ class Mirror:
     # --- changes ---
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
-        """Take the timeline after change `seq`: the whole one, or a window up to its end. The mirror is then no longer
-        lost."""
+        """Replace the timeline by the one after change `seq`: the whole timeline, or a window up to its end. The mirror
+        is then in sync again."""
         self._held, self.lost = self._drop_old(_Held.of(snapshot, seq)), False
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 

@@ -159,7 +159,7 @@ class _Robot:
                 asyncio.get_running_loop().call_soon(self._begin_anew)
 
     def _begin_anew(self) -> None:
-        """Publish a snapshot next."""
+        """Make the next published message a full snapshot."""
         self._robot.broadcast.resync(self._listener)
         self._robot.wake()
 

@@ -129,7 +129,7 @@ def moments(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return a recorded page without its `robot`."""
+    """Return all fields of a recorded page except `robot`: the data that depend on the timeline."""
     return {
         "format": FORMAT,
         "title": title or arm.model.title,

@@ -345,7 +345,7 @@ class ServedRobot:
         return durable_log
 
     def close(self) -> None:
-        """Refuse the present requests, and put everything on the disk. Raises FileError."""
+        """Refuse the pending requests, and write everything to the disk. Raises FileError."""
         self.session.actor.close()
         self._events.end()
         if self.broadcast.course is not None:

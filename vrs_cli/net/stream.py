@@ -189,7 +189,7 @@ class Stream:
     # --- listeners ---
 
     def begin(self, form: MessageForm) -> None:
-        """Add one listener of this form."""
+        """Add a listener that receives the changes in this form."""
         self._listeners[form] += 1
         self._encoded_until[form] = self.number
 

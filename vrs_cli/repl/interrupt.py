@@ -53,7 +53,7 @@ class Stoppable:
 
     @contextmanager
     def broken_off(self) -> Iterator[None]:
-        """Let a signal end a wait for something outside at once, without an error."""
+        """Let a signal end a wait for something outside this process immediately, without an error."""
         self.waiting = True
         try:
             yield

@@ -114,7 +114,8 @@ class PlainTerminal:
         """Do nothing, because nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the answer in the next line of the input; None if that line is no answer. Raises EndOfInput."""
+        """Return the answer in the next line of the input; None if that line is not a valid answer. Raises
+        EndOfInput."""
         if isinstance(question, LineWanted):
             return self._line(question)
         if not isinstance(question, Confirmation):

@@ -48,9 +48,9 @@ class Place(Protocol):
 
 
 class Local(Struct):
-    """A robot of this process. `file`: the file to load first. `recovery`: the folder for what shells have only in
-    memory. `outside`: the devices of programs. `dialect`: the dialect of typed lines. `cell`: the file that describes
-    the robot's cell."""
+    """A robot in this process. `file`: the file to load first. `recovery`: the folder where shells keep unsaved work.
+    `outside`: the devices that programs use. `dialect`: the dialect of typed lines. `cell`: the file that describes the
+    robot's cell."""
 
     model: RobotModel | None = None
     file: str | None = None

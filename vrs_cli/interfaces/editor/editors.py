@@ -170,7 +170,7 @@ def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
 
 
 class Editor:
-    """EDIT: a buffer with a program of a station, from the line that opens it until `E`."""
+    """The editor of EDIT: it holds a program of a station in a buffer, from the line that opens it until `E`."""
 
     def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
         self._station = station

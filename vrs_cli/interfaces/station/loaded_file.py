@@ -205,7 +205,7 @@ class Unstored:
 
     @property
     def of_program(self) -> bool:
-        """Return whether the present changes are made by a program."""
+        """Return whether a running program makes the present changes, and not the user."""
         return self._before is not None
 
     def begin_run(self) -> None:

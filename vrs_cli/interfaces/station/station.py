@@ -216,7 +216,7 @@ class Station:
 
     def _check_free(self, file: ast.File) -> None:
         if all(track.task.is_over for track in self.tasks):
-            return  # check once whether any stack has one of them; there may be 40,000 programs
+            return  # check all programs at once: there may be 40,000
         for part in file.parts:
             if isinstance(part, ast.Program):
                 self.check_free(part.name)
@@ -427,7 +427,7 @@ class Station:
         return scene, None if scene.empty else self.driver.world
 
     def _warn_turned(self, it: ToolTurning) -> None:
-        """Warn once that the tool rotates; this applies to all motions to locations that were not taught."""
+        """Warn once that the tool rotates, as in every motion to a location that was not taught."""
         self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"

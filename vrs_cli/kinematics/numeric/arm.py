@@ -39,7 +39,7 @@ PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # total weights of the gradient in each walk
 MIN_MARGIN = 0.03  # fraction of a range: a walk with this margin is accepted immediately
 ROUNDING = 1e-9  # allowed rounding of a margin, as a fraction of a range
 BEYOND = 0.02  # fraction of a range: a coarse walk may go this far outside, if the exact line does not
-THERE = 0.01  # [m, rad] a walk with a larger error at its end does not arrive
+THERE = 0.01  # [m, rad] maximum error at the end of a walk that counts as successful
 WALK_DAMPING = 1e-9  # [m2, rad2] damping of the pseudo-inverse
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
 

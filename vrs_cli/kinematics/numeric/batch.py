@@ -119,7 +119,7 @@ class NumericBatch(SerialBatch):
             done = np.abs(error).max(axis=1) < CONVERGED
             before = q[rows]
             q[rows] = self._next_joints(before, J, error, bounded=bounded)
-            found[rows[done]] = q[rows[done]]  # one more step than necessary, so that different searches agree
+            found[rows[done]] = q[rows[done]]  # one extra step, so that different searches converge to equal values
             rows, before = rows[~done], before[~done]
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]

@@ -140,7 +140,7 @@ class Constants(Struct, frozen=True):
         rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
         given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
         error, *others = [None] if Gap.OTHER in given else self._outcomes(statement, given)
-        # the same error for all numbers in the gaps
+        # assume the same error for all numbers between the tried ones
         if error is not None and all(str(other) == str(error) for other in others):
             yield _wrong(self._culprit(statement, given, error), error)
 

@@ -178,7 +178,7 @@ class System:
         return 0
 
     def identity(self, component: int) -> float:  # noqa: ARG002
-        """Return a number of the function ID. Raises IllegalValue for an unknown component."""
+        """Return the value of the V+ function ID for a component. Raises IllegalValue for an unknown component."""
         return 0.0
 
     def unit_status(self, unit: int) -> int:  # noqa: ARG002

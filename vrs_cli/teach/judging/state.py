@@ -129,8 +129,8 @@ class CommandedMotion(Struct, frozen=True):
 
 
 def commanded_motions(evidence: Evidence) -> list[CommandedMotion]:
-    """Return the motions that were commanded in the step, in the order of their commands. The end of a motion is where
-    another one cuts it, if one does."""
+    """Return the motions that were commanded in the step, in the order of their commands. If a later motion cuts a
+    motion short, the motion ends at the cut."""
     found = dict[int, CommandedMotion]()
     for segment in evidence.timeline:
         motion = segment.motion

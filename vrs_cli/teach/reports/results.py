@@ -30,7 +30,7 @@ from vrs_cli.teach.exercise import Exercise
 from vrs_cli.teach.grading import POINT_STEP, Grading, Mark, VariantMarks, total_of
 from vrs_cli.teach.judging.basis import round_to
 
-RUN = 8  # number of words of one run
+RUN = 8  # number of consecutive words that are compared as one unit
 WINDOW = 4  # winnowing keeps one run of this many consecutive runs
 LEAST_RUNS = 5  # minimum number of runs of a submission that is compared
 MAX_CHARS = 20_000  # maximum number of characters that are compared, from the start of the text

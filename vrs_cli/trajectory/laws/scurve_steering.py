@@ -398,7 +398,7 @@ def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
 
 
 def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting: float, change: Change) -> bool:
-    """Return whether a joint may coast after the tick, to the velocity v1, and stop."""
+    """Return whether a joint with velocity v1 after the tick has room to coast and then stop."""
     q, v, a = here
     if not -_velocity_bound(one, -one.v, -one.a) <= v1 <= _velocity_bound(one, one.v, one.a):
         return False

@@ -220,7 +220,7 @@ class Way:
         return tuple(x[: len(self.q)].tolist())
 
 
-FIRST = 4  # number of joints of the plane: one turns it, three move in it
+FIRST = 4  # the first four joints: joint 1 turns the plane of the arm, the other three move within it
 PARALLEL = 0.01  # [rad] angle between axes that count as parallel
 MIN_BAR_M = 1e-3  # [m] minimum length of a bar
 ROLLS, DIRECTIONS = (
