@@ -488,40 +488,40 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 66_052  # of Python, in all
+MAX_STATEMENTS = 66_446  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
-    "extras": 36,
+    "extras": 69,
     "page": 133,
-    "kinematics": 5976,
+    "kinematics": 6016,
     "values": 1688,
-    "trajectory": 3309,
-    "engine": 5133,
-    "language": 7550,
-    "wire": 1123,
-    "files": 3377,
-    "world": 1291,
+    "trajectory": 3364,
+    "engine": 5274,
+    "language": 7857,
+    "wire": 1110,
+    "files": 3419,
+    "world": 1282,
     "devices": 957,
     "convert": 1086,
     "contacts": 1015,
     "twin": 740,
-    "interfaces": 8142,
-    "net": 7005,
+    "interfaces": 7979,
+    "net": 6992,
     "bodies": 1008,
-    "render": 2112,
-    "repl": 2267,
+    "render": 2107,
+    "repl": 2256,
     "api": 1407,
     "lab": 1046,
-    "highlight": 36,
-    "lsp": 893,
-    "teach": 4548,
-    "cli": 3883,
+    "highlight": 35,
+    "lsp": 882,
+    "teach": 4498,
+    "cli": 3935,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 329  # with content
-MAX_DEPTH = 27  # modules in a chain of imports
+MAX_FILES = 323  # with content
+MAX_DEPTH = 26  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_641, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 56  # modules that `import vrs_cli.net.protocol` loads
 

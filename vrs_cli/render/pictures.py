@@ -33,7 +33,6 @@ from vrs_cli.extras import how_to_install
 from vrs_cli.files.exports import Exporter
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.run.signals import Cell
-from vrs_cli.net.page_data import recorded_page
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.world.course import World
@@ -260,6 +259,8 @@ def write_page(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
     """Write an HTML file that plays a timeline at `rate` robot seconds per second."""
+    from vrs_cli.net.page_data import recorded_page  # here because exports of numbers do not need it
+
     stream.write(page(recorded_page(arm, timeline, title=title, rate=rate, cell=_cell(world))).encode())
 
 
@@ -344,6 +345,8 @@ def _open_scene(
     """Show the page in a browser. Raises PictureError."""
     with TemporaryDirectory() as folder, browser_page() as seen:
         file = Path(folder) / "page.html"
+        from vrs_cli.net.page_data import recorded_page
+
         file.write_text(page(recorded_page(arm, timeline, cell=_cell(world), picture=quality)), encoding="utf-8")
         seen.open(file.as_uri(), size)
         seen.evaluate(READY)
