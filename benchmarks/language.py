@@ -159,17 +159,23 @@ STATEMENTS = (  # what it is; a line of VAL-II, the subroutine that it calls; th
 
 
 def statement_times(passes: int) -> Iterator[tuple[str, float, float]]:
-    """Yield each statement with its time, less the loop, and that of the same line of Python [ns]."""
-    loops: list[tuple[float, float]] = []
-    for name, line, called, python, before in STATEMENTS:
-        first = 'y = 0\n $t = "a"\n a[7] = 0\n'
-        program = analysed(f".PROGRAM main\n {first} FOR i = 1 TO passes\n {line}\n END\n.END\n{called}")
-        text = f"for i in map(float, range(1, passes + 1)):\n    {python}\n"
-        rounds = [(compiled(program, passes), plain(passes, text, before)) for _ in range(REPEATS)]
-        loops.append((min(ours for ours, _ in rounds), min(theirs for _, theirs in rounds)))
-        if len(loops) > 1:
-            ours, theirs = ((it - loop) / passes * 1e9 for it, loop in zip(loops[-1], loops[0], strict=True))
-            yield name, ours, theirs
+    """Yield each statement with its time, and that of the same line of Python [ns], less those of an empty loop."""
+    empty, *others = [_loop(*row[1:]) for row in STATEMENTS]
+    for row, loop in zip(STATEMENTS[1:], others, strict=True):
+        rounds = [
+            [compiled(program, passes) for program, _, _ in (empty, loop)]
+            + [plain(passes, text, before) for _, text, before in (empty, loop)]
+            for _ in range(REPEATS)
+        ]
+        nothing, ours, python_nothing, theirs = map(min, zip(*rounds, strict=True))
+        yield row[0], (ours - nothing) / passes * 1e9, (theirs - python_nothing) / passes * 1e9
+
+
+def _loop(line: str, called: str, python: str, before: str) -> tuple[list[Analysis], str, str]:
+    """Return a loop around a line as a program, and as Python with the lines before it."""
+    first = 'y = 0\n $t = "a"\n a[7] = 0\n'
+    program = analysed(f".PROGRAM main\n {first} FOR i = 1 TO passes\n {line}\n END\n.END\n{called}")
+    return program, f"for i in map(float, range(1, passes + 1)):\n    {python}\n", before
 
 
 def statements(passes: int) -> None:

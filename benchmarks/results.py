@@ -381,6 +381,9 @@ def main() -> None:
     peers, warning = Peers(), load_warning()
     print(f"# Results\n\n{machine()}; {datetime.now(UTC):%Y-%m-%d}. Made by `python -m benchmarks results`.\n")
     print(f"What is slower than wanted, and why: [the design of vrs]({WHY}).\n")
+    if sys.argv[2:]:
+        machine_before = Path(sys.argv[2]).read_text(encoding="utf-8").splitlines()[2].split(". Made")[0]
+        print(f"Before: {machine_before}.\n")
     print(f"{warning}| what | before | now | wanted | met | beside |\n|---|---|---|---|---|---|", flush=True)
     for part in PARTS:
         for figure in part(peers):
