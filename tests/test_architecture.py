@@ -488,7 +488,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 66_446  # of Python, in all
+MAX_STATEMENTS = 66_444  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -510,7 +510,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "net": 6992,
     "bodies": 1008,
     "render": 2107,
-    "repl": 2256,
+    "repl": 2254,
     "api": 1407,
     "lab": 1046,
     "highlight": 35,

@@ -32,22 +32,9 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.repl import interrupt, piped
+from vrs_cli.repl import interrupt, piped, prompt
 from vrs_cli.repl.config import Config, open_history, read_config, state_folder
 from vrs_cli.repl.place import Place
-from vrs_cli.repl.prompt import (
-    GAP,
-    STYLE,
-    FromHistory,
-    ValLexer,
-    abort_binding,
-    asked_about,
-    colour_depth,
-    key_bindings,
-    signature_row,
-    toolbar,
-    vi_mode,
-)
 
 if TYPE_CHECKING:
     from vrs_cli.repl.front_end import FrontEnd
@@ -154,7 +141,7 @@ class Shell:
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
-            lexer=ValLexer(
+            lexer=prompt.ValLexer(
                 lambda: self.terminal_maker.ready is not None,
                 lambda: () if self._status is None else self._status.hidden,
                 config.palette,
@@ -164,11 +151,11 @@ class Shell:
             complete_while_typing=True,
             complete_in_thread=place.remote,
             bottom_toolbar=self._toolbar,
-            style=STYLE,
-            color_depth=colour_depth(),
+            style=prompt.STYLE,
+            color_depth=prompt.colour_depth(),
             reserve_space_for_menu=MENU_ROWS,
-            key_bindings=key_bindings(self._help, self._abort),
-            auto_suggest=FromHistory() if config.suggestions else None,
+            key_bindings=prompt.key_bindings(self._help, self._abort),
+            auto_suggest=prompt.FromHistory() if config.suggestions else None,
             vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
@@ -270,7 +257,7 @@ class Shell:
                 terminal.screens.keep_up()
                 self._turn_to_question(terminal.screens, prompts)
             self._look()
-            state, now = self._state().partition(GAP)[2], monotonic()
+            state, now = self._state().partition(prompt.GAP)[2], monotonic()
             if state != shown or now - drawn >= piped.RESTING:
                 shown, drawn = state, now
                 self._redraw()
@@ -337,20 +324,20 @@ class Shell:
             self.prompts.default_buffer.document.current_line_before_cursor
         )
         width = self.prompts.app.output.get_size().columns
-        return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
+        return state if found is None else [*prompt.signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
         """Show the help on the word at the cursor above the prompt (F1)."""
-        run_in_terminal(partial(self.terminal_maker.wait().screens.take, f"? {asked_about(document)}"))
+        run_in_terminal(partial(self.terminal_maker.wait().screens.take, f"? {prompt.asked_about(document)}"))
 
     def _state(self) -> str:
         terminal, status = self.terminal_maker.ready, self._status
         width = self.prompts.app.output.get_size().columns
         if terminal is None or status is None:
-            return toolbar(None, "", width)
+            return prompt.toolbar(None, "", width)
         noted = terminal.screens.noted
         note = f"\n{fill(noted, width, initial_indent=' ', break_on_hyphens=False)}" if noted else ""
-        return toolbar(status, status.asked or terminal.last, width, vi_mode(self.prompts.app)) + note
+        return prompt.toolbar(status, status.asked or terminal.last, width, prompt.vi_mode(self.prompts.app)) + note
 
     def _redraw(self) -> None:
         self.prompts.app.invalidate()
@@ -360,10 +347,10 @@ class Shell:
         if self._answers is None:
             self._answers = PromptSession(
                 history=InMemoryHistory(),
-                style=STYLE,
-                color_depth=colour_depth(),
+                style=prompt.STYLE,
+                color_depth=prompt.colour_depth(),
                 vi_mode=self.prompts.editing_mode is EditingMode.VI,
-                key_bindings=abort_binding(self._abort),
+                key_bindings=prompt.abort_binding(self._abort),
                 enable_suspend=True,
             )
         return self._prompt(self._answers, question)

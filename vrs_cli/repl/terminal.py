@@ -16,19 +16,7 @@ from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.render import blocks, colours, plain
 from vrs_cli.repl.interrupt import Ended
 from vrs_cli.repl.loop import WANTED, yes_or_no
-from vrs_cli.values import replies
-from vrs_cli.values.questions import (
-    Amendment,
-    Answer,
-    Confirmation,
-    Editing,
-    Jogging,
-    LineWanted,
-    OnScreen,
-    Parting,
-    Playing,
-    Question,
-)
+from vrs_cli.values import questions, replies
 from vrs_cli.values.replies import Reply
 
 if TYPE_CHECKING:
@@ -120,22 +108,22 @@ class ShellTerminal:
         self.stream.flush()
         self._begun = ""
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: questions.Question) -> questions.Answer:
         """Ask the user until there is an answer. Ctrl-C means no, and stops the program that asks."""
         self._clear_progress()
-        if isinstance(question, LineWanted):
+        if isinstance(question, questions.LineWanted):
             return self._line(question)
-        if isinstance(question, Parting):
+        if isinstance(question, questions.Parting):
             return self._parts(question)
-        if isinstance(question, Amendment):
+        if isinstance(question, questions.Amendment):
             return self._answer(question)
-        if isinstance(question, OnScreen):
+        if isinstance(question, questions.OnScreen):
             return self._on_screen(question)
         while (agreed := yes_or_no((self._answer(question) or "").partition(";")[0].strip() or "N")) is None:
             self.type(WANTED, True)
         return agreed
 
-    def _line(self, question: LineWanted) -> str:
+    def _line(self, question: questions.LineWanted) -> str:
         if question.wrong:
             self.type(question.wrong, True)
         try:
@@ -144,13 +132,13 @@ class ShellTerminal:
             self.interrupt()
             raise KeyboardInterrupt from None
 
-    def _answer(self, question: Amendment | Confirmation) -> str | None:
+    def _answer(self, question: questions.Amendment | questions.Confirmation) -> str | None:
         try:
             return self._read(f"{question.text} ")
         except (KeyboardInterrupt, EOFError):
             return None
 
-    def _parts(self, question: Parting) -> bool:
+    def _parts(self, question: questions.Parting) -> bool:
         """Return whether the user leaves: after Y, EXIT, QUIT or Ctrl-D, but not after Ctrl-C or an empty line."""
         if question.about:
             self.show(replies.Message(question.about, replies.Tone.WARNING))
@@ -169,7 +157,7 @@ class ShellTerminal:
                 return False
             self.type(WANTED, True)
 
-    def _on_screen(self, question: OnScreen) -> bool | None:
+    def _on_screen(self, question: questions.OnScreen) -> bool | None:
         """Show a full screen until the user leaves it; return None if this terminal cannot. Messages that arrive while
         the editor is open are shown after it."""
         from prompt_toolkit.utils import is_dumb_terminal
@@ -177,12 +165,12 @@ class ShellTerminal:
         from vrs_cli.repl.player import play, show_motion
 
         screens = self.screens
-        if isinstance(question, Playing):
+        if isinstance(question, questions.Playing):
             recording = screens.recording(question)
             play(recording.arm, recording.timeline, 1.0)
         elif is_dumb_terminal():
             return None
-        elif isinstance(question, Editing):
+        elif isinstance(question, questions.Editing):
             from vrs_cli.repl.screen_editor import ScreenEditor
 
             later = self._later = list[Callable[[], None]]()
@@ -192,7 +180,7 @@ class ShellTerminal:
                 self._later = None
                 for say in later:
                     say()
-        elif isinstance(question, Jogging):
+        elif isinstance(question, questions.Jogging):
             from vrs_cli.repl.player import JogPanel
 
             JogPanel(
