@@ -16,7 +16,7 @@ WORKFLOW = ROOT / ".github" / "workflows" / "tests.yml"
 @pytest.mark.skipif(not WORKFLOW.exists(), reason="this is no checkout")
 def test_the_workflow_runs_what_the_readme_says() -> None:
     workflow, readme = WORKFLOW.read_text(encoding="utf-8"), (ROOT / "README.md").read_text(encoding="utf-8")
-    for command in ("pip install -q -e '.[dev]'", "python -m pytest -q -n 2"):
+    for command in ("pip install -q -e '.[dev]'", "python -m pytest -q -n 3"):
         assert command in readme
         assert command in workflow
     for system in ("ubuntu-latest", "macos-latest", "windows-latest"):
@@ -30,7 +30,7 @@ def test_all_tests_run_on_the_oldest_supported_python() -> None:
     oldest = project["requires-python"].removeprefix(">=")
     workflow = WORKFLOW.read_text(encoding="utf-8")
     assert f'python: ["{oldest}", ' in workflow
-    command = "python -m pytest -q -n 2"
+    command = "python -m pytest -q -n 3"
     assert f"{command}\n          {command} -m long\n" in workflow, "what one command leaves out, the next one runs"
     assert "-m " not in workflow.replace("python -m ", "").replace(" -m long", ""), "no step leaves tests out"
 

@@ -92,7 +92,7 @@ def test_every_sample_program_is_in_the_table() -> None:
     [
         (
             "pytest",
-            "python3 -m venv .venv && .venv/bin/pip install -q -e '.[dev]' && .venv/bin/python -m pytest -q -n 2",
+            "python3 -m venv .venv && .venv/bin/pip install -q -e '.[dev]' && .venv/bin/python -m pytest -q -n 3",
         ),
         (
             "vrs demo",
@@ -112,7 +112,7 @@ def test_ci_finds_the_commands_of_the_readme(what: str, command: str) -> None:
 def test_ci_runs_the_tests_that_the_command_of_the_readme_leaves_out() -> None:
     options = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["pytest"]["ini_options"]
     assert options["addopts"].endswith(" -m 'not long'")
-    assert "\n.venv/bin/python -m pytest -q -n 2 -m long\n" in CI.read_text(encoding="utf-8")
+    assert "\n.venv/bin/python -m pytest -q -n 3 -m long\n" in CI.read_text(encoding="utf-8")
 
 
 def test_commands_that_only_ci_runs_are_those_of_the_readme() -> None:
