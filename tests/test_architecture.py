@@ -488,7 +488,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 66_444  # of Python, in all
+MAX_STATEMENTS = 66_342  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 247,
@@ -516,11 +516,11 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "highlight": 35,
     "lsp": 882,
     "teach": 4498,
-    "cli": 3935,
+    "cli": 3833,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 323  # with content
+MAX_FILES = 322  # with content
 MAX_DEPTH = 26  # modules in a chain of imports
 MAX_TYPESCRIPT_LINES = {"src": 7_641, "test": 2_000}  # of the page
 MAX_BEHIND_PROTOCOL = 56  # modules that `import vrs_cli.net.protocol` loads

@@ -8,11 +8,10 @@ from keyword import iskeyword
 import pytest
 
 from vrs_cli.cli.check import FORMATS
-from vrs_cli.cli.command_line import SCRIPT_WAIT_S, OptionReader
-from vrs_cli.cli.commands import SUBCOMMANDS, TASKS, forms_of
+from vrs_cli.cli.command_line import SCRIPT_WAIT_S, Parser
+from vrs_cli.cli.commands import SUBCOMMANDS, TASKS
 from vrs_cli.cli.examples import EXAMPLES
 from vrs_cli.cli.experiment import EXPERIMENTS
-from vrs_cli.cli.help_page import SubcommandHelp
 from vrs_cli.cli.recorded import formats
 from vrs_cli.convert.writers import TARGETS
 from vrs_cli.kinematics.model import PROFILES, ArmTask
@@ -21,8 +20,8 @@ from vrs_cli.net.mirror import WINDOW
 
 
 def choices(name: str, dest: str) -> tuple[str, ...]:
-    (form,) = (one for one in forms_of(SUBCOMMANDS[name].options) if one.dest == dest)
-    return form.row.choices
+    (action,) = (one for one in Parser(name, "vrs").arguments() if one.dest == dest)
+    return tuple(action.choices or ())
 
 
 def test_choices_are_those_of_the_modules() -> None:
@@ -33,13 +32,11 @@ def test_choices_are_those_of_the_modules() -> None:
 
 
 def test_defaults_and_helps_are_those_of_the_modules() -> None:
-    assert OptionReader("serve", "vrs").read([]).port == PORT
-    assert f"(default {WINDOW:g})" in " ".join(SubcommandHelp("view", "vrs").format_help(rare=True).split())
-    assert f"--replay-units {SCRIPT_WAIT_S:g} s" in " ".join(
-        SubcommandHelp("run", "vrs").format_help(rare=True).split()
-    )
+    assert Parser("serve", "vrs").parse([]).port == PORT
+    assert f"(default {WINDOW:g})" in " ".join(Parser("view", "vrs").format_help(rare=True).split())
+    assert f"--replay-units {SCRIPT_WAIT_S:g} s" in " ".join(Parser("run", "vrs").format_help(rare=True).split())
     assert all(f"  {one.name:5} {one.summary}" in EXAMPLES["export"] for one in formats().values())
-    assert all(name in SubcommandHelp("convert", "vrs").format_help() for name in TARGETS)
+    assert all(name in Parser("convert", "vrs").format_help() for name in TARGETS)
 
 
 @pytest.mark.parametrize("name", SUBCOMMANDS)
@@ -65,5 +62,5 @@ def test_each_subcommand_has_its_function(name: str) -> None:
     ],
 )
 def test_forms_say_how_many_values_there_are(name: str, words: list[str], found: dict[str, object]) -> None:
-    values = vars(OptionReader(name, "vrs").read(words))
+    values = vars(Parser(name, "vrs").parse(words))
     assert {key: values[key] for key in found} == found

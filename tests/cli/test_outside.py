@@ -13,7 +13,7 @@ import pytest
 
 from tests.cli.conftest import Vrs
 from tests.live import PATIENCE
-from vrs_cli.cli.command_line import OptionReader, chosen_outside
+from vrs_cli.cli.command_line import Parser, chosen_outside
 from vrs_cli.cli.main import OK, USAGE
 from vrs_cli.errors import DeviceNotReady, NetworkTimeout
 
@@ -109,4 +109,4 @@ def test_a_driver_serves_until_it_is_stopped(server: str) -> None:
     [(["--allow-net"], inf), (["--allow-net", "--patience", "5"], 5.0), (["--serial", "1=pty"], inf)],
 )
 def test_how_long_units_wait(words: list[str], patience: float) -> None:
-    assert chosen_outside(OptionReader("run", "vrs run").read(["a.v2", *words])).patience == patience
+    assert chosen_outside(Parser("run", "vrs run").parse(["a.v2", *words])).patience == patience

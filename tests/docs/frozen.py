@@ -15,8 +15,8 @@ import msgspec
 
 import vrs_cli as vrs
 from tests.docs.makers import DOCS
-from vrs_cli.cli.command_line import HELPS
-from vrs_cli.cli.commands import SUBCOMMANDS, forms_of
+from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.commands import SUBCOMMANDS
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -80,9 +80,8 @@ def _parameters(function: Any) -> list[str]:
 
 def _options(name: str) -> Iterator[str]:
     """Yield the options of a subcommand."""
-    yield from (option for option in HELPS if option.startswith("--"))
-    for form in forms_of(SUBCOMMANDS[name].options):
-        yield from (option for option in form.names if option.startswith("--"))
+    for action in Parser(name, f"vrs {name}").arguments():
+        yield from (option for option in action.option_strings if option.startswith("--"))
 
 
 def _words() -> Iterator[str]:

@@ -6,13 +6,13 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from math import inf
 from pathlib import Path
 from types import MappingProxyType
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from msgspec import Struct, field, structs

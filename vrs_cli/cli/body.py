@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
 from math import radians
 from threading import Thread
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.bodies.scenario import Disturbance, Release, Scenario, load_scenario, read_command

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from io import StringIO
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, structs

@@ -3,8 +3,8 @@ tokens, collect programs, remove students."""
 
 from __future__ import annotations
 
+from argparse import Namespace
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 from urllib.parse import quote, urlsplit
 
 from vrs_cli.cli.command_line import CommandLineError

@@ -1,17 +1,16 @@
-"""Read the arguments of subcommands by their table. Also read what several subcommands share: robot, dialect, clock,
-devices."""
+"""Make the parsers of subcommands from their table, and read what several subcommands share: robot, dialect, clock,
+devices.
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
-import re
 import sys
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from itertools import takewhile
 from math import inf, isnan
-from types import SimpleNamespace as Namespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from vrs_cli.cli import commands, kinds
 from vrs_cli.errors import UsageError, nearest
@@ -34,7 +33,16 @@ class CommandLineError(UsageError):
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
 
 
-_WRITING = {  # suffix of a file: the option that writes such a file
+class HelpAll(argparse.Action):
+    """`--help-all`: print the help with all options, and end."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> NoReturn:
+        assert isinstance(parser, Parser)
+        parser._print_message(parser.format_help(rare=True), sys.stdout)
+        parser.exit()
+
+
+_WRITING = {  # the option for a file, by its ending
     ".csv": "--csv",
     ".vrst": "--save",
     ".html": "--report",
@@ -42,129 +50,78 @@ _WRITING = {  # suffix of a file: the option that writes such a file
 }
 
 
-HELPS = ("-h", "--help", "--help-all")
-_NEGATIVE = re.compile(r"-\d+|-\d*\.\d+")
-
-
-class OptionReader:
-    """Reads the arguments of a subcommand as its row of the table describes them. For an unknown option it suggests the
-    option that was probably meant. `prog`: the name of the subcommand in messages."""
+class Parser(argparse.ArgumentParser):
+    """Reads the arguments of a subcommand by its row of the table. It raises CommandLineError, and suggests the option
+    that was probably meant. `prog`: the name of the subcommand in messages.
+    """
 
     def __init__(self, name: str, prog: str) -> None:
-        self._name, self._prog = name, prog
-        self._forms = tuple(commands.forms_of(commands.SUBCOMMANDS[name].options))
-        self._options = {name: form for form in self._forms if form.is_option for name in form.names}
-        self._given: list[commands.OptionForm] = []
-        self._values: dict[str, Any] = {"prog": prog}
-        for form in self._forms:
-            default = form.row.default if form.takes_value else False
-            self._values[form.dest] = [*default] if isinstance(default, list) else default
+        row = commands.SUBCOMMANDS[name]
+        super().__init__(prog=prog, description=row.description, add_help=False, allow_abbrev=False)
+        self._name = name
+        self.set_defaults(prog=prog)
+        self._positionals.title = "arguments"
+        self._optionals.add_argument("-h", "--help", action="help", help=argparse.SUPPRESS)
+        self._optionals.add_argument("--help-all", action=HelpAll, nargs=0, help="rare options too")
+        for one in row.options:
+            _add(self, one)
 
-    def read(self, arguments: Sequence[str]) -> Namespace:
+    def format_help(self, *, rare: bool = False) -> str:
+        """Return the help, as wide as the terminal. `rare`: with rare options, and with all examples."""
+        formatter = argparse.RawDescriptionHelpFormatter(self.prog)
+        needed = [action for action in self._actions if action.required or not action.option_strings]
+        formatter.add_usage(None, needed, ())
+        formatter.add_text(self.description)
+        for section in self._action_groups:
+            shown = [action for action in section._group_actions if rare or not getattr(action, "rare", False)]
+            if shown:
+                formatter.start_section(section.title)
+                formatter.add_text(section.description)
+                formatter.add_arguments(shown)
+                formatter.end_section()
+        from vrs_cli.cli.examples import EXAMPLES
+
+        usual, _, more = EXAMPLES.get(self._name, "").partition("\f")
+        formatter.add_text(usual.rstrip() + "\n" + more if rare else usual)
+        return formatter.format_help()
+
+    def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Return the values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
-        known = (*self._options, *HELPS)
-        names = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", arguments))
-        if unknown := next((word for word in names if word.startswith("--") and word not in known), None):
-            raise self._unknown(unknown, arguments)
-        words, found = deque(arguments), list[str]()
-        while words:
-            word = words.popleft()
-            if word == "--":
-                found += words
-                break
-            if self._is_value(word):
-                found.append(word)
-            else:
-                self._read_option(word, words, arguments)
-        extra = self._read_arguments(found)
-        if missing := [one.shown for one in self._forms if one.required and one not in self._given]:
-            raise self._error(f"the following arguments are required: {', '.join(missing)}")
+        # `--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number
+        pairs = zip(arguments, [*arguments[1:], ""], strict=False)
+        bare = ("--realtime=1" if one == "--realtime" and isnan(kinds.float_of(next_)) else one for one, next_ in pairs)
+        arguments = list(bare)
+        words = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", arguments))
+        unknown = [word for word in words if word.startswith("--") and word not in self.options()]
+        if unknown:
+            raise self._unknown(unknown[0], arguments)
+        values, extra = self.parse_known_args(arguments)
         if extra:
             raise self._unknown(extra[0], arguments)
-        return Namespace(**self._values)
+        return values
 
-    def _read_option(self, word: str, words: deque[str], arguments: Sequence[str]) -> None:
-        """Read an option, and its values from the words that follow it."""
-        name, equals, text = word.partition("=")
-        if name not in self._options and not name.startswith("--") and word[:2] in self._options:
-            name, equals, text = word[:2], "=", word[2:]  # the form -oOUT
-        if name in HELPS:
-            from vrs_cli.cli.help_page import SubcommandHelp
+    def arguments(self) -> tuple[argparse.Action, ...]:
+        """Return all arguments and options."""
+        return tuple(self._actions)
 
-            print(SubcommandHelp(self._name, self._prog).format_help(rare=name == "--help-all"), end="")
-            raise SystemExit(0)
-        form = self._options.get(name)
-        if form is None:
-            raise self._unknown(word, arguments)
-        other = next((one for one in self._given if one.group and one.group is form.group and one is not form), None)
-        if other is not None:
-            raise self._error(f"{form.shown}: not allowed with argument {other.shown}")
-        if equals and not form.takes_value:
-            raise self._error(f"{form.shown}: ignored explicit argument {text!r}")
-        texts = [text] if equals else []
-        while form.takes_value and words and self._is_value(words[0]) and (form.several or not texts):
-            if name == "--realtime" and isnan(kinds.float_of(words[0])):
-                break  # `--realtime FILE` means `--realtime=1 FILE`
-            texts.append(words.popleft())
-        if form.takes_value and not (texts or form.optional):
-            raise self._error(f"{form.shown}: expected {'at least one' if form.several else 'one'} argument")
-        self._take(form, texts)
+    def options(self) -> tuple[str, ...]:
+        """Return the names of all options: `--output`, `-o`."""
+        return tuple(self._option_string_actions)
 
-    def _read_arguments(self, found: list[str]) -> list[str]:
-        """Assign the words that belong to no option to the arguments, in order. Return the words that remain."""
-        forms = [form for form in self._forms if not form.is_option]
-        for place, form in enumerate(forms):
-            later = sum(not one.optional for one in forms[place + 1 :])
-            most = len(found) - later if form.several else min(1, len(found) - later * form.optional)
-            count = max(most, 0 if form.optional else min(1, len(found)))
-            if count:
-                self._take(form, found[:count])
-                found = found[count:]
-            elif form.optional and form.several:
-                self._values[form.dest] = []
-        return found
-
-    def _is_value(self, word: str) -> bool:
-        """Return whether a word is a value and not an option: it has no leading dash, is `-` alone, is a negative
-        number, or contains a blank."""
-        if not word.startswith("-") or word == "-" or _NEGATIVE.fullmatch(word):
-            return True
-        return " " in word and word.partition("=")[0] not in self._options
-
-    def _take(self, form: commands.OptionForm, texts: Sequence[str]) -> None:
-        """Set the value of an option or an argument from the texts given for it."""
-        row, values = form.row, [self._value(form, text) for text in texts]
-        value: Any = True if not form.takes_value else values if form.several else values[0] if values else row.const
-        if row.repeats:
-            before = self._values[form.dest] or []
-            value = [*before, *value] if form.several else [*before, value]
-        self._values[form.dest] = value
-        self._given.append(form)
-
-    def _value(self, form: commands.OptionForm, text: str) -> object:
-        try:
-            value = form.row.kind(text)
-        except kinds.WrongValue as error:
-            raise self._error(f"{form.shown}: {error}") from None
-        if form.row.choices and value not in form.row.choices:
-            known = ", ".join(map(repr, form.row.choices))
-            raise self._error(f"{form.shown}: invalid choice: {value!r} (choose from {known})")
-        return value
-
-    def _error(self, message: str) -> CommandLineError:
-        return CommandLineError(message, f"see {self._prog} --help")
+    def error(self, message: str) -> NoReturn:
+        raise CommandLineError(message.removeprefix("argument "), f"see {self.prog} --help")
 
     def _unknown(self, word: str, arguments: Sequence[str]) -> CommandLineError:
         beside = dict(zip(arguments, [*arguments[1:], ""], strict=False)).get(word, "")
         meant = _WRITING.get(os.path.splitext(beside)[1].lower(), "") if word in ("-o", "--output", "--out") else ""
-        if meant in (*self._options, *HELPS):
+        if meant in self.options():
             return CommandLineError(f"unknown option {word}", f"did you mean {meant} {beside}?")
-        if word == "--speed" and "--realtime" in (*self._options, *HELPS):
+        if word == "--speed" and "--realtime" in self.options():
             hint = "SPEED 50 in the program sets the speed of the arm, --realtime 0.5 that of the clock"
             return CommandLineError(f"unknown option {word}", hint)
         if not word.startswith("-"):
-            return CommandLineError(f"one argument too many: {word}", f"see {self._prog} --help")
-        return CommandLineError(f"unknown option {word}", did_you_mean(word, (*self._options, *HELPS), self._prog))
+            return CommandLineError(f"one argument too many: {word}", f"see {self.prog} --help")
+        return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
@@ -174,16 +131,58 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
 
 
-def chosen_dialect(options: Namespace) -> Dialect:
+def _add(container: argparse._ActionsContainer, row: commands.OptionRow | commands.OneOf | commands.Group) -> None:
+    """Add an option, or several, to a parser or to a group of its help."""
+    if isinstance(row, commands.OptionRow):
+        names, described = _argparse_form(row)
+        if isinstance(container, Parser):  # groups do not format each option as a test
+            container = container._optionals if names[0].startswith("-") else container._positionals
+        container.add_argument(*names, **described).rare = row.rare  # type: ignore[attr-defined]
+        return
+    titles = (row.title, row.about) if isinstance(row, commands.Group) else ()
+    inside = container.add_argument_group(*titles) if titles else container.add_mutually_exclusive_group()
+    for one in row.options:
+        _add(inside, one)
+
+
+def _argparse_form(row: commands.OptionRow) -> tuple[Sequence[str], dict[str, Any]]:
+    """Return the names of an option, and its other arguments of `add_argument`."""
+    words = row.form.split()
+    names = [word for word in words if word.startswith("-")] or words[:1]
+    value = " ".join(words[len(names) :])
+    described: dict[str, Any] = {"help": row.help} | ({"dest": row.dest} if row.dest else {})
+    if not value and not row.choices:
+        return names, described | {"action": "store_true"}
+    may_be_left_out = value.startswith("[") and value.endswith("]")
+    value = value[1:-1] if may_be_left_out else value
+    several = value.endswith("...")
+    if row.repeats:
+        described["action"] = "extend" if several else "append"
+    if row.required:
+        described["required"] = True
+    return names, described | {
+        "metavar": value.removesuffix("...").strip() or None,
+        "nargs": {(False, False): None, (True, False): "?", (False, True): "+", (True, True): "*"}[
+            may_be_left_out, several
+        ],
+        "type": row.kind,
+        "default": row.default,
+        "choices": row.choices or None,
+        "const": row.const,
+    }
+
+
+def chosen_dialect(options: argparse.Namespace) -> Dialect:
     """Return the dialect of `--dialect`."""
     from vrs_cli.values.diagnostics import Dialect
 
     return Dialect[options.dialect.upper()]
 
 
-def chosen_robot(options: Namespace, named: str | None = None) -> RobotModel:
-    """Return the robot of `--robot`, else the robot that a program file names (`named`), else the usual one. Report
-    decisions that the robot's file leaves open on standard error. Raises VrsError."""
+def chosen_robot(options: argparse.Namespace, named: str | None = None) -> RobotModel:
+    """Return the robot of `--robot`, else the one that a program file names (`named`), else the usual one. Decisions
+    that its file leaves open are told on standard error. Raises VrsError.
+    """
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
     model = load_robot(options.robot or named or USUAL_ROBOT, Ends(options.base, options.tip), options.task)
@@ -223,9 +222,10 @@ def clock_of(rate: float | None) -> WallClock | None:
 SCRIPT_WAIT_S = 60.0  # [s] maximum time that a unit waits for a scripted peer
 
 
-def chosen_outside(options: Namespace) -> Outside:
-    """Return the devices that programs may attach, as the options UNITS describe them. Real devices set
-    `options.realtime`. Raises CommandLineError, FileError."""
+def chosen_outside(options: argparse.Namespace) -> Outside:
+    """Return the devices that programs may attach, by the options UNITS. Real devices set `options.realtime`. Raises
+    CommandLineError, FileError.
+    """
     live = options.allow_net or options.serial
     if live and getattr(options, "sandbox", None) is not None:
         raise CommandLineError("--sandbox has no connections", "leave out --allow-net and --serial")

@@ -6,7 +6,7 @@ of the help pages are in `examples.py`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -48,56 +48,6 @@ class Group(Struct, frozen=True):
     title: str
     options: tuple[OptionRow | OneOf, ...]
     about: str | None
-
-
-class OptionForm(Struct, frozen=True):
-    """The parts of the form of an option or an argument.
-
-    `value`: the name of its value in the help; "" if it has none. `optional`: the value may be left out. `several`:
-    several values may be given. `group`: the options of which a command line may contain at most one. `dest`: the
-    attribute that holds the value. `shown`: the name in messages.
-    """
-
-    row: OptionRow
-    names: tuple[str, ...]
-    is_option: bool
-    value: str
-    optional: bool
-    several: bool
-    group: OneOf | None
-    dest: str
-    shown: str
-
-    @property
-    def takes_value(self) -> bool:
-        return bool(self.value or self.row.choices)
-
-    @property
-    def required(self) -> bool:
-        return self.row.required if self.is_option else not self.optional
-
-
-def form_of(row: OptionRow, group: OneOf | None = None) -> OptionForm:
-    """Return the parts of the form of an option or an argument."""
-    words = row.form.split()
-    options = tuple(word for word in words if word.startswith("-"))
-    names = options or (words[0],)
-    value = " ".join(words[len(names) :])
-    optional = value.startswith("[") and value.endswith("]")
-    value = value[1:-1] if optional else value
-    several, value = value.endswith("..."), value.removesuffix("...").strip()
-    dest = row.dest or max(names, key=len).lstrip("-").replace("-", "_")
-    shown = "/".join(options) or value or names[0]
-    return OptionForm(row, names, bool(options), value, optional, several, group, dest, shown)
-
-
-def forms_of(rows: Iterable[OptionRow | OneOf | Group], group: OneOf | None = None) -> Iterator[OptionForm]:
-    """Yield the forms of options, including options in groups."""
-    for row in rows:
-        if isinstance(row, OptionRow):
-            yield form_of(row, group)
-        else:
-            yield from forms_of(row.options, row if isinstance(row, OneOf) else group)
 
 
 class Subcommand(Struct, frozen=True):

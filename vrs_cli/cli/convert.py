@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from pathlib import PurePath
-from types import SimpleNamespace as Namespace
 
 from vrs_cli.cli import batch, commands, fence, main, outputs
-from vrs_cli.cli.command_line import CommandLineError, OptionReader, teller
+from vrs_cli.cli.command_line import CommandLineError, Parser, teller
 from vrs_cli.cli.sources import sources_of
 from vrs_cli.convert import as_written, steps, writers
 from vrs_cli.errors import UsageError, did_you_mean
@@ -77,7 +77,7 @@ def convert(options: Namespace) -> int:
     if options.output != commands.STANDARD_STREAM:
         outputs.check_distinct((options.file, options.output))
         atomic.check_writable(options.output)
-    usual = vars(OptionReader("run", options.prog).read([options.file]))  # the default values of the options of vrs run
+    usual = vars(Parser("run", options.prog).parse([options.file]))  # the default values of the options of vrs run
     usual |= {"program": None, "apart": False, "quiet": True}
     sources = sources_of((options.file,))
     return Conversion(Namespace(**usual | vars(options)), outputs.Outputs(None, 0.0, None, None), sources).run()

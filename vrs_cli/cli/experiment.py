@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import gc
 import json
+from argparse import Namespace
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby, product
 from operator import attrgetter
-from types import SimpleNamespace as Namespace
 from typing import NamedTuple
 
 from msgspec import Struct, structs

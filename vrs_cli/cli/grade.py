@@ -6,11 +6,11 @@ import os
 import shutil
 import stat
 import sys
+from argparse import Namespace
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import chdir, closing
 from glob import glob
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 
 from vrs_cli.cli import commands, main, outputs, sources
 from vrs_cli.cli.command_line import CommandLineError

@@ -1,8 +1,11 @@
-"""Read the values of options: each function returns a value, or raises WrongValue."""
+"""Read the values of options: each function returns a value, or raises ArgumentTypeError, to which argparse adds the
+option.
+"""
 
 from __future__ import annotations
 
 import re
+from argparse import ArgumentTypeError
 from collections.abc import Callable
 from functools import partial
 from math import inf, isfinite, nan
@@ -26,10 +29,6 @@ MAX_RATE = 100_000.0  # [Hz] maximum sampling rate
 FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
 
 
-class WrongValue(Exception):
-    """A text is not a valid value of its kind. The reader of options adds the name of the option."""
-
-
 def float_of(text: str) -> float:
     """Return the number in a text, or nan if the text is not a number."""
     try:
@@ -42,7 +41,7 @@ def number(text: str) -> float:
     """Read a finite number."""
     value = float_of(text)
     if not isfinite(value):
-        raise WrongValue(f"{text!r} is not a number")
+        raise ArgumentTypeError(f"{text!r} is not a number")
     return value
 
 
@@ -50,7 +49,7 @@ def positive(text: str) -> float:
     """Read a number above zero."""
     value = number(text)
     if not value > 0.0:
-        raise WrongValue(f"{text} is not above 0")
+        raise ArgumentTypeError(f"{text} is not above 0")
     return value
 
 
@@ -59,7 +58,7 @@ def whole(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise WrongValue(f"{text!r} is not a whole number") from None
+        raise ArgumentTypeError(f"{text!r} is not a whole number") from None
 
 
 def size(text: str) -> int:
@@ -67,7 +66,7 @@ def size(text: str) -> int:
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
     value = positive(digits) * FACTORS[factor]
     if value != int(value) or value > 2**62:
-        raise WrongValue(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
+        raise ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
     return int(value)
 
 
@@ -75,7 +74,7 @@ def percent(text: str) -> float:
     """Read a percentage of full speed [%]."""
     value = positive(text)
     if value > 100.0:
-        raise WrongValue(f"{text} % is more than full speed")
+        raise ArgumentTypeError(f"{text} % is more than full speed")
     return value
 
 
@@ -83,7 +82,7 @@ def sampling_rate(text: str) -> float:
     """Read a sampling rate, in samples per second [Hz]."""
     value = positive(text)
     if value > MAX_RATE:
-        raise WrongValue(f"{text} Hz is more than {MAX_RATE:g} Hz")
+        raise ArgumentTypeError(f"{text} Hz is more than {MAX_RATE:g} Hz")
     return value
 
 
@@ -93,7 +92,7 @@ def clock_rate(text: str) -> float:
 
     rate = positive(text)
     if not SLOWEST_RATE <= rate <= FASTEST_RATE:
-        raise WrongValue(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
+        raise ArgumentTypeError(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
     return rate
 
 
@@ -101,7 +100,7 @@ def _within(lowest: float, highest: float, unit: str, text: str) -> float:
     """Read a number between two bounds."""
     value = positive(text)
     if not lowest <= value <= highest:
-        raise WrongValue(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
+        raise ArgumentTypeError(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
     return value
 
 
@@ -115,7 +114,7 @@ def cycles(text: str) -> int:
 
     value = whole(text)
     if value == 0 or value > MAX_CYCLES:
-        raise WrongValue(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
+        raise ArgumentTypeError(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
     return value
 
 
@@ -124,7 +123,7 @@ def codes(text: str) -> tuple[str, ...]:
     found = tuple(code.strip().upper() for code in text.split(","))
     wrong = next((code for code in found if not re.fullmatch("V[0-9]{0,4}", code)), None)
     if wrong is not None:
-        raise WrongValue(f"{wrong!r} is no code, as V401 and V05 are")
+        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
     return found
 
 
@@ -137,7 +136,7 @@ def expiry(text: str) -> date:
             return read(text)
         except ValueError:
             continue
-    raise WrongValue(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)")
+    raise ArgumentTypeError(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)")
 
 
 # --- robots, cells, addresses -----------------------------------------------------------------------------------------
@@ -151,7 +150,7 @@ def named_robot(text: str) -> tuple[str, str]:
     if not equals:
         name, robot = Path(text).stem, text
     if not good_name(name):
-        raise WrongValue(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
+        raise ArgumentTypeError(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
     return name, robot
 
 
@@ -168,7 +167,7 @@ def serial_line(text: str) -> tuple[str, str]:
     """Read the number of a serial line and its device: `1=/dev/ttyUSB0,9600`."""
     number, equals, device = text.partition("=")
     if not (number.isdigit() and equals and device):
-        raise WrongValue(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
+        raise ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
     return str(int(number)), device
 
 
@@ -179,14 +178,14 @@ def host_address(text: str) -> str:
     try:
         return str(ipaddress.ip_address(text))
     except ValueError:
-        raise WrongValue(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
+        raise ArgumentTypeError(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
 
 
 def port(text: str) -> int:
     """Read the number of a TCP port."""
     value = whole(text)
     if not 0 <= value <= MAX_PORT:
-        raise WrongValue(f"{text} is no port (0 to {MAX_PORT})")
+        raise ArgumentTypeError(f"{text} is no port (0 to {MAX_PORT})")
     return value
 
 
@@ -196,7 +195,7 @@ def endpoint(text: str) -> Endpoint:
 
     host, _, number = text.rpartition(":")
     if not (number.isascii() and number.isdigit() and int(number) <= MAX_PORT) or "/" in host:
-        raise WrongValue(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
+        raise ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
     return Endpoint(host.strip("[]") or LOOPBACK, int(number))
 
 
@@ -213,7 +212,7 @@ def _read(parse: Callable[[str], T], text: str) -> T:
     try:
         return parse(text)
     except VrsError as error:
-        raise WrongValue(f"{error.detail}; {error.hint}" if error.hint else error.detail) from None
+        raise ArgumentTypeError(f"{error.detail}; {error.hint}" if error.hint else error.detail) from None
 
 
 def duration(text: str) -> float:
@@ -231,8 +230,8 @@ def ahead(text: str) -> float | Ahead:
         return Ahead.AUTO
     try:
         return duration(text)
-    except WrongValue as error:
-        raise WrongValue(f"{error}, or {Ahead.AUTO.value}") from None
+    except ArgumentTypeError as error:
+        raise ArgumentTypeError(f"{error}, or {Ahead.AUTO.value}") from None
 
 
 def delays(text: str) -> tuple[str, Delays]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import teller

@@ -11,7 +11,7 @@ from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
 from keyword import iskeyword
 
-from vrs_cli.cli.command_line import CommandLineError, OptionReader, did_you_mean
+from vrs_cli.cli.command_line import CommandLineError, Parser, did_you_mean
 from vrs_cli.cli.commands import GROUPS, SUBCOMMANDS
 from vrs_cli.errors import FileDamaged, FileError, UsageError, VrsError
 from vrs_cli.repl.interrupt import Ended, ending
@@ -115,7 +115,7 @@ def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
 
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
-    options = OptionReader(name, prog).read(arguments)
+    options = Parser(name, prog).parse(arguments)
     module, word = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}"), name.split()[-1]
     status: int | None = getattr(module, f"{word}_" if iskeyword(word) else word)(options)
     return status or OK

@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -15,7 +16,6 @@ from math import isnan
 from pathlib import Path
 from subprocess import PIPE, Popen
 from time import sleep
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from msgspec import structs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -9,7 +10,6 @@ from contextlib import contextmanager
 from io import BytesIO
 from itertools import combinations, groupby
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -47,11 +47,9 @@ class Outputs(Struct, frozen=True):
     report_at: float | None = None
 
     @staticmethod
-    def of(options: Namespace) -> Outputs:
-        """Read the options, and raise the errors that `write` would raise later.
-
-        Raises CommandLineError for options that exclude each other, or if two outputs share a file; FileError,
-        UsageError.
+    def of(options: argparse.Namespace) -> Outputs:
+        """Read the options, and raise the errors that `write` would have later. Raises CommandLineError for options
+        that exclude each other, or one file for two outputs; FileError, UsageError.
         """
         if options.rate is not None and options.csv is None:
             raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")

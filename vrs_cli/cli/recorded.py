@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+from argparse import Namespace
 from collections.abc import Mapping
 from functools import partial
 from itertools import islice
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace

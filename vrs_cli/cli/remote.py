@@ -8,10 +8,10 @@ import os
 import re
 import signal
 import sys
+from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 
 from vrs_cli.cli.command_line import CommandLineError, teller
 from vrs_cli.cli.commands import STANDARD_STREAM

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import os
 import signal
+from argparse import Namespace
 from collections.abc import Mapping
 from importlib.util import find_spec
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_outside, chosen_robot, clock_of, teller

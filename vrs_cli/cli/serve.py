@@ -6,12 +6,12 @@ import asyncio
 import ssl
 import sys
 import time
+from argparse import Namespace
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 
 from vrs_cli.cli import main, remote
 from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, tell_notes, teller

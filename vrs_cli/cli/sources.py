@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from math import degrees
 from pathlib import Path
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, NoReturn
 
 from msgspec import Struct

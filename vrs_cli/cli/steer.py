@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import sys
+from argparse import Namespace
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
@@ -14,7 +15,6 @@ from math import degrees
 from queue import Empty, Queue
 from threading import Thread
 from time import monotonic
-from types import SimpleNamespace as Namespace
 from typing import TextIO
 
 from vrs_cli.api.control import CHUNK_S, ChunkSteering

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import Action, ArgumentParser
+from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator
 from importlib.util import find_spec
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.cli import commands, main
-from vrs_cli.cli.command_line import CommandLineError, chosen_robot
-from vrs_cli.cli.help_page import SubcommandHelp
+from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot
 from vrs_cli.extras import how_to_install
 
 if TYPE_CHECKING:
@@ -55,8 +53,8 @@ def completion(options: Namespace) -> None:
     families: dict[str, Any] = {}
     for name, row in commands.SUBCOMMANDS.items():
         first, _, second = name.partition(" ")
-        own = SubcommandHelp(name, f"vrs {name}")
-        for action in own._actions:
+        own = Parser(name, f"vrs {name}")
+        for action in own.arguments():
             _teach(action, shtab.FILE, shtab.DIRECTORY)
         if second and first in commands.SUBCOMMANDS:  # `class token` is completed as an argument of `class`
             continue

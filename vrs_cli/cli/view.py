@@ -3,21 +3,22 @@ trajectory."""
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import json
 import os
 import webbrowser
+from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from math import inf
 from pathlib import Path
 from threading import Thread
-from types import SimpleNamespace as Namespace
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from vrs_cli.cli import remote, run
-from vrs_cli.cli.command_line import CommandLineError, OptionReader, chosen_robot, clock_of, teller
+from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot, clock_of, teller
 from vrs_cli.cli.sources import cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import NonexistentFile, UsageError, VrsError
 from vrs_cli.extras import shipped_folder
@@ -148,8 +149,8 @@ def show(options: Namespace) -> int:
     return 0
 
 
-def run_beside(options: Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
-    """Run the shell while the page is served. If the shell reads from a pipe, the page stays after the last line."""
+def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: LocalRobot) -> int:
+    """Run the shell beside the page. On a pipe, the page stays after the last line."""
     connection = socket_port.SocketPort(local_robot.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
@@ -300,12 +301,12 @@ def demo(options: Namespace) -> int:
     Without a terminal run the program as `vrs run` does. Raises VrsError.
     """
     if not on_terminal():
-        return run.run(OptionReader("run", options.prog).read([SAMPLE]))
+        return run.run(Parser("run", options.prog).parse([SAMPLE]))
     if options.terminal or not (options.no_open or has_browser()):
         return _on_terminal()
 
     arguments = [SAMPLE, "--no-open"] if options.no_open else [SAMPLE]
-    shown = OptionReader("view", options.prog).read(arguments)
+    shown = Parser("view", options.prog).parse(arguments)
     with ExitStack() as stack:
         try:
             place = page_place(shown)
