@@ -89,17 +89,13 @@ def skeleton(
     T_robot = arm.frames(q)
     corners, joints = list[transform.Vector](), list[transform.Vector]()
     for T, after in pairwise(T_robot):
-        joints.append(transform.position(T))
-        corners += [transform.position(T), _foot(T, transform.position(after))]
+        origin, z = transform.position(T), (T.ax, T.ay, T.az)
+        height = transform.dot(transform.vector_difference(transform.position(after), origin), z)
+        joints.append(origin)
+        corners += [origin, transform.along(origin, z, height)]
     corners += [transform.position(T_robot[-1]), transform.moved_point(T_robot[-1], transform.position(frames.tool))]
     T_world_robot = transform.inverse(frames.base)
     return tuple(_distinct_points(T_world_robot, corners)), tuple(_distinct_points(T_world_robot, joints))
-
-
-def _foot(T: transform.Transform, p: transform.Vector) -> transform.Vector:
-    """Return the point on the z axis of a frame that is nearest to a point."""
-    origin, z = transform.position(T), (T.ax, T.ay, T.az)
-    return transform.along(origin, z, transform.dot(transform.vector_difference(p, origin), z))
 
 
 def _distinct_points(T: transform.Transform, points: Sequence[transform.Vector]) -> Iterator[transform.Vector]:
@@ -122,14 +118,14 @@ def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[repli
         replies.PicturedBody(replies.BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture))
         for one in scene.fixtures
     ]
-    for part in scene.parts:
-        state = course.state(part.name, t)
-        if state.exists:
-            found.append(
-                replies.PicturedBody(
-                    replies.BodyKind.HELD if state.held else replies.BodyKind.PART, corners(part.shape, state.pose)
-                )
-            )
+    states = ((part, course.state(part.name, t)) for part in scene.parts)
+    found += [
+        replies.PicturedBody(
+            replies.BodyKind.HELD if state.held else replies.BodyKind.PART, corners(part.shape, state.pose)
+        )
+        for part, state in states
+        if state.exists
+    ]
     for sensor in scene.sensors:
         on = bool(course.signal(abs(sensor.signal), t)) is (sensor.signal > 0)
         found.append(
@@ -199,9 +195,11 @@ def _sketch_of_reach(report: replies.ReachReport) -> acts.Sketch:
     reach = report.reach
     stop = stopping_place(reach)
     balls = [acts.SketchBall("stop", stop, "good" if reach.line.duration is not None else "stop")]
-    for word, contact in (("move", report.move_contact), ("line", report.line_contact)):
-        if contact is not None:
-            balls.append(acts.SketchBall(f"{word}_contact", contact.place, "bad"))
+    balls += [
+        acts.SketchBall(f"{word}_contact", contact.place, "bad")
+        for word, contact in (("move", report.move_contact), ("line", report.line_contact))
+        if contact is not None
+    ]
     refused = ((stop, reach.end),) if stop != reach.end else ()
     return acts.Sketch(reach_text(report), stop, ((reach.begin, stop),), refused, tuple(balls))
 

@@ -77,8 +77,8 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
         programs[stored.program.key] = before[stored.program.key]
         station.layout = station.layout.with_part(stored.program.key, layout.parts.get(stored.program.key, ()))
         if replaced is None:
-            hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
-            yield replies.Message(str(ProgramExists(stored.name, hint)), replies.Tone.ERROR)
+            refusal = ProgramExists(stored.name, "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced")
+            yield replies.Message(str(refusal), replies.Tone.ERROR)
     new = [stored for stored in loaded if stored not in old]
     station.unstored.programs_stored(stored.program for stored in new)
     if station.last_program is None and new:
@@ -213,18 +213,20 @@ def _replay_rows(arm: RobotArm, recording: trajectory_file.Recording) -> tuple[r
     memory is freed here in small parts, because freeing a million values at once would block every thread."""
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
-    segments, rows = list(timeline), list[replies.ReplayRow]()
-    for segment, follower in zip_longest(segments, segments[1:]):
-        motion = segment.motion
-        if follower is None or follower.motion.number != motion.number:
-            T_world_tool = position_at(arm, timeline, segment.finish).T_world_tool
-            rows.append(replies.ReplayRow(motion.number, motion.text, segment.finish, T_world_tool))
+    segments = list(timeline)
+    rows = tuple(
+        replies.ReplayRow(
+            one.motion.number, one.motion.text, one.finish, position_at(arm, timeline, one.finish).T_world_tool
+        )
+        for one, follower in zip_longest(segments, segments[1:])
+        if follower is None or follower.motion.number != one.motion.number
+    )
     del timeline
     while deltas:
         deltas.pop()
     while segments:
         segments.pop()
-    return tuple(rows)
+    return rows
 
 
 @operands.handles("FLIST")

@@ -105,10 +105,9 @@ def _row_text(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
 def help_on(word: str) -> Iterator[Reply]:
     """Yield the help on a word, or the overview for "". Raises UsageError for an unknown word."""
     topic = _topics().get(word.upper())
-    known = word.upper() in ALL_NAMES
     if topic is not None:
         yield topic
-    if known or topic is None:
+    if topic is None or word.upper() in ALL_NAMES:
         yield page(word) if word else overview()
 
 
@@ -182,15 +181,14 @@ _TABLES: Mapping[str, Mapping[str, Word]] = {
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
-    """Yield the entries of the first few words whose form contains this word (STEP, AT, THEN)."""
+    """Return the entries of the first few words whose form contains this word (STEP, AT, THEN)."""
     users = (
         (sort, row)
         for sort, table in _TABLES.items()
         for row in table.values()
         if name in re.findall(r"[A-Z]+", row.form) and row.state is State.SUPPORTED
     )
-    for sort, row in islice(users, MAX_USERS):
-        yield _entry(sort, row, "")
+    return (_entry(sort, row, "") for sort, row in islice(users, MAX_USERS))
 
 
 def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
@@ -202,8 +200,7 @@ def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
 
 
 def _row(sort: str, table: Mapping[str, WordRow], name: str) -> Iterator[HelpEntry]:
-    row = table.get(name)
-    if row is not None:
+    if (row := table.get(name)) is not None:
         also = row.also if isinstance(row, Operator) else ""
         yield _entry(sort, row, f"also written {also}" if also else row.note)
 

@@ -20,7 +20,7 @@ from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.run import runtime, variables
 from vrs_cli.language.text import ast, printer
 from vrs_cli.language.words import functions, values
-from vrs_cli.values import commands, questions, replies, results
+from vrs_cli.values import commands, questions, replies
 from vrs_cli.values.numbers import Value, count
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def _where(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def _check_either(it: ast.Instruction, what: str = "") -> None:
     """Check that WHERE of `what` does not have both AT and FROM. Raises UsageError if it does."""
     if it.modifiers.has_time:
-        hint = f"WHERE {what}AT t, or WHERE {what}FROM t1 TO t2 STEP dt"
-        raise UsageError("AT and FROM do not go together", hint)
+        raise UsageError("AT and FROM do not go together", f"WHERE {what}AT t, or WHERE {what}FROM t1 TO t2 STEP dt")
 
 
 @operands.handles("SHOW")
@@ -201,12 +200,8 @@ def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
         return
     _check_either(it, "MEASURED ")
     instants = tuple(operands.times(station, it))
-
-    def positions() -> tuple[results.Position, ...]:
-        found = (comparison.measured_position(arm, timeline, measured, t) for t in instants)
-        return tuple(at.measured for at in found if at is not None)
-
-    rows = yield from beside(positions)
+    found = (comparison.measured_position(arm, timeline, measured, t) for t in instants)
+    rows = yield from beside(lambda: tuple(at.measured for at in found if at is not None))
     yield replies.WhereaboutsTable(rows, units)
     if len(rows) < len(instants):
         yield replies.Message(f"The measured robot is unknown at {count(len(instants) - len(rows), 'other time')}")
@@ -222,8 +217,9 @@ def part_table(station: Station, t: float | None) -> replies.PartTable:
     """Return the positions of all parts at t [s], by default now."""
     stamped, t = t is not None, station.engine.now if t is None else t
     course = station.driver.course
-    rows = () if course is None else tuple(_part_row(course, name, t) for name in course.parts())
-    return replies.PartTable(rows, stamped)
+    return replies.PartTable(
+        () if course is None else tuple(_part_row(course, name, t) for name in course.parts()), stamped
+    )
 
 
 def _part_row(course: WorldCourse, name: str, t: float) -> replies.PartRow:

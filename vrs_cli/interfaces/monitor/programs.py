@@ -34,8 +34,7 @@ def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
     if not stored:
         yield replies.ProgramNames(())
     for one in stored:
-        long = len(one.program.steps) > LONG_PROGRAM
-        steps = yield from beside_if(long, partial(buffer.list_steps, one.analysis))
+        steps = yield from beside_if(len(one.program.steps) > LONG_PROGRAM, partial(buffer.list_steps, one.analysis))
         yield replies.ProgramText(printer.program_header(one.program), steps)
 
 
@@ -43,11 +42,11 @@ def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def _list_names(station: Station, it: ast.Instruction) -> Dialogue[None]:
     """List the names of programs: all, or those that match a pattern."""
     pattern, programs = operands.word_or(it, 0, "*").lower(), dict(station.programs)
-
-    def rows() -> tuple[replies.ProgramName, ...]:
-        return tuple(row for row in program_names(programs) if fnmatchcase(row.name.lower(), pattern))
-
-    yield replies.ProgramNames((yield from beside_if(len(programs) > operands.LONG_LIST, rows)))
+    rows = yield from beside_if(
+        len(programs) > operands.LONG_LIST,
+        lambda: tuple(row for row in program_names(programs) if fnmatchcase(row.name.lower(), pattern)),
+    )
+    yield replies.ProgramNames(rows)
 
 
 def program_names(programs: Mapping[str, StoredProgram]) -> Iterator[replies.ProgramName]:
@@ -173,8 +172,10 @@ def _program_to_edit(station: Station, it: ast.Instruction) -> tuple[ast.Program
         raise IllegalValue(f"step {step}", "steps count from 1")
     program = buffer.named_program(last or "") if given is None else buffer.asked_program(given)
     if program.name.lower().endswith((".v2", ".pg")) and program.key not in station.environment.programs:
-        hint = f"LOAD {program.name} loads a file, {it.word} {program.name[:-3]} opens a program of it"
-        raise UsageError(f"{it.word} takes the name of a program, not of a file", hint)
+        raise UsageError(
+            f"{it.word} takes the name of a program, not of a file",
+            f"LOAD {program.name} loads a file, {it.word} {program.name[:-3]} opens a program of it",
+        )
     return program, step
 
 
@@ -257,15 +258,15 @@ def run(station: Station, track: Track) -> Dialogue[None]:
 
 
 def ending(station: Station, result: results.RunResult) -> replies.Reply:
-    if result.fault is not None:
-        fault = result.fault
+    if (fault := result.fault) is not None:
         return replies.ProgramStopped(fault.message, fault.program, fault.step, fault.source, replies.Tone.ERROR)
     task = station.task
     if result.outcome is results.RunOutcome.COMPLETED or task is None:
         return replies.Message(result.outcome.value)
     before = result.outcome in (results.RunOutcome.STEPPED, results.RunOutcome.BREAKPOINT, results.RunOutcome.WATCHED)
-    what = f"{result.outcome.value} {result.detail}".strip()
-    return replies.ProgramStopped(what, result.program, task.step, task.source if before else "")
+    return replies.ProgramStopped(
+        f"{result.outcome.value} {result.detail}".strip(), result.program, task.step, task.source if before else ""
+    )
 
 
 @operands.handles("ABORT")

@@ -101,12 +101,19 @@ def _tell_signals(station: Station, it: ast.Instruction) -> Iterable[replies.Rep
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
     if number == 2 and timed:
         raise IllegalValue("IO 2 AT a time", "internal signals are variables: IO 2 tells what they are now")
-    signals, rows = station.environment.signals, list[replies.SignalBank]()
-    on = frozenset(signals.at(moment(station, it)) if timed else signals.on)
-    for title, bank in BANKS[: 2 if timed else 3] if number is None else (BANKS[number],):
-        names = {signal: name for signal, name in sorted(signals.names.items()) if signal in bank}
-        rows.append(replies.SignalBank(title, bank[0], tuple(signal in on for signal in bank), names))
-    yield replies.SignalTable(tuple(rows))
+    signals, banks = station.environment.signals, BANKS[: 2 if timed else 3] if number is None else (BANKS[number],)
+    on, names = frozenset(signals.at(moment(station, it)) if timed else signals.on), sorted(signals.names.items())
+    yield replies.SignalTable(
+        tuple(
+            replies.SignalBank(
+                title,
+                bank[0],
+                tuple(signal in on for signal in bank),
+                {signal: name for signal, name in names if signal in bank},
+            )
+            for title, bank in banks
+        )
+    )
 
 
 @handles("ID")
@@ -159,8 +166,9 @@ def _set_signals(station: Station, it: ast.Instruction) -> None:
     if stamp is None:
         signals.write(*numbers, text=text, inputs=True)
     else:
-        request = signals.request(numbers, stamp, text, inputs=True)
-        station.engine.perform(by_robot_clock(request, station.user_state.times))
+        station.engine.perform(
+            by_robot_clock(signals.request(numbers, stamp, text, inputs=True), station.user_state.times)
+        )
     station.settle()
 
 

@@ -68,12 +68,15 @@ def _branch(station: Station, it: Instruction) -> Dialogue[None]:
 
 def branch_table(station: Station) -> replies.BranchTable:
     """List all branches, main first."""
-    present, rows = station.branches.present, list[replies.BranchRow]()
-    for name in station.branches.names:
-        left = station.branches.left(name)
-        book = left.book
-        rows.append(replies.BranchRow(name, name == present, book.history.commands, book.timeline.end, left.clock))
-    return replies.BranchTable(tuple(rows))
+    branches = station.branches
+    return replies.BranchTable(
+        tuple(
+            replies.BranchRow(
+                name, name == branches.present, left.book.history.commands, left.book.timeline.end, left.clock
+            )
+            for name, left in ((name, branches.left(name)) for name in branches.names)
+        )
+    )
 
 
 def check_tasks_stand(station: Station) -> None:
