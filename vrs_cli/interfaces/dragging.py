@@ -97,17 +97,15 @@ class Search:
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
         """Continue the descent of the search; if it makes no progress, the next call starts at another point."""
-        nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
+        if self._at is None:  # begin at the one of some random joint vectors that the arm reaches first
+            if not self._starts:
+                some = islice(self._anywhere, SEARCH_STARTS)
+                self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
+            self._at = self._starts.pop()
+        nearest = aim.nearest(self._range.put(self._at), *self._range)
         there = aim.miss(nearest.joints).within(*MISS_TOLERANCE)
         self._at = nearest.joints if nearest.gain > PROMISING_GAIN and not there else None
         return nearest.joints if there else None
-
-    def _start(self, now: Joints) -> Joints:
-        """Return, from some random joint vectors, the one that the arm reaches first."""
-        if not self._starts:
-            some = islice(self._anywhere, SEARCH_STARTS)
-            self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
-        return self._starts.pop()
 
 
 class Pursuit:
@@ -153,8 +151,7 @@ class Pursuit:
             # these joints may also cross that axis
             self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))
             return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
-        miss = aim.miss(self.goal)
-        if miss.within(*MISS_TOLERANCE):
+        if aim.miss(self.goal).within(*MISS_TOLERANCE):
             self.steady = True
             return Shortfall()
         if stalled and not self._closed:
@@ -246,12 +243,9 @@ class Pursuit:
     def _out_of_reach(self, aim: Aim) -> str | None:
         """Return `far` or `close` for a limit of the reach, "" for a limit without a name; None if only the ranges of
         joints limit the tool."""
-        if not self._closed:
+        if not self._closed or self.arm.branch_joints(aim.flange, self._way, self.goal) is not None:
             return None
-        way = self._way
-        if self.arm.branch_joints(aim.flange, way, self.goal) is not None:
-            return None
-        clearance = self.arm.clearance(aim.flange, way)
+        clearance = self.arm.clearance(aim.flange, self._way)
         return "far" if clearance.outer < 0.0 else "close" if min(clearance.shoulder, clearance.inner) < 0.0 else ""
 
 
@@ -294,10 +288,12 @@ def _ticks(a: Joints, b: Joints, step: Joints) -> float:
 
 def _towards(a: Joints, b: Joints, box: Range) -> Joints:
     """Return the last point on the straight line from a to b that is in the box; all joints move in proportion."""
-    part = 1.0
-    for x, y, low, high in zip(a, b, *box, strict=True):
-        if not low <= y <= high:
-            part = min(part, ((high if y > high else low) - x) / (y - x))
+    shares = [
+        ((high if y > high else low) - x) / (y - x)
+        for x, y, low, high in zip(a, b, *box, strict=True)
+        if not low <= y <= high
+    ]
+    part = min([1.0, *shares])
     return tuple(x + part * (y - x) for x, y in zip(a, b, strict=True))
 
 

@@ -6,7 +6,7 @@ compared with the path; if it exceeds the tolerance, it is made again with small
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import ceil, dist, radians
 from typing import NamedTuple
 
@@ -78,7 +78,10 @@ def recorded_program(
         if last or _follows_way(arm, tool, way, chosen, rounding, tolerance):
             break
         rounded, finer = FINER_SHARE * rounded, finer.times(FINER_SHARE)
-    return "\n".join(_lines(arm, name, chosen, rounding)) + "\n"
+    units = arm.model.units
+    moves = (f"MOVE #PPOINT({', '.join(plain(round(x, DECIMALS)) for x in units.to_display(q))})" for q in chosen)
+    beginning = (f".PROGRAM {name}", f"PARAMETER ROUNDING = {plain(round(1000.0 * rounding, 3))}")
+    return "\n".join((*beginning, *moves, "BREAK", "PARAMETER ROUNDING = DECEL", ".END", ""))
 
 
 # --- the necessary points of a path -----------------------------------------------------------------------------------
@@ -137,16 +140,6 @@ def _as_written(arm: RobotArm, q: Joints) -> Joints:
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.to_display(q)))
     return put_inside(rounded, model.lower, model.upper)
-
-
-def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) -> Iterator[str]:
-    yield f".PROGRAM {name}"
-    yield f"PARAMETER ROUNDING = {plain(round(1000.0 * rounding, 3))}"
-    for q in joints:
-        yield f"MOVE #PPOINT({', '.join(plain(round(x, DECIMALS)) for x in arm.model.units.to_display(q))})"
-    yield "BREAK"
-    yield "PARAMETER ROUNDING = DECEL"
-    yield ".END"
 
 
 def _follows_way(
