@@ -168,15 +168,17 @@ class Inspector:
                 if refusal is not None:
                     named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
                     what = named + refusal.detail
-                    warned = Diagnostic(Severity.WARNING, refusal.code, refusal.title, what, refusal.hint, target.span)
-                    found.append(warned)
+                    found.append(
+                        Diagnostic(Severity.WARNING, refusal.code, refusal.title, what, refusal.hint, target.span)
+                    )
             yield from placed.translate(found)
 
 
 def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
     """Return everything outside a program's text on which the findings in the program depend: variables and programs of
     the file."""
-    called = tuple(_signature(around, key) for key in sorted(analysis.calls))
+    programs = (around.programs.get(key) for key in sorted(analysis.calls))
+    called = tuple(it and (it.name, tuple((one.sigil, one.name) for one in it.parameters)) for it in programs)
     names = around.program_keys if None in called else ()
     asked = analysis.needs | analysis.functions | analysis.alone
     elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
@@ -191,13 +193,6 @@ def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
         named,
         around.given_keys if analysis.needs - elsewhere else None,
     )
-
-
-def _signature(around: analyzer.Surroundings, key: str) -> tuple[object, ...] | None:
-    program = around.programs.get(key)
-    if program is None:
-        return None
-    return program.name, tuple((one.sigil, one.name) for one in program.parameters)
 
 
 # --- before a run ------------------------------------------------------------------------------------------------
@@ -311,11 +306,8 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform 
 def _refusal(way: _Way, environment: Environment, engine: Engine) -> MotionError | IllegalValue | None:
     """Return why no configuration of the arm reaches a location; None if one does, or if the location has no known
     value."""
-    target, distance = way.target, way.distance
-    if isinstance(target, ast.Variable):
-        place = _value(environment, target)
-    else:
-        place = _place_of_numbers(target, engine.model.joint_count)
+    target, distance, count = way.target, way.distance, engine.model.joint_count
+    place = _value(environment, target) if isinstance(target, ast.Variable) else _place_of_numbers(target, count)
     try:
         if isinstance(place, transform.Transform):
             pose = transform.compose(place, transform.translation(0.0, 0.0, -distance))

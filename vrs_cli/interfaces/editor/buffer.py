@@ -218,8 +218,7 @@ def _blocks_after(before: int, line: str) -> int:
     word, words = _first_word(line), _LABEL.sub("", _COMMENT.sub("", line), count=1).upper().split()
     if word in CLOSERS:
         return max(0, before - 1)
-    opens = word in OPENERS or (word == "IF" and words[-1:] == ["THEN"]) or words == ["DO"]
-    return before + opens
+    return before + (word in OPENERS or (word == "IF" and words[-1:] == ["THEN"]) or words == ["DO"])
 
 
 def _first_word(line: str) -> str:
@@ -311,12 +310,8 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Repl
     report: tuple[replies.Reply, ...] = ()
     if first is not None:
         report = (replies.DiagnosticsReport((replies.Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
-    else:
-        bad = next(
-            (number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, ast.BadLine)), None
-        )
-        if bad is not None:
-            report = (replies.Message(str(ProgramNotExecutable(f"step {bad} cannot be read", "retype it"))),)
+    elif bad := [number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, ast.BadLine)]:
+        report = (replies.Message(str(ProgramNotExecutable(f"step {bad[0]} cannot be read", "retype it"))),)
     ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
     return (*report, replies.Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
 
@@ -329,8 +324,9 @@ def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogu
     program = replace(asked, dialect=station.dialect) if stored is None else stored.program
     if asked.parameters:
         program = replace(program, parameters=asked.parameters)
-    long = len(program.steps) > LONG_PROGRAM
-    return (yield from beside_if(long, lambda: ProgramBuffer.of_program(program, step - 1)))
+    return (
+        yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: ProgramBuffer.of_program(program, step - 1))
+    )
 
 
 def analysis_of(memory: Memory, program: ast.Program) -> Analysis:

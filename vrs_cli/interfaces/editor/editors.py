@@ -116,8 +116,10 @@ def _overlay(it: _Context) -> None:
 
 
 def _teach(_it: _Context) -> None:
-    hint = "leave by E, define places by HERE, and write MOVE or MOVES"
-    raise NotAvailable("T and TS record places with the pendant, and there is none", hint)
+    raise NotAvailable(
+        "T and TS record places with the pendant, and there is none",
+        "leave by E, define places by HERE, and write MOVE or MOVES",
+    )
 
 
 class Subcommand(NamedTuple):
@@ -289,8 +291,7 @@ def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) ->
         return acts.Findings(findings)
     if program is not None:
         check_not_running(station, program.name)
-    kept, _ = yield from _keep_text(station, program, findings)
-    return kept
+    return (yield from _keep_text(station, program, findings))[0]
 
 
 def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dialogue[ProgramReading]:
