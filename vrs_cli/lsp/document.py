@@ -74,9 +74,8 @@ def occurrences(part: Part) -> tuple[Occurrence, ...]:
 def locals_of(part: Part) -> frozenset[str]:
     """Return the keys of the private variables of a program."""
     node = part.node
-    if not isinstance(node, Program):
-        return frozenset()
-    return frozenset({parameter.key for parameter in node.parameters} | {own.key for own in own_variables(node)})
+    parameters, own = (node.parameters, own_variables(node)) if isinstance(node, Program) else ((), ())
+    return frozenset({parameter.key for parameter in parameters} | {variable.key for variable in own})
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -84,15 +83,13 @@ def locals_of(part: Part) -> frozenset[str]:
 
 def _of_program(part: Part, program: Program) -> Iterator[Occurrence]:
     yield Occurrence(SymbolKind.PROGRAM, program.key, heading_span(program))
-    for parameter in program.parameters:
-        yield _variable(part, parameter)
+    yield from (_variable(part, parameter) for parameter in program.parameters)
     for step in program.steps:
         if step.label is not None:
             yield Occurrence(SymbolKind.LABEL, str(step.label), label_span(part, step))
         if step.statement is not None:
             if isinstance(step.statement, ast.Goto | ast.IfGoto):
-                target = _GOTO_LABEL.search(blank_out(part.lines[step.statement.span.line - 1]))
-                if target is not None:
+                if target := _GOTO_LABEL.search(blank_out(part.lines[step.statement.span.line - 1])):
                     span = Span(step.statement.span.line, target.start(1) + 1, target.end(1) + 1)
                     yield Occurrence(SymbolKind.LABEL, str(step.statement.label), span)
             elif isinstance(step.statement, ast.Instruction) and step.statement.word in INSTRUCTIONS:
@@ -321,11 +318,9 @@ class Document:
         placed = self._at(line)
         if placed is None:
             return None
-        at = line - placed.above
-        for one in occurrences(placed.part):
-            if one.span.line == at and one.span.column <= column <= one.span.end:
-                return replace(one, span=placed.span(one.span))
-        return None
+        in_line = (one for one in occurrences(placed.part) if one.span.line == line - placed.above)
+        there = (one for one in in_line if one.span.column <= column <= one.span.end)
+        return next((replace(one, span=placed.span(one.span)) for one in there), None)
 
     def references(self, line: int, column: int) -> tuple[Span, ...]:
         """Return the spans of all occurrences of the name at a position. A label or a local variable is searched only
@@ -528,10 +523,9 @@ class Document:
         """Return the word that is at a position or ends there; None in strings and comments."""
         if not 1 <= line <= len(self.lines):
             return None
-        for found in _WORD.finditer(blank_out(self.lines[line - 1])):
-            if found.start() < column <= found.end() + 1:
-                return found[0], Span(line, found.start() + 1, found.end() + 1)
-        return None
+        words = _WORD.finditer(blank_out(self.lines[line - 1]))
+        there = (found for found in words if found.start() < column <= found.end() + 1)
+        return next(((found[0], Span(line, found.start() + 1, found.end() + 1)) for found in there), None)
 
     def _variable_meaning(self, word: str, line: int) -> str:
         span = self._variable(word, line)

@@ -219,8 +219,7 @@ class Val2Server(LanguageServer):
 
     def forget(self, uri: str) -> None:
         """Cancel the check of a text that is scheduled."""
-        waiting = self._waiting.pop(uri, None)
-        if waiting is not None:
+        if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
 
     def close(self, uri: str) -> None:
@@ -285,9 +284,11 @@ def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.Complet
 def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
     uri, document, place = server.locate(params)
     found = document.hover(*place, *server.files.near(uri))
-    if found is None:
-        return None
-    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found[0]), server.range(uri, found[1]))
+    return (
+        None
+        if found is None
+        else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found[0]), server.range(uri, found[1]))
+    )
 
 
 def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Location | None:

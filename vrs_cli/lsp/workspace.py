@@ -116,15 +116,6 @@ class Workspace:
         """Return the other files in the name space of a file."""
         return [self.document(other) for other in self.project(uri)[1:]]
 
-    def _near(self, uri: str) -> list[Document]:
-        """Return the other files whose programs may be called: first those of the name space, then those of the
-        folder."""
-        project = self.project(uri)[1:]
-        folder = sorted(
-            one for one in self._texts if _folder(one) == _folder(uri) and one not in project and one != uri
-        )
-        return [self.document(other) for other in (*project, *folder)]
-
     # --- mistakes ---
 
     def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
@@ -206,8 +197,11 @@ class Workspace:
     # --- files whose programs may be called ---
 
     def near(self, uri: str) -> tuple[Sequence[Document], Sequence[Document]]:
-        """Return the other files of the name space, and all files whose programs may be called."""
-        return self.others(uri), self._near(uri)
+        """Return the other files of the name space, and all files whose programs may be called: those of the name
+        space, then those of the folder."""
+        project, others = self.project(uri), self.others(uri)
+        folder = sorted(one for one in self._texts if _folder(one) == _folder(uri) and one not in project)
+        return others, [*others, *map(self.document, folder)]
 
 
 def normal(path: str) -> str:
