@@ -143,8 +143,7 @@ _reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIO
 
 
 def _items(names: DefinedNames) -> Candidates:
-    yield from _strings(names)
-    yield from _reals(names)
+    return (*_strings(names), *_reals(names))
 
 
 SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
@@ -254,16 +253,13 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
 
 
 def _explain_candidates(text: str, prefix: str, names: DefinedNames) -> Candidates:
-    """Yield the words that may follow EXPLAIN: topics, motions, locations."""
+    """Return the words that may follow EXPLAIN: topics, motions, locations."""
     first = _FIRST.match(text)
-    if first is None or first.end() == len(text):
-        yield from ((topic, row.summary) for topic, row in monitor.EXPLAINED.items())
-        yield from ((name, note) for name, note in _rows(INSTRUCTIONS) if INSTRUCTIONS[name].route is Route.MOTION)
-        yield from _places(names)
-    elif first[1].upper() in monitor.EXPLAINED:
-        yield from _places(names)
-    else:
-        yield from _candidates(text, prefix, names, True)
+    if first is not None and first.end() < len(text):
+        return _places(names) if first[1].upper() in monitor.EXPLAINED else _candidates(text, prefix, names, True)
+    topics = ((topic, row.summary) for topic, row in monitor.EXPLAINED.items())
+    motions = ((name, note) for name, note in _rows(INSTRUCTIONS) if INSTRUCTIONS[name].route is Route.MOTION)
+    return (*topics, *motions, *_places(names))
 
 
 _COMMON = "MOVE MOVES DRIVE READY APPRO DEPART WHERE HERE SPEED OPENI CLOSEI LOAD EXECUTE HELP"
@@ -272,16 +268,12 @@ COMMON = tuple(_COMMON.split())  # these are listed first
 
 def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates:
     usual = INSTRUCTIONS if in_program else {**INSTRUCTIONS, **monitor.COMMANDS}
-    yield from _rows({name: usual[name] for name in COMMON if name in usual}, begun)
-    if not in_program:
-        yield from _rows(monitor.COMMANDS, begun)
-    yield from _rows(INSTRUCTIONS, begun)
-    if in_program:
-        yield from _rows(CONTROL, begun)
-        yield (".END", "the program ends here")
-    else:
-        yield (".PROGRAM", ".PROGRAM name: type a program, line by line, up to .END")
-    yield from names.of(Kind.REAL, Kind.STRING).items()
+    common = {name: usual[name] for name in COMMON if name in usual}
+    tables = (common, INSTRUCTIONS, CONTROL) if in_program else (common, monitor.COMMANDS, INSTRUCTIONS)
+    opens = (".PROGRAM", ".PROGRAM name: type a program, line by line, up to .END")
+    heading = (".END", "the program ends here") if in_program else opens
+    rows = (row for table in tables for row in _rows(table, begun))
+    return (*rows, heading, *names.of(Kind.REAL, Kind.STRING).items())
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:

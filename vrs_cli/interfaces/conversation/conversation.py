@@ -82,8 +82,7 @@ class Conversation:
             if line.strip():
                 self.user_state.typed.append(line.rstrip())
             goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
-            alone = len(lines) == 1 and not more
-            yield from self._guard(self._line(line, goes_on=goes_on, alone=alone), line)
+            yield from self._guard(self._line(line, goes_on=goes_on, alone=len(lines) == 1 and not more), line)
             if self.user_state.interrupted:
                 break
             if not number % PASTED_TOGETHER:
@@ -150,8 +149,7 @@ class Conversation:
         found = _ASKED.fullmatch(line)
         if found is None:
             return None
-        word = found["behind"] or found["before"] or ""
-        return word or (EDITING if self.user_state.editor is not None else "")
+        return found["behind"] or found["before"] or (EDITING if self.user_state.editor is not None else "")
 
     # --- typing a program ---
 
@@ -215,8 +213,11 @@ class Conversation:
             name, how = self.entry.name or "the program", ".END would have ended it"
         else:
             return
-        loses = self._has_text and self.user_state.attended
-        if loses and not (yield questions.Parting(f"{name} is not stored. Leave (Y/N)?")):
+        if (
+            self._has_text
+            and self.user_state.attended
+            and not (yield questions.Parting(f"{name} is not stored. Leave (Y/N)?"))
+        ):
             return
         self.entry = self.user_state.editor = None
         self._left_out = 0
@@ -248,15 +249,14 @@ class Conversation:
                     yield replies.Message(f"{track.task.program} was started by somebody else: ABORT stops it")
             case acts.ReadDraft() | acts.KeepDraft():
                 draft = self.user_state.on_screen
-                if isinstance(draft, ScreenDraft):
-                    return (yield from draft.do(act))
-                return (yield from do_without_screen(self.session, act))
+                return (
+                    yield from draft.do(act) if isinstance(draft, ScreenDraft) else do_without_screen(self.session, act)
+                )
             case hand.Press() | hand.StopJog() | hand.Look():
                 shown = self.user_state.on_screen
-                control = TargetControl(self.session)
-                if isinstance(shown, Jogger):
-                    return control.jog(shown, act, StreamKind.KEYS)
-                return control.jog(self._jogger, act, StreamKind.BUTTON)
+                jogger = shown if isinstance(shown, Jogger) else self._jogger
+                kind = StreamKind.BUTTON if jogger is self._jogger else StreamKind.KEYS
+                return TargetControl(self.session).jog(jogger, act, kind)
         return None
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
@@ -275,12 +275,18 @@ class Conversation:
         steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
         among = memory.copy() if many else memory
-
-        def find() -> list[questions.Suggestion]:
-            names = names_of(among, branches, parts, typed_name(text))
-            return suggestions(text, names, session.folder, in_program=steps, everything=everything)
-
-        return (yield from beside_if(many, find))
+        return (
+            yield from beside_if(
+                many,
+                lambda: suggestions(
+                    text,
+                    names_of(among, branches, parts, typed_name(text)),
+                    session.folder,
+                    in_program=steps,
+                    everything=everything,
+                ),
+            )
+        )
 
     def status(self) -> questions.PromptStatus:
         """Return the state that the prompt and the toolbar show. If the robot also has other users, call this only in

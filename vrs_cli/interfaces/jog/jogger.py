@@ -61,8 +61,7 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
     station.tasks.check_robot_free()
     if it.arguments:
         axis, amount = _read_operands(station, it)
-        said = Jogger(station).step(axis, amount)
-        if said:
+        if said := Jogger(station).step(axis, amount):
             yield replies.Message(said, replies.Tone.WARNING)
         return
     jogger, user_state = Jogger(station), station.user_state
@@ -144,25 +143,19 @@ class Jogger:
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
+            # opposite keys cancel out: the opposite step goes back to where the present one began
             takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
-            self._goes_on = False
-            return self._take_over(axis, amount, takes_back)
+            begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
+            present, self._goes_on = engine.timeline, False
+            try:
+                return self._step_to_contact(begin, axis, amount)
+            finally:
+                if engine.timeline is present:
+                    self.stop()
         if left > NEXT_STEP_LEAD_S:
             return ""
         self._goes_on = left > 0.0
         return self.step(axis, amount)
-
-    def _take_over(self, axis: hand.Axis, amount: float, takes_back: bool) -> str:
-        """Replace the present motion by a step from the position at which the arm comes to rest. If the step is
-        opposite to the present one, go back to where the present one began, so that opposite keys cancel out."""
-        engine = self.engine
-        before = engine.timeline
-        begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
-        try:
-            return self._step_to_contact(begin, axis, amount)
-        finally:
-            if engine.timeline is before:
-                self.stop()
 
     def step(self, axis: hand.Axis, amount: float) -> str:
         """Move by `amount` [mm, deg] from the position that the arm will have, as far as the arm reaches. Return a
