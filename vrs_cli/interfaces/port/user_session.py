@@ -107,14 +107,19 @@ class UserSession:
             case messages.Answer():
                 self._answer(message)
             case messages.Complete(id, text, everything):
-                suggested = conversation.suggesting(text, everything)
-                self.ask(message, suggested, outlet, lambda found: messages.Completed(id, tuple(found)))
+                self.ask(
+                    message,
+                    conversation.suggesting(text, everything),
+                    outlet,
+                    lambda found: messages.Completed(id, tuple(found)),
+                )
             case messages.Check(id, text):
                 self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(messages.Checked, id))
             case messages.Positions(id, times):
                 if len(times) > messages.MAX_TIMES:
-                    what = f"{len(times)} times at once, {messages.MAX_TIMES} at most"
-                    raise LimitReached(what, "ask again for the others")
+                    raise LimitReached(
+                        f"{len(times)} times at once, {messages.MAX_TIMES} at most", "ask again for the others"
+                    )
                 timeline, arm = self.timeline, self.arm
                 located = beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
                 self.ask(message, located, outlet, partial(messages.Located, id, timeline.version))
@@ -124,10 +129,11 @@ class UserSession:
     def refuse(self, message: messages.ClientMessage, error: Exception, outlet: Outlet) -> None:
         """Report that a message was refused."""
         told, id = self.refusal(error), message.id if isinstance(message, messages.Request) else None
-        if isinstance(message, messages.Command):
-            outlet(messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version))
-        else:
-            outlet(messages.Refused(told, id))
+        outlet(
+            messages.Done(message.id, ok=False, refusal=told, version=self.timeline.version)
+            if isinstance(message, messages.Command)
+            else messages.Refused(told, id)
+        )
 
     def ask(
         self,
@@ -180,9 +186,8 @@ class UserSession:
     def _with_issue_time(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
         """Return a dialogue with the issue time of its request: the time claimed by the sender, limited to possible
         values."""
-        if issued is None:
-            return dialogue
-        return self.user_state.with_issue_time(self.user_state.times.issue_time(issued, self.now), dialogue)
+        user = self.user_state
+        return dialogue if issued is None else user.with_issue_time(user.times.issue_time(issued, self.now), dialogue)
 
     def _interrupt(self) -> None:
         """Answer the open questions by Ctrl-C. Without an open question, stop the unfinished requests."""

@@ -23,6 +23,7 @@ from vrs_cli.interfaces.monitor.programs import program_names
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
 from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.operands import PLACES
 from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.interfaces.users import CHANGE, check_goes_beside, move_of, role_of
@@ -31,7 +32,7 @@ from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.language.run import memory, runtime
 from vrs_cli.language.text import ast, parser
 from vrs_cli.language.words import functions, instructions, monitor
-from vrs_cli.language.words.values import Kind, key_of
+from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values import acts, commands, diagnostics, replies, results
 from vrs_cli.values.tagged import Act
@@ -74,8 +75,9 @@ def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[results.FollowR
     speed = _fraction(act.speed)
     times = [session.user_state.times.robot_time(t) for t in act.times]
     chunk = Chunk(session.engine.model, times, act.joints)
-    work = session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
-    return in_parts(work)
+    return in_parts(
+        session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
+    )
 
 
 def _steer(session: Session, act: acts.Steer) -> None:
@@ -137,8 +139,8 @@ def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCu
     def curves() -> acts.BoundaryCurves:
         from vrs_cli.kinematics.reach_outline import lines_of, outline
 
-        lines = lines_of(outline(arm, configuration, tip))
-        return acts.BoundaryCurves(tuple(lines), (arm.model.lower[0], arm.model.upper[0]))
+        lines = tuple(lines_of(outline(arm, configuration, tip)))
+        return acts.BoundaryCurves(lines, (arm.model.lower[0], arm.model.upper[0]))
 
     return beside(curves)
 
@@ -159,8 +161,9 @@ def _expression(session: Session, text: str) -> ast.Expression:
         and text.split()[0].upper()
         in (monitor.COMMANDS.keys() | instructions.INSTRUCTIONS.keys()) - functions.FUNCTIONS.keys()
     ):
-        hint = "one variable or one expression"
-        raise UsageError(f"{text} is no expression", hint, in_python=f"do({text!r}) does it")
+        raise UsageError(
+            f"{text} is no expression", "one variable or one expression", in_python=f"do({text!r}) does it"
+        )
     line = parser.parse_prompt(f"TYPE {text}", session.names())
     typed = line.statement if isinstance(line, ast.DoInstruction) else None
     arguments = typed.arguments if isinstance(typed, ast.Instruction) else ()
@@ -217,12 +220,11 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
     branches, places = session.branches, _places(session)
     rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
+    # the mark of a stored program identifies this version, because a stored program never changes
+    stored = session.programs.get(key_of(act.program))
+    mark = "" if stored is None else _marks.setdefault(stored, token_hex(4))
     # with the name, because two lists without rows have the same content
-    marks = (
-        mark_of(("places", places)),
-        mark_of(("programs", programs)),
-        _mark(session.programs.get(key_of(act.program))),
-    )
+    marks = (mark_of(("places", places)), mark_of(("programs", programs)), mark)
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
     return acts.Surveyed(
@@ -247,33 +249,20 @@ def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
     left = session.branches.left(act.name)
     timeline, settings = left.book.timeline, left.settings
     pieces = LinePieces(session.engine.arm).within(act.joints)
-
-    def work() -> BranchShown:
-        first = max(len(timeline) - MAX_SEGMENTS, 0)
-        return BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, len(timeline)), pieces))
-
-    return beside(work)
+    first, end = max(len(timeline) - MAX_SEGMENTS, 0), len(timeline)
+    return beside(lambda: BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, end), pieces)))
 
 
 def _places(session: Session) -> acts.LocationList:
-    rows: list[replies.NamedLocation] = []
-    count = 0
-    for kind in (Kind.LOCATION, Kind.PRECISION):
-        count += session.environment.count(kind)
-        rows += (
-            replies.NamedLocation.of(name, cast("Transform | Joints", value))
-            for name, value in session.environment.first_variables(kind, MAX_PLACES)
-        )
-    return acts.LocationList(count - len(rows), rows=tuple(rows))
+    rows = tuple(
+        replies.NamedLocation.of(name, cast("Transform | Joints", value))
+        for kind in PLACES
+        for name, value in session.environment.first_variables(kind, MAX_PLACES)
+    )
+    return acts.LocationList(sum(map(session.environment.count, PLACES)) - len(rows), rows=rows)
 
 
 _marks: WeakKeyDictionary[memory.StoredProgram, str] = WeakKeyDictionary()
-
-
-def _mark(stored: memory.StoredProgram | None) -> str:
-    """Return the mark of a stored program. The mark identifies this version, because a stored program never changes and
-    the next version gets another mark."""
-    return "" if stored is None else _marks.setdefault(stored, token_hex(4))
 
 
 def _task(track: Track) -> acts.TaskRow:

@@ -97,8 +97,8 @@ class Session(Station):
             )
         said, role = need_of(statement)
         self.check_may(said, role)
-        vplus = self.engine.settings.switch("VPLUS")
-        found = (*read.findings, *structure.line_beyond(statement, self.dialect, vplus=vplus))
+        beyond = structure.line_beyond(statement, self.dialect, vplus=self.engine.settings.switch("VPLUS"))
+        found = (*read.findings, *beyond)
         wrong = diagnostics.first_error(found)
         if wrong is not None:
             raise diagnostics.LineRefused(wrong)
@@ -167,18 +167,17 @@ class Session(Station):
         """Carry out a monitor command by its handler, and any other statement as DO does."""
         if isinstance(statement, ast.Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
-            return
-        if isinstance(statement, ast.ExplainCommand):
+        elif isinstance(statement, ast.ExplainCommand):
             yield from explain(self, statement)
-            return
-        if isinstance(statement, ast.Show):
+        elif isinstance(statement, ast.Show):
             yield from show_value(self, statement.expression)
-            return
-        if isinstance(statement, ast.DoInstruction):
-            if statement.statement is None and self.user_state.last_statement is None:
+        elif isinstance(statement, ast.DoInstruction):
+            repeated = statement.statement or self.user_state.last_statement
+            if repeated is None:
                 raise UsageError("there is no instruction to repeat", "DO instruction")
-            statement = statement.statement or self.user_state.last_statement or statement
-        yield from self.do(statement)
+            yield from self.do(repeated)
+        else:
+            yield from self.do(statement)
 
 
 # --- command files ---------------------------------------------------------------------------------------------------
