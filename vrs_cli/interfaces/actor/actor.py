@@ -100,8 +100,8 @@ class Actor:
         if self._closed:
             ticket.end(None, RequestRefused("the robot is not driven any more"))
         elif not urgent and len(self._inbox) + self._waiting.count >= MAX_WAITING_REQUESTS:
-            what = f"{MAX_WAITING_REQUESTS} requests wait already"
-            ticket.end(None, RequestRefused(what, "wait for some answers first"))
+            refusal = RequestRefused(f"{MAX_WAITING_REQUESTS} requests wait already", "wait for some answers first")
+            ticket.end(None, refusal)
         else:
             self._inbox.put(partial(self._overtake, ticket) if urgent else partial(self._move, self._waiting, ticket))
         return ticket

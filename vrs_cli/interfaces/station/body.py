@@ -38,8 +38,11 @@ STILL = 1e-3  # [rad, m] tolerance for no motion; larger changes are not noise
 def check_time(t: float, now: float) -> None:
     """Check the time of a report [s] against `now`, the time of the robot's clock. Raises IllegalValue."""
     if not now - PAST <= t <= now + AHEAD:
-        what = f"a report of {t:g} s, when the robot's clock is at {now:.3f} s"
-        raise IllegalValue(what, f"at most {AHEAD:g} s later, or {PAST:g} s earlier", value=t)
+        raise IllegalValue(
+            f"a report of {t:g} s, when the robot's clock is at {now:.3f} s",
+            f"at most {AHEAD:g} s later, or {PAST:g} s earlier",
+            value=t,
+        )
 
 
 class BodyChange(Struct, frozen=True):
@@ -75,8 +78,6 @@ class ReportNumbers:
 
     def new(self, first: int, reports: Sequence[measured.Report]) -> Sequence[measured.Report]:
         """Return those of the reports, numbered from `first`, whose numbers are new."""
-        if first >= self.next:
-            return reports
         return [one for number, one in enumerate(reports, first) if number >= self.next or self._gap(number)]
 
     def note(self, first: int, count: int) -> None:
@@ -213,8 +214,10 @@ class RobotBody:
         """Check that the body sends reports, or has just become the body. Raises RequestRefused if not."""
         last, since = self._last, self.unknown_since
         if last is None and not self.name:
-            hint = "vrs body URL starts a body, r.report reports for a robot of this process"
-            raise RequestRefused("nothing measures this robot", hint)
+            raise RequestRefused(
+                "nothing measures this robot",
+                "vrs body URL starts a body, r.report reports for a robot of this process",
+            )
         if since is not None and (self.name or self.reporter):
             raise RequestRefused(f"nothing was measured since {since:.3f} s", "wait until the body reports again")
 
@@ -401,8 +404,10 @@ class DivergenceGuard:
         self._settle()  # time has passed during the wait
         check()
         if report.mode is measured.BodyMode.STOPPED and not stops:
-            what = f"{body.name or 'the body'} has stopped by itself"
-            raise RequestRefused(what, "end its emergency stop first, or {RESYNC STOP} goes to where it stands")
+            raise RequestRefused(
+                f"{body.name or 'the body'} has stopped by itself",
+                "end its emergency stop first, or {RESYNC STOP} goes to where it stands",
+            )
         leaves = self._engine.now + DELAYS * body.clock.delay + MARGIN if body.name else 0.0
         done = self._engine.resync(report.joints, stops=stops, leaves=leaves, issued=issued)
         body.command(measured.BodyMode.FOLLOWS, done.until)
@@ -421,8 +426,7 @@ class DivergenceGuard:
         self._settle()
         engine = self._engine
         here = joints_at(engine.arm, engine.timeline, engine.now)
-        near = max(abs(a - b) for a, b in zip(report.joints, here, strict=True)) < NEAR
-        if near and engine.now >= engine.end:
+        if engine.now >= engine.end and max(abs(a - b) for a, b in zip(report.joints, here, strict=True)) < NEAR:
             self._body.command(measured.BodyMode.FOLLOWS)
             return
         done = yield from self.resync(stops=False, issued=None, check=check)

@@ -147,8 +147,9 @@ def may_delete(station: Station, question: str) -> Dialogue[bool]:
     if answer is False:
         yield replies.Message("Nothing is deleted")
     elif answer is None:
-        what = "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)"
-        yield replies.Message(what, replies.Tone.ERROR)
+        yield replies.Message(
+            "*Not confirmed* nothing is deleted (DISABLE INTERACTIVE deletes without a question)", replies.Tone.ERROR
+        )
     return bool(answer)
 
 
@@ -171,9 +172,9 @@ def leave(station: Station, _it: Instruction | None = None) -> Dialogue[None]:
         and station.engine.settings.switch("INTERACTIVE")
     ):
         unstored, name_of = station.unstored, station.environment.name_of
-        rows = [("program", unstored.programs())]
-        for what, kinds in (("location", PLACES), ("real", (values.Kind.REAL,)), ("string", (values.Kind.STRING,))):
-            rows.append((what, sorted(map(name_of, unstored.items(*kinds)))))
+        kinds_of = {"location": PLACES, "real": (values.Kind.REAL,), "string": (values.Kind.STRING,)}
+        of_kinds = ((what, sorted(map(name_of, unstored.items(*kinds)))) for what, kinds in kinds_of.items())
+        rows = (("program", unstored.programs()), *of_kinds)
         named = "; ".join(name_some(what, names) for what, names in rows if names and unstored.asked_about)
         told = [f"{station.task.program} is running"] if station.task is not None and station.running else []
         told += [f"Not stored: {named}. STORE file stores all"] if named else []
@@ -193,9 +194,8 @@ def name_some(what: str, names: list[str]) -> str:
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
     """Return whether a program of that name may be stored: there is none yet, or the user agrees to replace it. Return
     None if nobody answers."""
-    if values.key_of(program) not in station.programs:
-        return True
-    return (yield from ask_yes_no(station, f"Program {program} exists. Replace it (Y/N)?"))
+    there = values.key_of(program) in station.programs
+    return not there or (yield from ask_yes_no(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
 def may_write(station: Station, path: Path) -> Dialogue[None]:

@@ -430,14 +430,18 @@ class Station:
         """Warn once that the tool rotates, as in every motion to a location that was not taught."""
         self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
-        what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
-        self._warn(what)
+        self._warn(
+            f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
+        )
 
     def _tell(self, one: results.StoppedTask) -> None:
         """Report the end of a task other than the robot program."""
         fault = one.fault
-        what = f"{fault.message} [{one.where}]"
-        self.terminal.show(replies.ProgramStopped(what, fault.program, fault.step, fault.source, replies.Tone.ERROR))
+        self.terminal.show(
+            replies.ProgramStopped(
+                f"{fault.message} [{one.where}]", fault.program, fault.step, fault.source, replies.Tone.ERROR
+            )
+        )
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
         """Stop, before its next step, the program or line for which a user is waiting. `user_state`: only if it is this
@@ -482,14 +486,13 @@ class Station:
         RequestRefused, MotionError."""
         if self.branches.present != MAIN:
             raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
-        user = self.user_state
 
         def check() -> None:
             self.check_may("RESYNC", role_of("RESYNC"))
             if self.running:
                 check_goes_beside("RESYNC", role_of("RESYNC"), elsewhere=self.elsewhere)
 
-        return (yield from self.divergence.resync(stops=stops, issued=user.issued, check=check))
+        return (yield from self.divergence.resync(stops=stops, issued=self.user_state.issued, check=check))
 
     def serve(self) -> None:
         """Serve a user on the branch where this user was last; while a program is running, stay on the present

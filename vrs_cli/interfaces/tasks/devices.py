@@ -50,16 +50,13 @@ class Devices(Struct, eq=False):
             if (task, unit) not in self._devices:
                 self.disk.attach(task, unit)
         else:
-            unit = self._free(task) if unit == effects.ANY else unit
+            if unit == effects.ANY:
+                free = [one for one in effects.OTHERS if (task, one) not in self._devices]
+                if not free:
+                    raise errors.UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
+                unit = free[0]
             self._attach_device(task, unit, name)
         return str(unit)
-
-    def _free(self, task: int) -> int:
-        """Return the first free unit for a device. Raises UnitNotAttached."""
-        for unit in effects.OTHERS:
-            if (task, unit) not in self._devices:
-                return unit
-        raise errors.UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
         """Attach a device. If it cannot be opened, each use of the unit returns the error as its status."""

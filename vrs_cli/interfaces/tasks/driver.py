@@ -370,9 +370,8 @@ class Driver:
     def _in_vain(self) -> bool:
         """Return whether time could pass for ever without any event."""
         engine = self.engine
-        if engine.realtime or self._next_signal() < inf or engine.now < engine.end:
-            return False
-        return in_vain(self.tasks.running, engine.now)
+        more_comes = engine.realtime or self._next_signal() < inf or engine.now < engine.end
+        return not more_comes and in_vain(self.tasks.running, engine.now)
 
     def _look(self) -> None:
         """Check each run for its limits of steps and memory, and end it at a limit."""
@@ -382,8 +381,9 @@ class Driver:
                 continue
             limits, done = run.limits, self.tasks.steps_done - run.before
             if limits.max_steps is not None and done > limits.max_steps:
-                what = f"the program was still running after {limits.max_steps} steps"
-                self._end_at_limit(run, what, self._advice("max_steps"))
+                self._end_at_limit(
+                    run, f"the program was still running after {limits.max_steps} steps", self._advice("max_steps")
+                )
             elif limits.max_elements is not None and done >= run.look:
                 events = AN_EVENT * self.engine.timeline.event_count
                 held = self.environment.size_of_all() + sum(track.task.own_size() for track in self.tasks) + events
@@ -406,8 +406,9 @@ class Driver:
         """Check how many characters are kept in memory for files that are open for reading. Raises LimitReached."""
         most = None if not self._runs else self._runs[-1].limits.max_elements
         if most is not None and characters > most:
-            what = f"the files that are read hold {characters} characters, {most} at most"
-            raise LimitReached(what, self._advice("max_elements"))
+            raise LimitReached(
+                f"the files that are read hold {characters} characters, {most} at most", self._advice("max_elements")
+            )
 
     def _end_at_limit(self, run: _Run, what: str, hint: str) -> None:
         """End the task of a run at a limit, together with the tasks of all other runs."""

@@ -67,8 +67,7 @@ class Spent(Struct):
         """Add `size` bytes. Raises LimitReached if the total exceeds the limit."""
         most: int | None = getattr(self.limits, self.option)
         if most is not None and self.count + size > most:
-            what = f"the program wanted to {self.done} more than {most} bytes"
-            raise LimitReached(what, self.advice(self.option))
+            raise LimitReached(f"the program wanted to {self.done} more than {most} bytes", self.advice(self.option))
         self.count += size
 
 

@@ -146,10 +146,9 @@ class Track(Struct, eq=False):
         """Return whether a reaction is due that interrupts the event for which the task waits: a WAIT or a peer; for
         REACTI also the robot."""
         due = self.task.reactions.due
-        if due is None:
-            return False
-        return isinstance(self.pending, effects.Wait | effects.WaitEvent | effects.UnitEffect) or (
-            due.immediate and isinstance(self.pending, commands.Request)
+        return due is not None and (
+            isinstance(self.pending, effects.Wait | effects.WaitEvent | effects.UnitEffect)
+            or (due.immediate and isinstance(self.pending, commands.Request))
         )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
@@ -326,8 +325,7 @@ class Tasks(memory.System):
         self.forget(number)
 
     def forget(self, number: int) -> None:
-        track = self._tracks.pop(number, None)
-        if track is not None and not track.running:
+        if (track := self._tracks.pop(number, None)) is not None and not track.running:
             track.task.close()
 
     # --- the robot ---
