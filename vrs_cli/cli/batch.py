@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from msgspec import Struct, field, structs
 
-from vrs_cli.cli import commands, fence
+from vrs_cli.cli import commands, system_limits
 from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_outside, chosen_robot, clock_of, teller
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
@@ -137,7 +137,7 @@ class Batch(Struct, frozen=True):
         options = self.options
         running = RunProgress(self.source.path, options.max_time)
         live = options.realtime is not None or options.allow_net or options.serial  # in real time
-        with fence.memory(options.max_memory) as enough, running as progress, self._folder() as folder:
+        with system_limits.limited_memory(options.max_memory) as guard, running as progress, self._folder() as folder:
             lines = piped.lines_of_pipe(sys.stdin) if live else None
             output = sys.stderr if self.aside else sys.stdout  # the stream for the output of TYPE and PROMPT
             terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
@@ -146,14 +146,14 @@ class Batch(Struct, frozen=True):
             if lines is not None:
                 lines.robot = station.actor
             try:
-                with self._isolation(station), enough(end_by), fence.wall(options.max_wall, end_by):
+                with self._isolation(station), guard(end_by), system_limits.limited_time(options.max_wall, end_by):
                     found = self._load(station)
                     if any(map(has_errors, found.values())):
                         return self._refuse(station, found)
                     for source, diagnostics in () if options.quiet else found.items():
                         print(source.diagnostics_text(diagnostics, most=MAX_DIAGNOSTICS), end="", file=sys.stderr)
                     stop = interrupt.Stoppable(station.interrupt)
-                    result, sound = self._execute(station, progress, stop, enough)
+                    result, sound = self._execute(station, progress, stop, guard)
             except LimitReached as error:  # raised before the program started
                 if options.json:
                     self._print_json(
@@ -189,7 +189,7 @@ class Batch(Struct, frozen=True):
         return Isolation()
 
     def _execute(
-        self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, enough: fence.Enough
+        self, station: Station, progress: RunProgress, stop: interrupt.Stoppable, guard: system_limits.MemoryGuard
     ) -> tuple[RunResult, bool]:
         """Execute a program. Return its result, and whether the file of --save is complete. If a limit is reached
         within a step, the program ends as well."""
@@ -201,7 +201,7 @@ class Batch(Struct, frozen=True):
             stop,
         ):
             try:
-                with enough(station.driver.end_by):
+                with guard(station.driver.end_by):
                     result = station.execute(program, cycles=self.options.cycles, all_tasks=True)
             except LimitReached as error:
                 result = station.driver.broken_off(error)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import PurePath
 
-from vrs_cli.cli import batch, commands, fence, main, outputs
+from vrs_cli.cli import batch, commands, main, outputs, system_limits
 from vrs_cli.cli.command_line import CommandLineError, Parser, teller
 from vrs_cli.cli.sources import sources_of
 from vrs_cli.convert import as_written, steps, writers
@@ -35,10 +35,10 @@ class Conversion(batch.Batch, frozen=True):
         return station
 
     def _execute(
-        self, station: Station, progress: RunProgress, stop: Stoppable, enough: fence.Enough
+        self, station: Station, progress: RunProgress, stop: Stoppable, guard: system_limits.MemoryGuard
     ) -> tuple[RunResult, bool]:
         self.options.given = station.environment.copy()  # copied before the program changes the variables
-        return super()._execute(station, progress, stop, enough)
+        return super()._execute(station, progress, stop, guard)
 
     def _finish(self, station: Station, terminal: batch.BatchTerminal, result: RunResult) -> int:
         """Report how the run ended, and write the steps that were executed."""

@@ -45,7 +45,7 @@ def run(options: Namespace) -> int:
     if options.keep is not None and not options.apart:
         raise CommandLineError("--keep is for the files of a folder", "a program has the files beside it")
     if options.sandbox is not None or options.apart:
-        _fence_in(options)
+        _set_limits(options)
     if len(files) > 1 and not together:
         from vrs_cli.cli.batch import run_many
 
@@ -85,7 +85,7 @@ _NO_PROGRAMS = {  # suffix of a file: the kind of file, and the command that use
 }
 
 
-def _fence_in(options: Namespace) -> None:
+def _set_limits(options: Namespace) -> None:
     """Set the limits that the options do not give, and make the folder of --sandbox. Raises CommandLineError."""
     missing = {
         "max_wall": options.realtime is not None or not hasattr(signal, "setitimer"),

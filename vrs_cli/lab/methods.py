@@ -25,6 +25,7 @@ import numpy as np
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.repl.interrupt import alarm
 
 MAX_CALL = 2.0  # [s] maximum duration of one call
 CLOSE = 0.01  # [rad, m] maximum distance from the set point at which a robot has arrived (MoveAndWait)
@@ -114,13 +115,10 @@ class Direct(RemoteController):
         return goal
 
 
-class GoalAhead(RemoteController):
+class GoalAhead(Direct):
     """Send the goal extrapolated to the arrival of the set point, at its current velocity."""
 
     _last: tuple[float, Floats] | None = None
-
-    def receive(self, t: float, joints: Floats) -> None:
-        pass
 
     def command(self, t: float, goal: Floats) -> Floats:
         last, self._last = self._last, (t, goal)
@@ -298,10 +296,5 @@ def time_limit(seconds: float) -> Iterator[None]:
     def over(_signal: int, _frame: FrameType | None) -> None:
         raise TimeoutError
 
-    before = signal.signal(signal.SIGALRM, over)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
+    with alarm(signal.SIGALRM, signal.ITIMER_REAL, seconds, over):
         yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)

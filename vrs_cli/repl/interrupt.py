@@ -1,4 +1,5 @@
-"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP) while something is carried out."""
+"""Handle Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP) while something is carried out; set
+alarms."""
 
 from __future__ import annotations
 
@@ -111,3 +112,18 @@ def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
     signal."""
     quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
     return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)
+
+
+@contextmanager
+def alarm(
+    number: int, timer: int, seconds: float, handler: Callable[[int, FrameType | None], None], interval: float = 0.0
+) -> Iterator[None]:
+    """Call `handler` with the signal `number` after this time on a timer of the system [s], and then after each
+    interval, if one is given. At the end of the block, stop the timer. Windows has no such timers."""
+    before = signal.signal(number, handler)
+    signal.setitimer(timer, seconds, interval)
+    try:
+        yield
+    finally:
+        signal.setitimer(timer, 0.0)
+        signal.signal(number, before)

@@ -7,26 +7,28 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from types import FrameType
 
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import LimitReached
+from vrs_cli.repl.interrupt import alarm
 
 GRACE = 2.0  # [s] time in which the current step may end before it is interrupted
 LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and numpy need
 
 LAST_BYTES = 16_000_000  # bytes that stay free; without them CPython 3.11 may loop in an exception handler
-LOOK = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
+CHECK_EVERY = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
 STATM = Path("/proc/self/statm")  # on Linux: the memory size of this process
 
-Enough = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
+# Called with `end_by`: returns the context for code that may need more memory than the limit
+MemoryGuard = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
 
 
 @contextmanager
-def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
+def limited_time(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
     """Let `end_by` end the running program after this many seconds.
 
     If no program runs, or it has not ended GRACE seconds later, LimitReached is raised in the main thread. Raises
@@ -46,17 +48,12 @@ def wall(seconds: float | None, end_by: Callable[[LimitReached], bool]) -> Itera
         told.append(reached)
         signal.setitimer(signal.ITIMER_REAL, GRACE)
 
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
+    with alarm(signal.SIGALRM, signal.ITIMER_REAL, seconds, ring):
         yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
 
 
 @contextmanager
-def memory(most: int | None) -> Iterator[Enough]:
+def limited_memory(most: int | None) -> Iterator[MemoryGuard]:
     """Limit the address space of the process.
 
     The yielded context is for code that may need more memory than the limit. When memory runs out in it, it lifts the
@@ -64,7 +61,7 @@ def memory(most: int | None) -> Iterator[Enough]:
     system has no such limit.
     """
     if most is None:
-        yield partial(_enough, 0, lambda: None)
+        yield partial(_guarded, 0, lambda: None)
         return
     try:
         import resource
@@ -81,18 +78,19 @@ def memory(most: int | None) -> Iterator[Enough]:
         raise CommandLineError(f"--max-memory: the system refuses {most} bytes: {error}", "give less") from None
     lift = partial(resource.setrlimit, resource.RLIMIT_AS, before)
     try:
-        yield partial(_enough, most, lift)
+        yield partial(_guarded, most, lift)
     finally:
         lift()
 
 
 @contextmanager
-def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
+def _guarded(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached], bool]) -> Iterator[None]:
     what = f"--max-memory {most}" if most else "there is"
     reached = LimitReached(f"the run needs more memory than {what}", "give it more with --max-memory")
 
-    def look(_number: int, _frame: FrameType | None) -> None:
-        if most - _address_space() < LAST_BYTES:
+    def check(_number: int, _frame: FrameType | None) -> None:
+        address_space = int(STATM.read_bytes().split()[0]) * os.sysconf("SC_PAGE_SIZE")  # of this process [bytes]
+        if most - address_space < LAST_BYTES:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             lift()
             if not end_by(reached):
@@ -103,22 +101,12 @@ def _enough(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached]
             told(unraisable)
 
     told, sys.unraisablehook = sys.unraisablehook, tell
-    looks = most and STATM.exists()
-    if looks:
-        before = signal.signal(signal.SIGPROF, look)
-        signal.setitimer(signal.ITIMER_PROF, LOOK, LOOK)
     try:
-        yield
+        checks = most and STATM.exists()
+        with alarm(signal.SIGPROF, signal.ITIMER_PROF, CHECK_EVERY, check, CHECK_EVERY) if checks else nullcontext():
+            yield
     except MemoryError:
         lift()
         raise reached from None
     finally:
         sys.unraisablehook = told
-        if looks:
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-            signal.signal(signal.SIGPROF, before)
-
-
-def _address_space() -> int:
-    """Return the size of the address space of this process [bytes]."""
-    return int(STATM.read_bytes().split()[0]) * os.sysconf("SC_PAGE_SIZE")
