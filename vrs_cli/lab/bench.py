@@ -6,26 +6,21 @@ sends frames with its positions and each change of its timeline; both arrive D_b
 
 from __future__ import annotations
 
-import heapq
 from bisect import bisect_right
-from collections.abc import Callable
 from functools import partial
-from itertools import count
 from math import pi, tau
 from random import Random
 
 import numpy as np
 from msgspec import Struct
 
-from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.streams import Steering
 from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.lab.delays import PLACES, measure_delays, random_place
+from vrs_cli.lab.delays import PLACES, Simulation, random_place
 from vrs_cli.lab.methods import Guarded, Predictor, RemoteController
 from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.trajectory.timeline import Timeline
@@ -140,44 +135,30 @@ def goals(scenario: str, robot: RobotModel, times: Floats, random: Random) -> Fl
 # --- the simulation --------------------------------------------------------------------------------------------------
 
 
-class _Bench:
-    """A robot, its controller, its viewers, and the line between them. `_now`: their common wall clock [s]."""
+class _Bench(Simulation):
+    """A robot, its controller, its viewers, and the line between them."""
 
     def __init__(self, trial: MethodTrial) -> None:
-        self.trial, self._now = trial, 0.0
-        self._queue: list[tuple[float, int, Callable[[], None]]] = []
-        self._order = count()
-        self._forward, self._backward = trial.ways.lines("commands")
-        self.delay = measure_delays(trial.ways).round_trip(0.5) / 2.0
-        self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
+        super().__init__(trial.robot, trial.ways, trial.seconds, trial.rate)
+        self.trial = trial
         self._steering = Steering(self.robot)
         # the viewer's timelines, each with its arrival [s]
         self._known: list[tuple[float, Timeline]] = [(0.0, self.robot.timeline)]
-        self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
-        frames = trial.ways.lines("frames")[1]
-        self.arrived = np.array([frames.arrival(t) for t in self.looks.tolist()])
         self.random = Random(f"{trial.ways.seed} {trial.scenario}")
         self.follows = trial.scenario in FOLLOWED
         self.goals = goals(trial.scenario, trial.robot, self.looks, self.random) if self.follows else None
         self._controller = Guarded(trial.controller, RemoteController, trial.robot, self.delay, trial.rate)
 
-    def _at(self, t: float, act: Callable[[], None]) -> None:
-        heapq.heappush(self._queue, (t, next(self._order), act))
-
     def run(self) -> None:
-        for k, t in enumerate(self.looks.tolist()):
-            if self.follows:
+        if self.follows:
+            for k, t in enumerate(self.looks.tolist()):
                 self._at(t, partial(self._command, k))
-        if not self.follows:
+        else:
             places = [random_place(self.trial.robot, self.random) for _ in range(PLACES)]
             for k, t in enumerate(np.arange(0.5, self.trial.seconds, BETWEEN).tolist()):
                 move = Move(JointTarget(places[k % PLACES]), False, stamp=Stamp(t + LEAD), text="MOVE")
                 self._at(self._forward.arrival(t), partial(self._move, move))
-        while self._queue:
-            self._now, _, act = heapq.heappop(self._queue)
-            if self._now >= self.trial.seconds:
-                break
-            act()
+        self._act(until=self.trial.seconds)
         self._now = self.trial.seconds
 
     def _move(self, move: Move) -> None:
@@ -213,13 +194,16 @@ class _Bench:
         counted = int(np.searchsorted(self.looks, self.arrived[0]))  # the first sample with a frame
         if counted >= len(self.looks):
             return {}
-        place = self._with_flange(true)
+        place, times = self.with_tool(true), self.looks.tolist()
         found = {}
         for name in self.trial.viewers:
             viewer = Guarded(name, Predictor, self.trial.robot, self.delay, self.trial.rate)
             seen = self._viewer_joints(viewer, true, counted)
             found[name] = self._viewer_score(seen, place[counted:], viewer.call_time)
-        found[TIMELINE] = self._viewer_score(self._of_timelines()[counted:], place[counted:], 0.0)
+        since = [t for t, _ in self._known]
+        timelines = [self._known[bisect_right(since, t) - 1][1] for t in times]  # those that have arrived by then
+        seen = np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
+        found[TIMELINE] = self._viewer_score(seen[counted:], place[counted:], 0.0)
         return found
 
     def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:
@@ -233,38 +217,22 @@ class _Bench:
             seen[k - first] = viewer.predict(t)
         return seen
 
-    def _of_timelines(self) -> Floats:
-        """Return the joints at each sample from the timeline that has arrived by then, (N, n)."""
-        since = [t for t, _ in self._known]
-        timelines = (self._known[bisect_right(since, t) - 1][1] for t in self.looks.tolist())
-        times = self.looks.tolist()
-        return np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
-
-    def _with_flange(self, joints: Floats) -> Floats:
-        """Return joints with the position of the flange in three more columns [m]."""
-        return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
-
     def _viewer_score(self, seen: Floats, true: Floats, call_time: float) -> ViewerScore:
         """Compare displayed joints (N, n) with the true ones, both with positions."""
-        n, scale = seen.shape[1], self._degrees()
+        n, scale = seen.shape[1], self.degrees
         apart = np.abs(seen - true[:, :n]) * scale
         worst = apart.max(axis=1)
-        mm = 1e3 * np.linalg.norm(self._with_flange(seen)[:, n:] - true[:, n:], axis=1)
+        mm = 1e3 * np.linalg.norm(self.with_tool(seen)[:, n:] - true[:, n:], axis=1)
         steps = np.abs(np.diff(seen, axis=0) - np.diff(true[:, :n], axis=0)) * scale
         jump = float(steps.max(initial=0.0))
         return ViewerScore(
             float(worst.mean()), float(np.percentile(worst, 95)), float(worst.max()), float(mm.mean()), jump, call_time
         )
 
-    def _degrees(self) -> Floats:
-        """Return factors for errors of the joints (n,): degrees per radian, 0 for sliding joints."""
-        kinds = self.trial.robot.units.kinds
-        return np.array([180.0 / pi if kind is JointKind.REVOLUTE else 0.0 for kind in kinds])
-
     def controller_score(self) -> ControllerScore | None:
         if self.goals is None:
             return None
-        arm, timeline, scale = self.robot.arm, self.robot.timeline, self._degrees()
+        arm, timeline, scale = self.robot.arm, self.robot.timeline, self.degrees
         lags = np.linspace(0.0, 2.0, 41)
         rms = []
         for lag in lags:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
 from itertools import count, pairwise
-from math import ceil
+from math import ceil, inf
 from random import Random
 from statistics import fmean
 from typing import NamedTuple, TypeVar
@@ -141,19 +141,49 @@ class Change(NamedTuple):
     cut: float
 
 
-class DelayCourse:
-    """The course of a trial: the robot, its operator, and the line between them. `_now`: the common wall clock [s]."""
+class Simulation:
+    """A robot behind a line with delays, in virtual time, and the events that are still to come.
 
-    def __init__(self, trial: Trial) -> None:
-        self.trial, self._now = trial, 0.0
-        self._forward, self._backward = trial.ways.lines("commands")
+    `_now`: the common wall clock [s]. `delay`: half of the measured median round trip [s]. `looks`: the times of the
+    samples [s]. `arrived`: when frames that are sent at these times arrive [s]. `degrees`: factors for errors of the
+    joints (n,), which are degrees per radian, 0 for sliding joints.
+    """
+
+    def __init__(self, robot: RobotModel, ways: DelayWays, seconds: float, rate: float) -> None:
+        self._now = 0.0
         self._queue: list[tuple[float, int, Callable[[], None]]] = []
         self._order = count()
-        self.sync = measure_delays(trial.ways)
-        self.ahead = self.sync.round_trip(0.5) / 2.0
+        self._forward, self._backward = ways.lines("commands")
+        self.sync = measure_delays(ways)
+        self.delay = self.sync.round_trip(0.5) / 2.0
+        self.robot = Engine(robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
+        self.looks = np.arange(0.0, seconds, 1.0 / rate)
+        frames = ways.lines("frames")[1]
+        self.arrived = np.array([frames.arrival(t) for t in self.looks.tolist()])
+        self.degrees = np.degrees([1.0 if kind is JointKind.REVOLUTE else 0.0 for kind in robot.units.kinds])
+
+    def _at(self, t: float, act: Callable[[], None]) -> None:
+        heapq.heappush(self._queue, (t, next(self._order), act))
+
+    def _act(self, until: float = inf) -> None:
+        """Let the events before a time happen, with those that they cause."""
+        while self._queue and self._queue[0][0] < until:
+            self._now, _, act = heapq.heappop(self._queue)
+            act()
+
+    def with_tool(self, joints: Floats) -> Floats:
+        """Return joints (N, n) [rad; m] with the position of the tool in three more columns [m]."""
+        return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
+
+
+class DelayCourse(Simulation):
+    """The course of a trial: the robot, its operator, and the line between them."""
+
+    def __init__(self, trial: Trial) -> None:
+        super().__init__(trial.robot, trial.ways, trial.seconds, trial.rate)
+        self.trial = trial
         self._times = HolderTimes()
 
-        self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
         self.robot.perform(SetParameter("CAUSALITY", trial.policy))
         self.postponed: list[Postponement] = []
         self.robot.postponed.append(self.postponed.append)
@@ -164,17 +194,12 @@ class DelayCourse:
         self.mirror = Mirror(
             self.robot.arm, Snapshot.of(self.robot.timeline, self.robot.settings), 0, lambda: self._now
         )
-        self.preview = preview.Preview(self.mirror, self.ahead)
+        self.preview = preview.Preview(self.mirror, self.delay)
         self.flags = preview.Flags()
         self.changes: list[Change] = []
         self.arrivals: list[float] = []  # the viewer's log: when each change arrived [s]
         self.commands = self.aborted = 0
 
-        self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
-        back = trial.ways.lines("frames")[1]
-        self.arrived = np.array(
-            [back.arrival(t) for t in self.looks.tolist()]
-        )  # arrival times of the frames sent at the samples
         playout = Playout[None](window=MEASURED)
         for t, arrival in zip(self.looks[:MEASURED].tolist(), self.arrived[:MEASURED].tolist(), strict=True):
             playout.put(t, None, arrival)
@@ -184,9 +209,6 @@ class DelayCourse:
         self.seen = {strategy: np.zeros(shape) for strategy in (*seen, Strategy.PREDICTED)}
         self._unconfirmed = np.zeros(len(self.looks), dtype=bool)
         self._seen_until = self._sent_until = 0  # numbers of recorded samples and of recorded predicted frames
-
-    def _at(self, t: float, act: Callable[[], None]) -> None:
-        heapq.heappush(self._queue, (t, next(self._order), act))
 
     def run(self) -> None:
         """Run the trial. The operator gives commands without reacting to the display."""
@@ -198,9 +220,7 @@ class DelayCourse:
             self._at(t, partial(self._issue, self.commands, request, t))
             self.commands += 1
             t += random.uniform(SHORTEST_PAUSE, LONGEST_PAUSE)
-        while self._queue:
-            self._now, _, act = heapq.heappop(self._queue)
-            act()
+        self._act()
         self._now = self.trial.seconds
         self._look()
         self._predict()
@@ -220,7 +240,7 @@ class DelayCourse:
             robot.begin(request, program=False, issued=issued)
         except TooLate:
             self.aborted += 1
-            self._at(self._backward.arrival(self._now), lambda: self._drop(number))
+            self._at(self._backward.arrival(self._now), lambda: self._hear(number, None, ()))
             return
         version, applied = robot.timeline.version, robot.now
         told = [event for event in self._told.take_all() if isinstance(event, TimelineDelta)]
@@ -229,14 +249,13 @@ class DelayCourse:
         frames = [encode(change, Encoding.MSGPACK) for change in changes]
         self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
 
-    def _drop(self, number: int) -> None:
+    def _hear(self, number: int, version: int | None, frames: Sequence[Frame]) -> None:
+        """Receive the answer to a command and its changes. `version`: None for a command that came too late."""
         self._look()
-        self.preview.refuse(number)
-
-    def _hear(self, number: int, version: int, frames: Sequence[Frame]) -> None:
-        """Receive the answer to a command and its changes."""
-        self._look()
-        self.preview.finish(number, version)
+        if version is None:
+            self.preview.refuse(number)
+        else:
+            self.preview.finish(number, version)
         for frame in frames:
             change = READER.read(frame)
             delta = delta_of(change.delta, Motions(), self._form)
@@ -254,9 +273,9 @@ class DelayCourse:
             return
         known, planned, now = self.mirror.timeline, self.preview.timeline, self.looks[rows]
         self.seen[Strategy.DELTAS][rows] = self._joints(known, now)
-        self.seen[Strategy.AHEAD][rows] = ahead = self._joints(known, now + self.ahead)
-        self.seen[Strategy.PREVIEW][rows] = ahead if planned is known else self._joints(planned, now + self.ahead)
-        self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed_from
+        self.seen[Strategy.AHEAD][rows] = ahead = self._joints(known, now + self.delay)
+        self.seen[Strategy.PREVIEW][rows] = ahead if planned is known else self._joints(planned, now + self.delay)
+        self._unconfirmed[rows] = now + self.delay >= self.preview.unconfirmed_from
 
     def _predict(self) -> None:
         """Record all predicted frames before now that are not recorded yet."""
@@ -278,7 +297,7 @@ class DelayCourse:
         was = partial(
             joints_over, self.robot.arm, self.robot.timeline
         )  # the past is bit-identical in the final timeline
-        now, ahead = self.with_tool(was(self.looks)), self.with_tool(was(self.looks + self.ahead))
+        now, ahead = self.with_tool(was(self.looks)), self.with_tool(was(self.looks + self.delay))
         deltas = self.with_tool(self.seen[Strategy.DELTAS])
         shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # number of the last frame that has arrived
         due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # a late frame is shown on arrival
@@ -310,17 +329,12 @@ class DelayCourse:
         found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return found
 
-    def with_tool(self, joints: Floats) -> Floats:
-        """Return joints (N, n) [rad; m] with the position of the tool in three more columns [m]."""
-        return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
-
     def error(self, seen: Floats, was: Floats) -> Error:
         """Return the distances between two results of `with_tool`; all zero if they are empty."""
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
-        kinds, apart = self.trial.robot.units.kinds, seen - was
-        turning = [joint for joint, kind in enumerate(kinds) if kind is JointKind.REVOLUTE]
-        angles = np.degrees(np.abs(apart[:, turning]).max(axis=1, initial=0.0))
+        apart = seen - was
+        angles = (np.abs(apart[:, :-3]) * self.degrees).max(axis=1)
         mm = 1e3 * np.linalg.norm(apart[:, -3:], axis=1)
         return Error(float(angles.mean()), float(angles.max()), float(mm.mean()), float(mm.max()))
 

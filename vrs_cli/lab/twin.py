@@ -8,6 +8,7 @@ timeline, and its reports go back over the line. The operator sees the last repo
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from math import nan
 from statistics import fmean
 
@@ -17,9 +18,8 @@ from msgspec import Struct
 from vrs_cli.bodies.scenario import BlockedJoint, ClockDrift, Disturbance, EmergencyStop, Payload, Push, ServoArm
 from vrs_cli.engine.position import joints_over, position_at
 from vrs_cli.errors import NotAvailable
-from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.lab.delays import DelayCourse, Strategy, Trial
 from vrs_cli.lab.methods import Extrapolated, LastFrame, Predictor
 from vrs_cli.twin.divergence import DivergenceWatch
@@ -92,10 +92,9 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
     period = float(looks[-1]) / len(reports)  # the body's clock may be wrong, but its rate is even
     arrivals = [backward.arrival((k + 1) * period) for k in range(len(reports))]
     g = joints_over(course.robot.arm, course.robot.timeline, looks)
-    scale = np.degrees([1.0 if kind is JointKind.REVOLUTE else 0.0 for kind in it.trial.robot.units.kinds])
 
     def apart(seen: Floats) -> Floats:
-        found: Floats = (np.abs(seen - true) * scale).max(axis=1)
+        found: Floats = (np.abs(seen - true) * course.degrees).max(axis=1)
         return found
 
     frames, predicted = (
@@ -123,9 +122,14 @@ def twin_outcome(it: TwinTrial) -> TwinOutcome:
 
 
 def _follow(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], str]:
-    """Let a body follow the robot's timeline. Return its joints at each sample (N, n), its reports, and its kind."""
+    """Let a body follow the robot's timeline. Return its joints at each sample (N, n), its reports, and its
+    kind: an arm of MuJoCo, or servos if MuJoCo or the masses of the robot are missing."""
     arm, timeline = course.robot.arm, course.robot.timeline
-    body, kind = _body(arm, it)
+    body: MujocoArm | ServoArm | None = None
+    if MujocoArm is not None:
+        with suppress(NotAvailable):  # raised if the masses of the robot are unknown
+            body = MujocoArm(arm.model, seed=it.trial.ways.seed, disturbances=it.disturbances)
+    body = body or ServoArm(arm, seed=it.trial.ways.seed, disturbances=it.disturbances)
 
     def setpoint(t: float) -> tuple[Joints, Joints, Joints]:
         here = position_at(arm, timeline, max(t, 0.0))
@@ -135,18 +139,7 @@ def _follow(course: DelayCourse, it: TwinTrial) -> tuple[Floats, list[Report], s
     for look in course.looks.tolist():
         reports += body.advance(look, setpoint)
         true.append(body.joints)
-    return np.array(true), reports, kind
-
-
-def _body(arm: RobotArm, it: TwinTrial) -> tuple[MujocoArm | ServoArm, str]:
-    """Return an arm of MuJoCo, or a servo arm if MuJoCo or the masses of the robot are missing."""
-    seed = it.trial.ways.seed
-    if MujocoArm is not None:
-        try:
-            return MujocoArm(arm.model, seed=seed, disturbances=it.disturbances), "MuJoCo"
-        except NotAvailable:
-            pass
-    return ServoArm(arm, seed=seed, disturbances=it.disturbances), "servos"
+    return np.array(true), reports, "servos" if isinstance(body, ServoArm) else "MuJoCo"
 
 
 def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals: Sequence[float], n: int) -> Floats:
