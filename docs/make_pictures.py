@@ -24,8 +24,8 @@ from vrs_cli.render.blocks import TextLine
 from vrs_cli.render.colours import Ink, scan
 from vrs_cli.render.console import TerminalRenderer, rich_text
 from vrs_cli.repl.interactive import IDLE
-from vrs_cli.repl.place import BANNER
 from vrs_cli.repl.prompt import toolbar
+from vrs_cli.repl.shell import BANNER
 from vrs_cli.repl.terminal import ShellTerminal
 
 ROOT = Path(__file__).parents[1]

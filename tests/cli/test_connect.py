@@ -19,8 +19,7 @@ from tests.docs.examples import COPIED, PEOPLE, ROOT, blocks, typed_in
 from tests.examples import in_full
 from vrs_cli.cli.main import run
 from vrs_cli.cli.remote import once
-from vrs_cli.repl.place import Local
-from vrs_cli.repl.shell import on_pipe
+from vrs_cli.repl.shell import Local, on_pipe
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 FILES = ("val2", "toml", "xml")

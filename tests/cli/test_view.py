@@ -25,7 +25,7 @@ from vrs_cli.interfaces.monitor.help import TUTORIAL
 from vrs_cli.net import http
 from vrs_cli.net.local_server import LocalRobot
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
-from vrs_cli.repl.place import Place
+from vrs_cli.repl.front_end import Place
 from vrs_cli.repl.player import Player
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import ArmPicture

@@ -31,7 +31,7 @@ from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
 from vrs_cli.net.mirror import LastStatus
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.place import Local
+from vrs_cli.repl.shell import Local
 from vrs_cli.values.questions import Editing, PromptStatus
 from vrs_cli.wire.codec import Encoding, Reader, encode
 

@@ -19,7 +19,7 @@ from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.loop import PlainTerminal
-from vrs_cli.repl.place import Local
+from vrs_cli.repl.shell import Local
 from vrs_cli.values.replies import Reply
 
 MOST_TO_APPLY, MOST_FRAMES = 1_150, 15  # from the line to `Timeline.apply`

@@ -31,8 +31,8 @@ from vrs_cli.repl.config import state_folder
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.interactive import Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
-from vrs_cli.repl.place import Local
 from vrs_cli.repl.prompt import FromHistory, ValLexer
+from vrs_cli.repl.shell import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.replies import Message
 

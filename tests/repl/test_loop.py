@@ -13,7 +13,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.interrupt import Ended, ending
 from vrs_cli.repl.loop import PlainTerminal
-from vrs_cli.repl.place import Local
+from vrs_cli.repl.shell import Local
 from vrs_cli.repl.shell import on_pipe as run
 from vrs_cli.values.results import RunOutcome
 

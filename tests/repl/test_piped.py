@@ -18,7 +18,7 @@ from tests.live import PATIENCE
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.repl.piped import AHEAD, PipedLines, lines_of_pipe
-from vrs_cli.repl.place import Local
+from vrs_cli.repl.shell import Local
 from vrs_cli.repl.shell import on_pipe as run
 
 TICKS = """\

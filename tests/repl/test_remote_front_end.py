@@ -24,12 +24,11 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.repl.connection import WORDS, Remote
-from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.front_end import FrontEnd, Place
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.loop import PlainTerminal
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
-from vrs_cli.repl.place import Local, Place
-from vrs_cli.repl.shell import on_pipe
+from vrs_cli.repl.shell import Local, on_pipe
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Message

@@ -108,7 +108,7 @@ def test_a_line_of_a_pipe_that_is_no_answer_is_left_for_the_next(line: str, answ
     terminal = plain(line)
     assert terminal.ask(Confirmation("Are you sure (Y/N)?")) is answer
     assert text_of(terminal) == "Are you sure (Y/N)?\n"
-    assert list(terminal.lines) == ([] if answer is not None else [line])
+    assert list(iter(terminal.next_line, None)) == ([] if answer is not None else [line])
 
 
 # --- with somebody there ---

@@ -105,8 +105,7 @@ def _set_limits(options: Namespace) -> None:
 def shell(options: Namespace) -> int:
     """Run the shell; return its exit status."""
     outside = chosen_outside(options)
-    from vrs_cli.repl.place import Local
-    from vrs_cli.repl.shell import run
+    from vrs_cli.repl.shell import Local, run
 
     clock, dialect, source = clock_of(options.realtime), chosen_dialect(options), _source(options)
     cell = cell_file(options, source or Source("", "", is_file=False))

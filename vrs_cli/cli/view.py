@@ -36,8 +36,7 @@ from vrs_cli.render.text import plain_text, styled_lines
 from vrs_cli.repl import config, player
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.place import Local
-from vrs_cli.repl.shell import at, on_terminal
+from vrs_cli.repl.shell import Local, at, on_terminal
 from vrs_cli.values.acts import Define
 from vrs_cli.wire.cells import cell_record
 from vrs_cli.world.course import World

@@ -17,7 +17,6 @@ from vrs_cli.errors import did_you_mean
 from vrs_cli.render.colours import COLOURS, Ink, Palette
 
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}|")
-KEYS = ("emacs", "vi")
 
 
 class Config(Struct, frozen=True):
@@ -95,7 +94,7 @@ def _colours(value: object) -> str:
 
 # functions that return what is wrong with a value, or "" if it is correct
 SETTINGS: Mapping[str, Callable[[object], str]] = {
-    "keys": lambda value: "" if value in KEYS else f'{value!r} is neither "emacs" nor "vi"',
+    "keys": lambda value: "" if value in ("emacs", "vi") else f'{value!r} is neither "emacs" nor "vi"',
     "pager": lambda value: (
         "" if isinstance(value, bool | str) else f"{value!r} is neither true nor false nor a command"
     ),
@@ -114,9 +113,6 @@ def settings_text(config: Config) -> str:
     )
     colours = (f'{ink.value} = "{colour}"\n' for ink, (colour, _) in config.palette.items())
     return "".join(f"{setting:22}  # {note}\n" for setting, note in rows) + "\n[colours]\n" + "".join(colours)
-
-
-PRIVATE = 0o700  # folders for the state of the user's programs (XDG Base Directory Specification)
 
 
 def state_folder(environment: Mapping[str, str]) -> Path:
@@ -142,15 +138,11 @@ class QuietHistory(FileHistory):
 def open_history(path: Path) -> tuple[History, str]:
     """Return the history in a file and "", or a history in memory and the reason why the file cannot be used."""
     try:
-        path.parent.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
+        # nobody else may read the state of a user's programs (XDG Base Directory Specification)
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with path.open("ab"):
             pass
     except (OSError, RuntimeError) as error:
-        return InMemoryHistory(), f"the history cannot be kept in {path}: {reason(error)}"
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
+        return InMemoryHistory(), f"the history cannot be kept in {path}: {reason[:1].lower()}{reason[1:]}"
     return QuietHistory(path), ""
-
-
-def reason(error: Exception) -> str:
-    """Return the operating system's reason for an error, in lower case."""
-    text = (error.strerror if isinstance(error, OSError) else None) or str(error)
-    return text[:1].lower() + text[1:]

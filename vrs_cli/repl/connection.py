@@ -13,7 +13,7 @@ from vrs_cli.interfaces import dialogue, users
 from vrs_cli.interfaces.port.port import Port
 from vrs_cli.net.messages import Announced, At, Drive, Lease, LeaseAct, LessonText, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.place import BANNER
+from vrs_cli.repl.shell import BANNER
 from vrs_cli.values.acts import Attend
 
 SLASH = "/"  # no line of VAL-II begins with this character

@@ -6,6 +6,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol
 
 from vrs_cli.engine import feed, position
 from vrs_cli.errors import RequestRefused
@@ -16,8 +17,7 @@ from vrs_cli.interfaces.port.port import FarHand, MakeRequest, Outlet, Port, che
 from vrs_cli.repl import loop, piped
 from vrs_cli.values import acts, diagnostics, questions
 from vrs_cli.values.hand import Look, Seen
-from vrs_cli.wire import messages
-from vrs_cli.wire.messages import At, Done, Refused, ServerMessage
+from vrs_cli.wire.messages import At, Complete, Completed, Done, Fetched, Get, Refused, ServerMessage
 
 AT_ONCE = 1.0  # [s] maximum time that a key waits for an answer
 COMING_BACK = 60.0  # [s] maximum time to wait for a file, or for the answer to a save
@@ -43,10 +43,10 @@ class FrontEnd(loop.Exchange):
 
     def suggestions(self, text: str, everything: bool) -> list[questions.Suggestion]:
         """Return words that may follow a text. If the robot is in this process, its internal errors are raised here."""
-        end = self.end_of(lambda id: messages.Complete(id, text, everything))
+        end = self.end_of(lambda id: Complete(id, text, everything))
         if isinstance(end, Refused):
             end.refusal.error()
-        return list(end.choices) if isinstance(end, messages.Completed) else []
+        return list(end.choices) if isinstance(end, Completed) else []
 
     def end_of(self, make: MakeRequest, seconds: float = AT_ONCE) -> ServerMessage | None:
         """Send a request without showing its answers. Return the final answer, or None if it does not arrive within
@@ -83,8 +83,8 @@ class FrontEnd(loop.Exchange):
         """Return the trajectory for REPLAY. Its file is fetched unless the robot is in this process."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
-        fetched = self.end_of(lambda id: messages.Get(id, question.path), COMING_BACK)
-        if not isinstance(fetched, messages.Fetched):
+        fetched = self.end_of(lambda id: Get(id, question.path), COMING_BACK)
+        if not isinstance(fetched, Fetched):
             raise RequestRefused(f"{question.path} does not come from the robot", "REPLAY again")
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / Path(question.path).name
@@ -97,6 +97,29 @@ class FrontEnd(loop.Exchange):
             return self.port.follow()
         except RequestRefused:
             return None
+
+
+class Place(Protocol):
+    """Where a shell's robot runs, and how the shell reaches it."""
+
+    @property
+    def lives(self) -> bool:
+        """Whether the robot continues while a line is typed."""
+
+    @property
+    def waits(self) -> bool:
+        """Whether the shell shows or asks something before the first line."""
+
+    @property
+    def remote(self) -> bool:
+        """Whether answers take time, because the robot is behind a connection."""
+
+    @property
+    def banner(self) -> str:
+        """The text before the first prompt on a terminal; "" for none."""
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        """Make the front end of the shell. Raises VrsError."""
 
 
 Found = Callable[[tuple[diagnostics.Diagnostic, ...]], None]  # a function that is called with the mistakes in a text

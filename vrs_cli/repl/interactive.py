@@ -34,10 +34,9 @@ from prompt_toolkit.patch_stdout import patch_stdout
 
 from vrs_cli.repl import interrupt, piped, prompt
 from vrs_cli.repl.config import Config, open_history, read_config, state_folder
-from vrs_cli.repl.place import Place
 
 if TYPE_CHECKING:
-    from vrs_cli.repl.front_end import FrontEnd
+    from vrs_cli.repl.front_end import FrontEnd, Place
     from vrs_cli.repl.terminal import ShellTerminal
     from vrs_cli.values.questions import PromptStatus
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 ROBOT = "; robot: "  # the first line of a recovery file names its robot
 # if writing a text took more than SLOW [s], the next one is written only after REST times that duration
 SLOW, REST = 0.1, 10.0
+NOUNS = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
 
 
 class ShellRobot:
@@ -233,9 +234,12 @@ class Keeper:
             whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
             today = one.written.date() == datetime.now().date()
             when = f"{one.written:%H:%M}" if today else f"{one.written:%d %b %Y %H:%M}"
-            if not terminal.ask(
-                questions.Confirmation(f"Recovered from {when}{whose}: {_contents(text)}. Load (Y/N)?")
-            ):
+            parts = parser.parse_file(text)[0].parts
+            programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, ast.Program)))
+            said = [name_some("program", programs)] if programs else []
+            said += [numbers.count(len(one.entries), NOUNS[one.name]) for one in parts if isinstance(one, ast.Section)]
+            contents = ", ".join(said) or "nothing"
+            if not terminal.ask(questions.Confirmation(f"Recovered from {when}{whose}: {contents}. Load (Y/N)?")):
                 terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
                 continue
             terminal.show(report(session.load_text(text), text))
@@ -243,16 +247,6 @@ class Keeper:
             self.keep()
             self._recovery.wait()
             one.remove()
-
-
-def _contents(text: str) -> str:
-    """Describe the contents of a text: `programs pick, place, 2 locations`."""
-    parts = parser.parse_file(text)[0].parts
-    programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, ast.Program)))
-    said = [name_some("program", programs)] if programs else []
-    nouns = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
-    said += [numbers.count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, ast.Section)]
-    return ", ".join(said) or "nothing"
 
 
 # --- the trajectory file ---

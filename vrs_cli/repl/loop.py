@@ -66,23 +66,6 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
             line = reader.read()
 
 
-class Lines:
-    """The lines of an input. A line that belongs to the next reader can be put back."""
-
-    def __init__(self, source: Iterable[str]) -> None:
-        self._source = iter(source)
-        self._back: list[str] = []
-
-    def __iter__(self) -> Iterator[str]:
-        return self
-
-    def __next__(self) -> str:
-        return self._back.pop() if self._back else next(self._source)
-
-    def put_back(self, line: str) -> None:
-        self._back.append(line)
-
-
 class PlainTerminal:
     """Writes replies and the output of programs to one stream, in their order.
 
@@ -94,10 +77,15 @@ class PlainTerminal:
 
     def __init__(self, stream: TextIO, lines: Iterable[str]) -> None:
         self.stream = stream
-        self.lines = Lines(lines)
+        self._lines = iter(lines)
+        self._back: list[str] = []  # a line that was no answer
         self.failed = False
         self.leaving = False
         self._entered = ""
+
+    def next_line(self) -> str | None:
+        """Return the next line of the input, or None at its end."""
+        return self._back.pop() if self._back else next(self._lines, None)
 
     def show(self, reply: Reply) -> None:
         self.failed = self.failed or is_error(reply)
@@ -122,28 +110,27 @@ class PlainTerminal:
             return None
         self._write(question.text)
         self.stream.flush()
-        line = next(self.lines, None)
+        line = self.next_line()
         self.stream.write("\n")
         agreed = None if line is None else yes_or_no(line)
         if line is not None and agreed is None:
-            self.lines.put_back(line)
+            self._back.append(line)
         return agreed
 
     def _line(self, question: LineWanted) -> str | None:
-        prompt = question.text
         if question.wrong:
-            self.lines.put_back(self._entered)
+            self._back.append(self._entered)
             return None
-        if prompt:
-            self._write(prompt)
+        if question.text:
+            self._write(question.text)
             self.stream.flush()
-        try:
-            self._entered = next(self.lines)
-        except StopIteration:
-            raise end_of_input(question) from None
-        if prompt:
+        line = self.next_line()
+        if line is None:
+            raise end_of_input(question)
+        if question.text:
             self.stream.write("\n")
-        return self._entered.rstrip("\r\n")
+        self._entered = line
+        return line.rstrip("\r\n")
 
 
 ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
@@ -171,7 +158,7 @@ class PipeReader:
         self._sink.flush()
 
     def read(self) -> str | None:
-        line = next(self.terminal.lines, None)
+        line = self.terminal.next_line()
         return None if line is None else line.rstrip("\r\n")
 
     def interruptible(self) -> AbstractContextManager[object]:
@@ -333,10 +320,14 @@ class Exchange:
     def _show_end(self, end: Done | Refused, line: str) -> None:
         if end.refusal is None:
             return
-        if end.seq or not self.port.name:
-            self._show(_refusal_reply(end, line))
-        else:  # the connection has refused the line, not the robot
+        if not end.seq and self.port.name:  # the connection has refused the line, not the robot
             self.lose(str(end.refusal.error()))
+            return
+        try:
+            reply = refusal(end.refusal.error(), line)
+        except Exception as error:  # an internal error of this process
+            reply = internal_error(error)
+        self._show(reply)
 
     def lose(self, why: str) -> None:
         """Report that something was not carried out."""
@@ -442,15 +433,6 @@ class Exchange:
             raise
         except Exception as error:
             self.note(error)
-
-
-def _refusal_reply(end: Done | Refused, line: str) -> Reply:
-    """Return the reply for a refusal."""
-    assert end.refusal is not None, "it was refused"
-    try:
-        return refusal(end.refusal.error(), line)
-    except Exception as error:  # an internal error of this process
-        return internal_error(error)
 
 
 def _parts(text: str) -> list[str]:

@@ -6,7 +6,7 @@ import codecs
 import os
 from collections.abc import Callable, Iterator
 from io import IncrementalNewlineDecoder, TextIOBase
-from queue import Empty, Queue
+from queue import Queue
 from threading import Thread
 from typing import Protocol
 
@@ -49,20 +49,14 @@ class PipedLines:
         if self._reader is None:  # a raw read holds no lock of the stream, so the process may end during the read
             self._reader = Thread(target=self._read, name="input", daemon=True)
             self._reader.start()
-        line = self._next()
+        while self.robot is not None and self._lines.empty():
+            self.robot.step()
+            self.after()
+        line = self._lines.get()
         if isinstance(line, str):
             return line
         self._lines.put(None)  # marks the end again, in case there is a second call
         raise StopIteration if line is None else line
-
-    def _next(self) -> str | Exception | None:
-        while self.robot is not None:
-            try:
-                return self._lines.get_nowait()
-            except Empty:
-                self.robot.step()
-                self.after()
-        return self._lines.get()
 
     def _read(self) -> None:
         left = ""

@@ -82,24 +82,17 @@ class Player(Struct):
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
         if self.playback.follows and self.playback.playing and self.passes():
             self.playback = self.playback.follow(wall)  # because the robot's clock may have been corrected
-        position = position_at(watched.arm, timeline, self.playback.at(wall))
-        where = plain_text(Whereabouts(position, units=watched.arm.model.units))
-        doing = position.text if position.moving else "at rest"
-        lines = (self._bar(wall), self.news(self.playback.at(wall)), doing)
-        return "\n".join(line for line in lines if line) + f"\n{where}{self._keys()}"
-
-    def _bar(self, wall: float) -> str:
-        playback = self.playback
-        t, length = playback.at(wall), playback.end - playback.start
+        playback, t = self.playback, self.playback.at(wall)
+        length = playback.end - playback.start
         done = round(BAR * (t - playback.start) / length) if length > 0.0 else BAR
-        return (
-            f"[{'#' * done:-<{BAR}}] {t:8.2f} / {playback.end:.2f} s   {playback.doing(wall)}, rate {playback.rate:g}"
-        )
-
-    def _keys(self) -> str:
+        times = f"{t:8.2f} / {playback.end:.2f} s   {playback.doing(wall)}, rate {playback.rate:g}"
+        position = position_at(watched.arm, timeline, t)
+        where = plain_text(Whereabouts(position, units=watched.arm.model.units))
+        lines = (f"[{'#' * done:-<{BAR}}] {times}", self.news(t), position.text if position.moving else "at rest")
         shown = [action.shown for action in self._actions() if action.shown]
         rows = (shown[:-3], [*shown[-3:], prompt.ABORT]) if self.live else (shown,)
-        return "\n".join("  ".join(row) for row in rows)
+        keys = "\n".join("  ".join(row) for row in rows)
+        return "\n".join(line for line in lines if line) + f"\n{where}{keys}"
 
     def _actions(self) -> list[Action]:
         return [action for action in PLAYER_ACTIONS if self.live or not action.live]

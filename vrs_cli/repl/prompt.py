@@ -91,7 +91,6 @@ class ValLexer(Lexer):
 
 GAP = " | "
 ABORT = "^X ABORT"
-ACTIVE = "class:argument"
 MIN_MESSAGE_COLUMNS = 12  # minimum width of a message [columns]; without this room it is left out
 
 
@@ -100,13 +99,17 @@ def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") 
     being prepared. `mode`: the mode of vi."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
+    from vrs_cli.render.blocks import shorten
+
     text = ""
     clock, *rest = _state(status)
     for part in filter(None, (clock, ABORT, mode, *rest)):
         longer = f"{text}{GAP}{part}" if text else f" {part}"
         if len(longer) <= width:
             text = longer
-    return text + _message(last, width - len(text))
+    room = width - len(text) - len(GAP)
+    fits = last and room >= min(len(last), MIN_MESSAGE_COLUMNS)
+    return f"{text}{GAP}{shorten(last, room)}" if fits else text
 
 
 def vi_mode(app: Application[Any]) -> str:
@@ -122,7 +125,7 @@ def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
     from vrs_cli.render.blocks import shorten
 
     begin, end = found.arguments[found.active]
-    pieces = [("", f" {found.form[:begin]}"), (ACTIVE, found.form[begin:end]), ("", found.form[end:])]
+    pieces = [("", f" {found.form[:begin]}"), ("class:argument", found.form[begin:end]), ("", found.form[end:])]
     room = width - 1 - len(found.form) - len(GAP)
     if room < 0:
         return [(style, text) for (style, _), text in zip(pieces, _cut(pieces, width), strict=True)]
@@ -135,38 +138,21 @@ def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
         width -= len(text)
 
 
-def _message(last: str, room: int) -> str:
-    """Return the message, cut to the room that is left; "" if too little of it would be visible."""
-    from vrs_cli.render.blocks import shorten
-
-    room -= len(GAP)
-    if not last or room < min(len(last), MIN_MESSAGE_COLUMNS):
-        return ""
-    return GAP + shorten(last, room)
-
-
 def _state(status: PromptStatus) -> tuple[str, ...]:
     from vrs_cli.language.words.values import millimetres
     from vrs_cli.values.numbers import decimal
 
     x, y, z = (decimal(millimetres(number), 1) for number in status.tool)
+    doing = f"moves until {status.end:.1f} s" if status.clock < status.end else "at rest"
+    clock = status.pace  # in real time
+    pace = "paused, " if clock and clock.paused else f"rate {clock.rate:g}, " if clock and clock.rate != 1.0 else ""
     return (
         f"t {decimal(status.clock, 2)} s",
-        *_pace(status),
+        *([f"{pace}{doing}"] if clock else []),
         f"X {x} Y {y} Z {z}",
         f"{decimal(status.monitor_speed, 0)} % / {decimal(status.speed, 0)} {status.speed_unit}",
         status.configuration,
     )
-
-
-def _pace(status: PromptStatus) -> tuple[str, ...]:
-    """Return the rate of the clock in real time, if it is not 1, and what the arm is doing."""
-    clock = status.pace
-    if clock is None:
-        return ()
-    doing = f"moves until {status.end:.1f} s" if status.clock < status.end else "at rest"
-    pace = "paused" if clock.paused else "" if clock.rate == 1.0 else f"rate {clock.rate:g}"
-    return (f"{pace}, {doing}" if pace else doing,)
 
 
 WORD = re.compile(r"[#$]?[A-Za-z][\w.]*")

@@ -7,8 +7,9 @@ text is typed, search, undo.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 from prompt_toolkit.application import Application
 from prompt_toolkit.buffer import Buffer
@@ -45,7 +46,6 @@ from vrs_cli.values import diagnostics, questions
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")
-MENU_ROWS = 8
 KEYS = f" {ABORT} ^S save ^Q quit ^F find F3 next ^Z/^Y undo ^K cut F5 format F1 help"
 NO_WORD = "F1 explains the word at the cursor, Tab completes one that is begun"
 STOPPED = "ABORT was sent: what it stopped is said when this screen is left"
@@ -244,7 +244,7 @@ class ScreenEditor:
         title = Window(FormattedTextControl(self._title), height=1, style="class:title")
         bar = Window(FormattedTextControl(KEYS), height=1, style="class:title")
         body = HSplit([title, text, self.search, message, form, bar])
-        menu = Float(CompletionsMenu(max_height=MENU_ROWS), xcursor=True, ycursor=True)
+        menu = Float(CompletionsMenu(max_height=8), xcursor=True, ycursor=True)
         return Layout(FloatContainer(body, [menu]), focused_element=text)
 
     def _title(self) -> str:
@@ -284,20 +284,32 @@ class ScreenEditor:
     # --- keys ---
 
     def _bindings(self) -> KeyBindings:
-        keys = KeyBindings()
-        here = has_focus(self.buffer)
-        typing = here & (emacs_mode | vi_insert_mode)
+        keys, here = KeyBindings(), has_focus(self.buffer)
 
-        def bind(*names: str, where: Filter = here, save: bool = True) -> None:
-            for name in names:
-                keys.add(name, filter=where, eager=True, save_before=lambda _event: save)(self._acts(name))
+        def bind(key: str, where: Filter | bool, saves: bool, act: Callable[[], None]) -> None:
+            keys.add(key, filter=where, eager=True, save_before=lambda _event: saves)(lambda _event: act())
 
+        typing, undo = here & (emacs_mode | vi_insert_mode), partial(self._travel, self.buffer.undo)
+        # key, where it acts, whether an undo step begins before it, its action
+        rows: tuple[tuple[str, Filter | bool, bool, Callable[[], None]], ...] = (
+            ("enter", typing, True, self._enter),
+            ("tab", typing, True, self._tab),
+            ("f1", here, False, self._explain),
+            ("f3", here, False, self._find_next),
+            ("f5", here, True, self.format),
+            ("c-s", here, True, self.save),
+            ("c-k", here, True, self._cut_line),
+            ("c-q", here, False, self.leave),
+            ("c-c", here, False, self.leave),
+            ("c-f", here, False, start_search),
+            ("c-z", here, False, undo),
+            ("c-y", here, False, partial(self._travel, self.buffer.redo)),
+            ("c-x", True, False, self._abort),
+            ("u", here & vi_navigation_mode, False, undo),
+        )
         keys.add("<any>", filter=typing, save_before=self._begins_word)(self._type)
-        bind("enter", "tab", where=typing)
-        bind("f5", "c-s", "c-k")
-        bind("c-q", "c-c", "c-f", "f1", "f3", "c-z", "c-y", save=False)
-        keys.add("c-x", eager=True, save_before=lambda _event: False)(lambda _event: self._abort())
-        bind("u", where=here & vi_navigation_mode, save=False)
+        for row in rows:
+            bind(*row)
         return keys
 
     def _abort(self) -> None:
@@ -305,23 +317,8 @@ class ScreenEditor:
         self._screens.keep_up()
         self.message = STOPPED
 
-    def _acts(self, name: str) -> Callable[[KeyPressEvent], None]:
-        actions: Mapping[str, Callable[[], None]] = {
-            "enter": self._enter,
-            "tab": self._tab,
-            "f1": self._explain,
-            "f5": self.format,
-            "c-s": self.save,
-            "c-k": self._cut_line,
-            "c-q": self.leave,
-            "c-c": self.leave,
-            "c-f": start_search,
-            "f3": lambda: self.buffer.apply_search(self._control.search_state, include_current_position=False),
-            "c-z": lambda: self._travel(self.buffer.undo),
-            "c-y": lambda: self._travel(self.buffer.redo),
-            "u": lambda: self._travel(self.buffer.undo),
-        }
-        return lambda _event: actions[name]()
+    def _find_next(self) -> None:
+        self.buffer.apply_search(self._control.search_state, include_current_position=False)
 
     def _tab(self) -> None:
         """Complete the word before the cursor with the next suggestion; if no word has begun, insert blanks."""

@@ -1,15 +1,67 @@
-"""Run the shell: with a prompt on a terminal, otherwise with the lines of a pipe."""
+"""Run the shell: with a prompt on a terminal, otherwise with the lines of a pipe. Define its robot in this process."""
 
 from __future__ import annotations
 
 import os
 import sys
 from collections.abc import Iterable
-from typing import TextIO
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.repl.place import Local, Place
+from msgspec import Struct, structs
 
-FAILED = 1
+from vrs_cli.version import __version__
+
+if TYPE_CHECKING:
+    from vrs_cli.devices.device import Outside
+    from vrs_cli.engine.clock import RobotClock
+    from vrs_cli.interfaces.dialogue import Terminal
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.repl.front_end import FrontEnd, Place
+    from vrs_cli.repl.local_robot import Recorder
+    from vrs_cli.values.diagnostics import Dialect
+
+
+BANNER = f"""\
+vrs {__version__}: VAL-II for a virtual robot. HELP TUTORIAL has lines to begin with, EXIT leaves.
+SHOW pictures the arm here; vrs view, typed outside this prompt, in a browser."""
+
+
+class Local(Struct):
+    """A robot in this process. `file`: the file to load first. `recovery`: the folder where shells keep unsaved work.
+    `outside`: the devices that programs use. `dialect`: the dialect of typed lines. `cell`: the file that describes the
+    robot's cell."""
+
+    model: RobotModel | None = None
+    file: str | None = None
+    recorder: Recorder | None = None
+    clock: RobotClock | None = None
+    recovery: Path | None = None
+    outside: Outside | None = None
+    dialect: Dialect | None = None
+    cell: str | None = None
+
+    remote = False
+    banner = BANNER
+
+    @property
+    def lives(self) -> bool:
+        return self.clock is not None
+
+    @property
+    def waits(self) -> bool:
+        if self.recorder is not None or self.file is not None:
+            return True
+        if self.recovery is None or not self.recovery.is_dir():
+            return False
+        from vrs_cli.files.program_file import recovery_files
+
+        return bool(recovery_files(self.recovery))  # files that killed shells have left
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        from vrs_cli.repl.local_robot import ShellRobot
+
+        return ShellRobot(terminal, *structs.astuple(self)).front_end
 
 
 def run(place: Local, save: str | None = None) -> int:
@@ -33,7 +85,7 @@ def run(place: Local, save: str | None = None) -> int:
     finally:
         if place.recorder is not None:
             sound = place.recorder.close()
-    return status if sound else FAILED
+    return status if sound else 1
 
 
 def at(place: Place) -> int:

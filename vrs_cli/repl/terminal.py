@@ -17,7 +17,6 @@ from vrs_cli.render import blocks, colours, plain
 from vrs_cli.repl.interrupt import Ended
 from vrs_cli.repl.loop import WANTED, yes_or_no
 from vrs_cli.values import questions, replies
-from vrs_cli.values.replies import Reply
 
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer
@@ -69,26 +68,19 @@ class ShellTerminal:
         self.echoed = True
         return self.screens.interrupt()
 
-    def show(self, reply: Reply) -> None:
+    def show(self, reply: replies.Reply) -> None:
+        """Show a reply. If it is longer than the screen, it may go through the pager."""
         if self._later is not None:
             self._later.append(partial(self.show, reply))
             return
         self._clear_progress()
+        self.last = latest(reply) or self.last
         if isinstance(reply, replies.Farewell):
             self.leaving = True
-        else:
-            self._draw(reply)
-        self.last = latest(reply) or self.last
-
-    def _draw(self, reply: Reply) -> None:
-        """Show a reply. A reply that is longer than the screen goes through the pager, unless a prompt is below or
-        several lines were pasted."""
-        renderer = self._renderer()
-        if not (self.pager and self.pages) or self.whole_lines:
-            renderer.draw(reply)
             return
-
-        if not isinstance(reply, LONG):
+        renderer = self._renderer()
+        # no pager if a prompt is below, or if several lines were pasted
+        if not (self.pager and self.pages) or self.whole_lines or not isinstance(reply, LONG):
             renderer.draw(reply)
             return
         text = renderer.to_text(reply)
@@ -112,7 +104,13 @@ class ShellTerminal:
         """Ask the user until there is an answer. Ctrl-C means no, and stops the program that asks."""
         self._clear_progress()
         if isinstance(question, questions.LineWanted):
-            return self._line(question)
+            if question.wrong:
+                self.type(question.wrong, True)
+            try:
+                return self._read(question.text or "? ")
+            except (KeyboardInterrupt, EOFError):
+                self.interrupt()
+                raise KeyboardInterrupt from None
         if isinstance(question, questions.Parting):
             return self._parts(question)
         if isinstance(question, questions.Amendment):
@@ -122,15 +120,6 @@ class ShellTerminal:
         while (agreed := yes_or_no((self._answer(question) or "").partition(";")[0].strip() or "N")) is None:
             self.type(WANTED, True)
         return agreed
-
-    def _line(self, question: questions.LineWanted) -> str:
-        if question.wrong:
-            self.type(question.wrong, True)
-        try:
-            return self._read(question.text or "? ")
-        except (KeyboardInterrupt, EOFError):
-            self.interrupt()
-            raise KeyboardInterrupt from None
 
     def _answer(self, question: questions.Amendment | questions.Confirmation) -> str | None:
         try:
@@ -199,20 +188,18 @@ class ShellTerminal:
     # --- progress ---
 
     def progress(self, doing: Running | Reading) -> None:
-        """Show the time of a running program, or the fraction of a file that was read."""
-        if isinstance(doing, Running):
-            self._report(f"running, t = {doing.clock:.1f} s (Ctrl-C stops it)")
-        else:
-            self._report(f"reading {doing.path}, {doing.share:.0%} (Ctrl-C stops it)")
-
-    def _report(self, text: str) -> None:
-        """Replace the displayed progress by this text, but only at intervals and after an initial delay."""
+        """Show the time of a running program, or the fraction of a file that was read, but only at intervals and after
+        an initial delay."""
         now = self._clock()
         self._since = now if self._since is None else self._since
         if now - self._since < PROGRESS_DELAY_S or now - self._refreshed < REFRESH:
             return
         self._refreshed = now
         self._progress_shown = True
+        if isinstance(doing, Running):
+            text = f"running, t = {doing.clock:.1f} s (Ctrl-C stops it)"
+        else:
+            text = f"reading {doing.path}, {doing.share:.0%} (Ctrl-C stops it)"
         self.stream.write(f"{CLEAR_LINE}{blocks.shorten(text, (self._renderer().page.width or len(text)) - 1)}")
         self.stream.flush()
 
@@ -227,7 +214,7 @@ class ShellTerminal:
             self._progress_shown = self.echoed = False
 
 
-def latest(reply: Reply) -> str:
+def latest(reply: replies.Reply) -> str:
     """Return the part of a reply that the toolbar keeps: the first line of a message."""
     if isinstance(reply, replies.Message):
         return reply.text.split("\n")[0]

@@ -20,8 +20,8 @@ from vrs_cli.interfaces.dialogue import Notes, Terminal
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net.delay_line import Delays, DelayWays
-from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.place import BANNER, Local, Place
+from vrs_cli.repl.front_end import FrontEnd, Place
+from vrs_cli.repl.shell import BANNER, Local
 from vrs_cli.teach.grading import Mark
 from vrs_cli.teach.judging.basis import evidence_of
 from vrs_cli.teach.learn import Learner, marks_of
