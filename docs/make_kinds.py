@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from vrs_cli.teach.exercise_text import REQUIRED, CheckKind, Key
-from vrs_cli.teach.kinds import COMMON_KEYS, KINDS
+from vrs_cli.teach.kinds import COMMON_KEYS, KINDS, REQUIRED, CheckKind, Key
 
 PAGE = Path(__file__).parent / "kinds.md"
 HEAD = """# Every kind of check

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from enum import Enum
+
 from msgspec import Struct
 
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.kinematics.transform import Vector
+from vrs_cli.language.run.variables import Item
 from vrs_cli.teach.exercise_text import BaseCheck, ModelPlace, Place
-from vrs_cli.teach.state_checks import StateCheck
 from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.trajectory.segment import Phase
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.diagnostics import Dialect
 
 NO_OFFSET: Vector = (0.0, 0.0, 0.0)
@@ -200,6 +205,116 @@ class NoErrorCheck(BaseCheck, frozen=True, tag="no_error"):
     """Requires that the program ends without an error."""
 
 
+# --- the state of the robot ---------------------------------------------------------------------------------------
+
+
+class When(Enum):
+    """The time at which joints are checked: the end of the run, or the end of any motion of the step."""
+
+    END = "end"
+    PASSED = "passed"
+
+
+class ValueRange(Struct, frozen=True):
+    """Values from `least` to `most`."""
+
+    least: float
+    most: float
+
+
+class Named(Struct, frozen=True):
+    """A variable, or the items of a compound location. `text`: the name as written."""
+
+    text: str
+    items: tuple[Item, ...]
+
+
+class JointsCheck(BaseCheck, frozen=True, tag="joints"):
+    """Requires joint values [deg, mm]; None: any value. `time`: check them at this time [s] instead of `when`. `count`:
+    the number of motions at whose ends they must hold."""
+
+    at: tuple[float | None, ...]
+    deg: float
+    when: When = When.END
+    time: float | None = None
+    count: int = 1
+
+
+class VariableCheck(BaseCheck, frozen=True, tag="variable"):
+    """Requires a value of a real or string variable."""
+
+    of: Named
+    value: float | str
+    within: float
+
+
+class LocationCheck(BaseCheck, frozen=True, tag="location"):
+    """Requires a value of a location, or of a compound such as `table:corner`. `deg` None: any orientation."""
+
+    of: Named
+    at: Place
+    mm: float
+    deg: float | None = None
+
+
+class ConfigurationCheck(BaseCheck, frozen=True, tag="configuration"):
+    """Requires words that describe the arm's configuration at the end."""
+
+    words: tuple[str, ...]
+
+
+class SettingCheck(BaseCheck, frozen=True, tag="setting"):
+    """Requires a switch to be ON or OFF, or a parameter to have a value."""
+
+    of: str
+    value: float | str
+
+
+class MotionCheck(BaseCheck, frozen=True, tag="motion"):
+    """Requires one motion of the step with all given properties. `last`: only the motion commanded last counts.
+
+    `seconds`: its duration. `mm`: the distance between its ends. `joints`: the minimum number of joints that turn.
+    `begins` [s]. `lead`: from its command to its start [s]. `displaced`: whether it starts at another time than
+    requested.
+    """
+
+    last: bool = False
+    space: MotionKind | None = None
+    profile: Profile | None = None
+    seconds: ValueRange | None = None
+    mm: ValueRange | None = None
+    joints: int = 0
+    begins: float | None = None
+    lead: float = 0.0
+    displaced: bool | None = None
+
+
+class PhasesCheck(BaseCheck, frozen=True, tag="phases"):
+    """Requires phases of consecutive segments of the timeline. `only`: there must be no other phases."""
+
+    order: tuple[Phase, ...]
+    only: bool = False
+
+
+class PassesCheck(BaseCheck, frozen=True, tag="passes"):
+    """Requires that the tool passes near a place in the step."""
+
+    at: Place
+    mm: ValueRange
+
+
+class UndoneCheck(BaseCheck, frozen=True, tag="undone"):
+    """Requires a number of undone commands, which REDO would repeat."""
+
+    commands: int
+
+
+class ProgramCheck(BaseCheck, frozen=True, tag="program"):
+    """Requires a program in memory."""
+
+    of: str
+
+
 AnyCheck = (
     ToolAtCheck
     | PartAtCheck
@@ -219,5 +334,14 @@ AnyCheck = (
     | WordsCheck
     | DialectCheck
     | NoErrorCheck
-    | StateCheck
+    | JointsCheck
+    | VariableCheck
+    | LocationCheck
+    | ConfigurationCheck
+    | SettingCheck
+    | MotionCheck
+    | PhasesCheck
+    | PassesCheck
+    | UndoneCheck
+    | ProgramCheck
 )

@@ -6,10 +6,10 @@ Each mistake is recorded with its line and its correction.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import radians
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from msgspec import Struct
 
@@ -170,9 +170,6 @@ def _cut(given: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-Read = Callable[[ExerciseText, CellEntry, str], Any]
-
-
 class BaseCheck(Struct, frozen=True, kw_only=True):
     """A check of any kind. `points`: its weight. `hidden`: students see neither its name nor its reason. `needs`: names
     of checks that must earn at least some points; otherwise this check earns none."""
@@ -190,33 +187,6 @@ class BaseCheck(Struct, frozen=True, kw_only=True):
         values = (getattr(self, name) for name in self.__struct_fields__)
         rows = (value if isinstance(value, tuple) else (value,) for value in values)
         return any(isinstance(one, ModelPlace) for row in rows for one in row)
-
-
-class Key(NamedTuple):
-    """A key of a kind of check: the function that reads its value, and its meaning.
-
-    `default`: the value if the key is missing; REQUIRED: the key must not be missing. `field`: the field of the check,
-    if its name differs from the key.
-    """
-
-    name: str
-    read: Read
-    what: str
-    default: Any
-    field: str = ""
-
-
-class CheckKind(NamedTuple):
-    """A kind of check. `what`: the subject of the check. `partial`: how a result earns a part of the points; "": it
-    earns all or none."""
-
-    check: type[BaseCheck]
-    what: str
-    partial: str
-    keys: tuple[Key, ...]
-
-
-REQUIRED = "required"
 
 
 MAX_PROGRAM_BYTES = 1_000_000  # maximum size of a submission, of the model solution, and of given.v2

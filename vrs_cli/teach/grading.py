@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import chdir
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
@@ -23,11 +23,8 @@ from vrs_cli.interfaces.tasks.limits import Isolation
 from vrs_cli.language.words.values import key_of
 from vrs_cli.teach import checks
 from vrs_cli.teach.exercise import Exercise, read_exercise
-from vrs_cli.teach.exercise_text import BaseCheck
-from vrs_cli.teach.judging import outcomes, ways
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, evidence_of, round_to
-from vrs_cli.teach.judging.outcomes import judge_dialect, judge_signals, judge_typed, judge_words
-from vrs_cli.teach.judging.state import STATE_JUDGES
+from vrs_cli.teach.kinds import KINDS
 from vrs_cli.values.diagnostics import Severity, in_order
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import LineWanted, Question
@@ -278,27 +275,7 @@ class Mark(Struct, frozen=True):
         return self.points == self.of
 
 
-JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
-    checks.ToolAtCheck: outcomes.judge_tool_at,
-    checks.PartAtCheck: outcomes.judge_part_at,
-    checks.HeldCheck: outcomes.judge_held,
-    checks.PlacesCheck: ways.judge_places,
-    checks.PathCheck: ways.judge_path,
-    checks.NoStopCheck: ways.judge_no_stop,
-    checks.KeepOutCheck: ways.judge_keep_out,
-    checks.ContactCheck: outcomes.judge_contact,
-    checks.ClearanceCheck: outcomes.judge_clearance,
-    checks.SpeedCheck: ways.judge_speed,
-    checks.AccelerationCheck: ways.judge_acceleration,
-    checks.LikeModelCheck: ways.judge_like_model,
-    checks.CycleTimeCheck: outcomes.judge_cycle_time,
-    checks.SignalsCheck: judge_signals,
-    checks.TypedCheck: judge_typed,
-    checks.WordsCheck: judge_words,
-    checks.DialectCheck: judge_dialect,
-    checks.NoErrorCheck: outcomes.judge_no_error,
-    **STATE_JUDGES,
-}
+JUDGES = {kind.check: kind.judge for kind in KINDS.values()}
 
 
 def mark(exercise: Exercise, evidence: Evidence, model: Evidence | None = None) -> tuple[Mark, ...]:

@@ -1,27 +1,60 @@
-"""The table of the kinds of checks and their keys in checks.toml, for readers and documentation."""
+"""The table of the kinds of checks: their classes, their judges, and their keys in checks.toml."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.util import find_spec
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
+from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.errors import did_you_mean
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.cell_text import MAX_LENGTH_MM, CellEntry
+from vrs_cli.kinematics.joints import Profile
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
-from vrs_cli.language.words.values import INPUTS, OUTPUTS
+from vrs_cli.language.words.values import INPUTS, OUTPUTS, key_of
 from vrs_cli.teach import checks
-from vrs_cli.teach.exercise_text import MODEL, REQUIRED, CheckKind, ExerciseText, Key, ModelPlace, Place
-from vrs_cli.teach.state_checks import STATE_KINDS
+from vrs_cli.teach.exercise_text import MODEL, BaseCheck, ExerciseText, ModelPlace, Place, item_of_text
+from vrs_cli.teach.judging import outcomes, state, ways
+from vrs_cli.teach.judging.basis import JudgedRun, Verdict
 from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.trajectory.segment import Phase
+from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.diagnostics import DIALECTS, Dialect
 
 MAX_SPEED = 1e6  # [mm/s], [mm/s2] maximum speed and acceleration
+MAX_REAL = 1e9
+CONFIGURATIONS = ("RIGHTY", "LEFTY", "ABOVE", "BELOW", "FLIP", "NOFLIP")
+REQUIRED = "required"
 WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of the language
+
+
+class Key(NamedTuple):
+    """A key of a kind of check: the function that reads its value, and its meaning.
+
+    `default`: the value if the key is missing; REQUIRED: the key must not be missing. `field`: the field of the check,
+    if its name differs from the key.
+    """
+
+    name: str
+    read: Callable[[ExerciseText, CellEntry, str], Any]
+    what: str
+    default: Any
+    field: str = ""
+
+
+class CheckKind(NamedTuple):
+    """A kind of check: its class, and the function that judges a run by it. `what`: the subject of the check.
+    `partial`: how a result earns a part of the points; "": it earns all or none."""
+
+    check: type[BaseCheck]
+    judge: Callable[[Any, JudgedRun], Verdict]
+    what: str
+    partial: str
+    keys: tuple[Key, ...]
 
 
 # --- reading values --------------------------------------------------------------------------------------------------
@@ -131,6 +164,96 @@ def _changes(text: ExerciseText, entry: CellEntry, key: str) -> tuple[checks.Sig
     return tuple(found)
 
 
+def _whole(text: ExerciseText, entry: CellEntry, key: str) -> int:
+    found = text.number(entry, key, 1, 1000)
+    if found != int(found):
+        text.fault(entry, key, f"{found:g} is no whole number")
+    return int(found)
+
+
+def _joints(text: ExerciseText, entry: CellEntry, key: str) -> tuple[float | None, ...]:
+    wanted = 'the joints in degrees, such as [0, -90, 90, 0, 0, 0]; "any" for one that does not count'
+    found = text.list_of(entry, key, wanted)
+    if len(found) > 32 or not all(one == "any" or _is_number(one) for one in found):
+        text.fault(entry, key, wanted)
+        return ()
+    return tuple(None if one == "any" else float(one) for one in found)
+
+
+def _range(text: ExerciseText, entry: CellEntry, key: str) -> checks.ValueRange:
+    given = entry.given.get(key)
+    if isinstance(given, list) and len(given) == 2 and all(map(_is_number, given)) and given[0] <= given[1]:
+        return checks.ValueRange(float(given[0]), float(given[1]))
+    text.fault(entry, key, f"{text.prefix(given)}the least and the most, such as [0.5, 2]")
+    return checks.ValueRange(0.0, 0.0)
+
+
+def _is_number(given: Any) -> bool:
+    return type(given) in (int, float) and abs(given) <= MAX_REAL
+
+
+def _value(text: ExerciseText, entry: CellEntry, key: str) -> float | str:
+    given = entry.given.get(key)
+    if isinstance(given, str):
+        return text.text(entry, key)
+    if _is_number(given):
+        return float(given)  # type: ignore[arg-type]
+    text.fault(entry, key, f"{text.prefix(given)}a number, or a text in quotes")
+    return 0.0
+
+
+def _variable(text: ExerciseText, entry: CellEntry, key: str) -> checks.Named:
+    given = text.text(entry, key)
+    found = item_of_text(given.removeprefix("$"))
+    if found is None:
+        text.fault(entry, key, f"{text.prefix(given)}the name of a variable, such as height, part[2] or $name")
+        return checks.Named(given, ())
+    name, index = found
+    return checks.Named(given, ((f"${name}" if given.startswith("$") else name, index),))
+
+
+def _location(text: ExerciseText, entry: CellEntry, key: str) -> checks.Named:
+    given = text.text(entry, key)
+    found = tuple(item_of_text(one) for one in given.split(":"))
+    if not all(found):
+        text.fault(entry, key, f"{text.prefix(given)}the name of a location, such as part, or table:corner")
+    return checks.Named(given, tuple(one for one in found if one is not None))
+
+
+def _setting(text: ExerciseText, entry: CellEntry, key: str) -> str:
+    given = text.text(entry, key).upper()
+    if given not in SWITCHES and given not in PARAMETERS:
+        text.fault(
+            entry, key, f"{text.prefix(given)}a switch ({', '.join(SWITCHES)}) or parameter ({', '.join(PARAMETERS)})"
+        )
+    return given
+
+
+def _configuration(text: ExerciseText, entry: CellEntry, key: str) -> tuple[str, ...]:
+    found = tuple(one.upper() for one in text.texts(entry, key))
+    if unknown := [one for one in found if one not in CONFIGURATIONS]:
+        text.fault(entry, key, f"{unknown[0]} is none of {', '.join(CONFIGURATIONS)}")
+    return found
+
+
+def _phases(text: ExerciseText, entry: CellEntry, key: str) -> tuple[Phase, ...]:
+    words = {one.value: one for one in Phase}
+    found = text.texts(entry, key)
+    if unknown := [one for one in found if one not in words]:
+        text.fault(entry, key, f"{unknown[0]!r} is none of {', '.join(words)}")
+        return ()
+    return tuple(words[one] for one in found)
+
+
+def _when(text: ExerciseText, entry: CellEntry, key: str) -> checks.When:
+    return checks.When(text.one_of(entry, key, (one.value for one in checks.When)) or checks.When.END)
+
+
+def _space(text: ExerciseText, entry: CellEntry, key: str) -> MotionKind:
+    spaces = {"joint": MotionKind.JOINT, "straight": MotionKind.STRAIGHT}
+    return spaces.get(text.one_of(entry, key, spaces) or "", MotionKind.JOINT)
+
+
 # --- the table -------------------------------------------------------------------------------------------------------
 
 _AT = Key("at", ExerciseText.exercise_place, "the place", REQUIRED)
@@ -154,21 +277,30 @@ _MORE = "half the points up to a tenth more"
 _EACH = "points in proportion to the correct items, in order"
 
 KINDS: Mapping[str, CheckKind] = {
-    "tool_at": CheckKind(checks.ToolAtCheck, "where the tool's tip is at the end", _NEAR, (_AT, _MM, _DEG, _OFFSET)),
+    "tool_at": CheckKind(
+        checks.ToolAtCheck,
+        outcomes.judge_tool_at,
+        "where the tool's tip is at the end",
+        _NEAR,
+        (_AT, _MM, _DEG, _OFFSET),
+    ),
     "part_at": CheckKind(
         checks.PartAtCheck,
+        outcomes.judge_part_at,
         "where a part is at the end",
         _NEAR,
         (Key("part", ExerciseText.part, "the part", REQUIRED), _AT, _MM, _DEG, _OFFSET),
     ),
     "held": CheckKind(
         checks.HeldCheck,
+        outcomes.judge_held,
         "what the hand holds at the end",
         "",
         (Key("part", ExerciseText.part, "the part; without it, the hand must be empty", ""),),
     ),
     "places": CheckKind(
         checks.PlacesCheck,
+        ways.judge_places,
         "places that the tool's tip passes, in order",
         _EACH,
         (
@@ -178,6 +310,7 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "path": CheckKind(
         checks.PathCheck,
+        ways.judge_path,
         "that the tip goes along a straight line, or along an arc",
         _NEAR,
         (
@@ -190,12 +323,14 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "no_stop": CheckKind(
         checks.NoStopCheck,
+        ways.judge_no_stop,
         "that the arm goes from one place to another without a stop",
         "",
         (_FROM, _TO, Key("mm", _millimetres, "the greatest distance of the tip from both places [mm]", REQUIRED)),
     ),
     "keep_out": CheckKind(
         checks.KeepOutCheck,
+        ways.judge_keep_out,
         "a box that the tip does not enter",
         "",
         (
@@ -203,27 +338,33 @@ KINDS: Mapping[str, CheckKind] = {
             Key("size", ExerciseText.size, "its whole sizes along X, Y and Z [mm]", REQUIRED),
         ),
     ),
-    "contact": CheckKind(checks.ContactCheck, "that nothing touches that should not", "", (_ALLOW,)),
+    "contact": CheckKind(
+        checks.ContactCheck, outcomes.judge_contact, "that nothing touches that should not", "", (_ALLOW,)
+    ),
     "clearance": CheckKind(
         checks.ClearanceCheck,
+        outcomes.judge_clearance,
         "that nothing comes too near to the arm",
         "half the points for half the distance",
         (Key("mm", _millimetres, "the distance that is to be kept [mm]", REQUIRED), _ALLOW),
     ),
     "speed": CheckKind(
         checks.SpeedCheck,
+        ways.judge_speed,
         "that the tip is not too fast",
         _MORE,
         (Key("mm_s", _per_second, "the greatest speed [mm/s]", REQUIRED), *_ONLY_WHERE),
     ),
     "acceleration": CheckKind(
         checks.AccelerationCheck,
+        ways.judge_acceleration,
         "that the tip does not accelerate too much",
         _MORE,
         (Key("mm_s2", _per_second, "the greatest acceleration [mm/s2]", REQUIRED), *_ONLY_WHERE),
     ),
     "cycle_time": CheckKind(
         checks.CycleTimeCheck,
+        outcomes.judge_cycle_time,
         "how long the run takes, until the arm stands, or the way from one place to another",
         _MORE,
         (
@@ -235,6 +376,7 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "signals": CheckKind(
         checks.SignalsCheck,
+        outcomes.judge_signals,
         "changes of outputs, in order and in time",
         _EACH,
         (
@@ -244,6 +386,7 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "typed": CheckKind(
         checks.TypedCheck,
+        outcomes.judge_typed,
         "lines that TYPE writes, in order and in time",
         _EACH,
         (
@@ -258,6 +401,7 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "words": CheckKind(
         checks.WordsCheck,
+        outcomes.judge_words,
         "words of the language that must be used, or must not be",
         "points in proportion to the correct words",
         (
@@ -267,12 +411,14 @@ KINDS: Mapping[str, CheckKind] = {
     ),
     "dialect": CheckKind(
         checks.DialectCheck,
+        outcomes.judge_dialect,
         "that all words are of a dialect",
         "",
         (Key("dialect", _dialect, f"one of {', '.join(DIALECTS)}", REQUIRED),),
     ),
     "like_model": CheckKind(
         checks.LikeModelCheck,
+        ways.judge_like_model,
         "that the tip goes where it goes in the model's run",
         _NEAR,
         (
@@ -281,8 +427,112 @@ KINDS: Mapping[str, CheckKind] = {
             Key("deg", _degrees, "how far the tool may be turned otherwise [deg]; with times", None),
         ),
     ),
-    "no_error": CheckKind(checks.NoErrorCheck, "that the program ends without an error", "", ()),
-    **STATE_KINDS,
+    "no_error": CheckKind(
+        checks.NoErrorCheck, outcomes.judge_no_error, "that the program ends without an error", "", ()
+    ),
+    "joints": CheckKind(
+        checks.JointsCheck,
+        state.judge_joints,
+        "where the joints are",
+        "",
+        (
+            Key("at", _joints, 'an angle for each joint [deg]; "any": it does not count', REQUIRED),
+            Key("deg", _degrees, "how far off it may be [deg]", REQUIRED),
+            Key("when", _when, '"end", or "passed": at the end of any motion of the step', checks.When.END),
+            Key("time", _seconds, "when they are looked at [s]", None),
+            Key("count", _whole, "at the ends of so many motions", 1),
+        ),
+    ),
+    "variable": CheckKind(
+        checks.VariableCheck,
+        state.judge_variable,
+        "the value of a variable",
+        "",
+        (
+            Key("of", _variable, "its name", REQUIRED),
+            Key("value", _value, "a number, or a text", REQUIRED),
+            Key("within", partial(ExerciseText.number, least=0.0, most=MAX_REAL), "how far off a number may be", 0.0),
+        ),
+    ),
+    "location": CheckKind(
+        checks.LocationCheck,
+        state.judge_location,
+        "the value of a location",
+        "",
+        (
+            Key("of", _location, "its name, or a compound: table:corner", REQUIRED),
+            _AT,
+            Key("mm", _millimetres, "how far off it may be [mm]", REQUIRED),
+            Key("deg", _degrees, "how far off it may be [deg]", None),
+        ),
+    ),
+    "configuration": CheckKind(
+        checks.ConfigurationCheck,
+        state.judge_configuration,
+        "the configuration of the arm",
+        "",
+        (Key("words", _configuration, "its words", REQUIRED),),
+    ),
+    "setting": CheckKind(
+        checks.SettingCheck,
+        state.judge_setting,
+        "a switch or a parameter",
+        "",
+        (Key("of", _setting, "its name", REQUIRED), Key("value", _value, '"ON" or "OFF", or its value', REQUIRED)),
+    ),
+    "motion": CheckKind(
+        checks.MotionCheck,
+        state.judge_motion,
+        "a motion of the step",
+        "",
+        (
+            Key("last", ExerciseText.switch, "whether it is the one that was commanded last", False),
+            Key("space", _space, '"joint" or "straight"', None),
+            Key(
+                "profile",
+                lambda text, entry, key: Profile[text.one_of(entry, key, Profile.__members__) or "LSPB"],
+                "LSPB, SCURVE or QUINTIC",
+                None,
+            ),
+            Key("seconds", _range, "how long it takes [s]", None),
+            Key("mm", _range, "how far apart its ends are [mm]", None),
+            Key("joints", _whole, "how many joints turn at least", 0),
+            Key("begins", _seconds, "when it begins [s]", None),
+            Key("lead", _seconds, "how long after its command it begins at least [s]", 0.0),
+            Key("displaced", ExerciseText.switch, "whether it begins at another time than asked", None),
+        ),
+    ),
+    "phases": CheckKind(
+        checks.PhasesCheck,
+        state.judge_phases,
+        "the phases of the timeline",
+        "",
+        (
+            Key("order", _phases, "accelerate, cruise, blend, decelerate, rest: they follow each other", REQUIRED),
+            Key("only", ExerciseText.switch, "whether there are no others", False),
+        ),
+    ),
+    "passes": CheckKind(
+        checks.PassesCheck,
+        state.judge_passes,
+        "how near the tool comes to a place in the step",
+        "",
+        (_AT, Key("mm", _range, "how near [mm]", REQUIRED)),
+    ),
+    "undone": CheckKind(
+        checks.UndoneCheck,
+        state.judge_undone,
+        "commands that are taken back",
+        "",
+        (Key("commands", _whole, "how many, at least", REQUIRED),),
+    ),
+    "program": CheckKind(
+        checks.ProgramCheck,
+        state.judge_program,
+        "a program in memory",
+        "",
+        (Key("of", lambda text, entry, key: key_of(text.text(entry, key)), "its name", REQUIRED),),
+    ),
 }
 COMMON_KEYS = (
     Key("name", ExerciseText.text, "what students see; without it, the kind", ""),
@@ -332,12 +582,13 @@ def read_check(text: ExerciseText, entry: CellEntry) -> checks.AnyCheck | None:
     kind = KINDS[name]
     keys = (*COMMON_KEYS, *kind.keys)
     text.check_keys(entry, ("kind", *(key.name for key in keys)))
-    values: dict[str, Any] = {"name": name}
-    for key in keys:
-        if key.name in entry.given or key.default is REQUIRED:
-            values[key.field or key.name] = key.read(text, entry, key.name)
-        elif key.name != "name":
-            values[key.field or key.name] = key.default
+    values = {
+        key.field or key.name: key.read(text, entry, key.name)
+        if key.name in entry.given or key.default is REQUIRED
+        else key.default
+        for key in keys
+    }
+    values["name"] = values["name"] or name
     if len(text.wrong) > wrong:
         return None
     check = cast(checks.AnyCheck, kind.check(**values))

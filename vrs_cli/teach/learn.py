@@ -19,10 +19,10 @@ from vrs_cli.files.opening import text_at
 from vrs_cli.interfaces.dialogue import Notes, Terminal, internal_error
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.teach.checks import VariableCheck
 from vrs_cli.teach.grading import Mark, mark_checks
 from vrs_cli.teach.judging.basis import Basis, Evidence, evidence_of
 from vrs_cli.teach.lessons import Lesson, LessonStep, chosen_folder, progress_key
-from vrs_cli.teach.state_checks import VariableCheck
 from vrs_cli.values.questions import PromptStatus
 from vrs_cli.values.replies import Farewell
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from itertools import pairwise
 from math import degrees, inf
-from typing import Any
 
 from msgspec import Struct
 
@@ -14,8 +12,7 @@ from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.settings import Settings
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, angle_between, compose, distance, position
-from vrs_cli.teach import state_checks
-from vrs_cli.teach.exercise_text import BaseCheck
+from vrs_cli.teach import checks
 from vrs_cli.teach.judging.basis import Basis, Evidence, JudgedRun, Verdict, exceeds, falls_short, figure, round_to
 from vrs_cli.values.commands import Motion, MotionKind
 
@@ -31,7 +28,7 @@ def _verdict(right: bool, reason: str, at: float | None = None) -> Verdict:
 # --- joints and places ------------------------------------------------------------------------------------------------
 
 
-def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
+def judge_joints(check: checks.JointsCheck, run: JudgedRun) -> Verdict:
     """Judge the joints at the end of the run, at a time, or at the ends of motions."""
     evidence, basis = run.evidence, run.basis
     units, step = evidence.arm.model.units, basis.rounding.deg
@@ -40,7 +37,7 @@ def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
         pairs = zip(units.to_display(q), check.at, strict=False)
         return all(wanted is None or not exceeds(abs(one - wanted), check.deg, step) for one, wanted in pairs)
 
-    if check.time is None and check.when is state_checks.When.PASSED:
+    if check.time is None and check.when is checks.When.PASSED:
         ends = [one.end for one in commanded_motions(evidence)]
         count = sum(fits(joints_at(evidence.arm, evidence.timeline, end)) for end in ends)
         return _verdict(count >= check.count, f"{count} motions ended there, {check.count} are wanted")
@@ -50,7 +47,7 @@ def judge_joints(check: state_checks.JointsCheck, run: JudgedRun) -> Verdict:
     return _verdict(fits(q), f"the joints are {shown} at {figure(t, basis.rounding.s)} s", t)
 
 
-def judge_location(check: state_checks.LocationCheck, run: JudgedRun) -> Verdict:
+def judge_location(check: checks.LocationCheck, run: JudgedRun) -> Verdict:
     evidence, basis = run.evidence, run.basis
     found: Transform | None = None
     for item in check.of.items:
@@ -69,7 +66,7 @@ def judge_location(check: state_checks.LocationCheck, run: JudgedRun) -> Verdict
     return _verdict(right, text)
 
 
-def judge_configuration(check: state_checks.ConfigurationCheck, run: JudgedRun) -> Verdict:
+def judge_configuration(check: checks.ConfigurationCheck, run: JudgedRun) -> Verdict:
     evidence = run.evidence
     q = joints_at(evidence.arm, evidence.timeline, evidence.end)
     words = str(evidence.arm.configuration(q)).split()
@@ -79,7 +76,7 @@ def judge_configuration(check: state_checks.ConfigurationCheck, run: JudgedRun) 
 # --- values -----------------------------------------------------------------------------------------------------------
 
 
-def judge_variable(check: state_checks.VariableCheck, run: JudgedRun) -> Verdict:
+def judge_variable(check: checks.VariableCheck, run: JudgedRun) -> Verdict:
     evidence = run.evidence
     value = evidence.variables.get(check.of.items[0])
     if value is None:
@@ -92,7 +89,7 @@ def judge_variable(check: state_checks.VariableCheck, run: JudgedRun) -> Verdict
     return _verdict(right, f"{check.of.text} is {shown}")
 
 
-def judge_setting(check: state_checks.SettingCheck, run: JudgedRun) -> Verdict:
+def judge_setting(check: checks.SettingCheck, run: JudgedRun) -> Verdict:
     """Judge a switch or a parameter."""
     evidence = run.evidence
     value = _setting(evidence.settings, check.of)
@@ -105,13 +102,13 @@ def _setting(settings: Settings, name: str) -> float | str:
     return settings.parameters[name]
 
 
-def judge_program(check: state_checks.ProgramCheck, run: JudgedRun) -> Verdict:
+def judge_program(check: checks.ProgramCheck, run: JudgedRun) -> Verdict:
     evidence = run.evidence
     there = any(one.key == check.of for one in evidence.programs)
     return _verdict(there, f"there is {'a' if there else 'no'} program {check.of}")
 
 
-def judge_undone(check: state_checks.UndoneCheck, run: JudgedRun) -> Verdict:
+def judge_undone(check: checks.UndoneCheck, run: JudgedRun) -> Verdict:
     """Judge the number of undone commands."""
     evidence = run.evidence
     return _verdict(evidence.undone >= check.commands, f"commands taken back: {evidence.undone}")
@@ -140,7 +137,7 @@ def commanded_motions(evidence: Evidence) -> list[CommandedMotion]:
     return [one for _, one in sorted(found.items()) if one.begin >= evidence.started]
 
 
-def judge_motion(check: state_checks.MotionCheck, run: JudgedRun) -> Verdict:
+def judge_motion(check: checks.MotionCheck, run: JudgedRun) -> Verdict:
     evidence, basis = run.evidence, run.basis
     motions = commanded_motions(evidence)
     if not motions:
@@ -151,7 +148,7 @@ def judge_motion(check: state_checks.MotionCheck, run: JudgedRun) -> Verdict:
     )
 
 
-def _wrong(check: state_checks.MotionCheck, one: CommandedMotion, evidence: Evidence, basis: Basis) -> str:
+def _wrong(check: checks.MotionCheck, one: CommandedMotion, evidence: Evidence, basis: Basis) -> str:
     """Describe the requirements that a motion does not meet; return "" if it meets all."""
     arm, timeline, step = evidence.arm, evidence.timeline, basis.rounding.s
     if check.space not in (None, one.motion.kind):
@@ -180,11 +177,11 @@ def _wrong(check: state_checks.MotionCheck, one: CommandedMotion, evidence: Evid
     return ""
 
 
-def _inside(value: float, span: state_checks.ValueRange, step: float) -> bool:
+def _inside(value: float, span: checks.ValueRange, step: float) -> bool:
     return not falls_short(value, span.least, step) and not exceeds(value, span.most, step)
 
 
-def judge_phases(check: state_checks.PhasesCheck, run: JudgedRun) -> Verdict:
+def judge_phases(check: checks.PhasesCheck, run: JudgedRun) -> Verdict:
     """Judge the phases of the segments, without segments of zero length."""
     evidence = run.evidence
     phases = [one.phase for one in evidence.timeline if one.motion.number and one.duration > 0.0]
@@ -196,7 +193,7 @@ def judge_phases(check: state_checks.PhasesCheck, run: JudgedRun) -> Verdict:
     return _verdict(right, f"the timeline has {', '.join(shown) or 'no motion'}")
 
 
-def judge_passes(check: state_checks.PassesCheck, run: JudgedRun) -> Verdict:
+def judge_passes(check: checks.PassesCheck, run: JudgedRun) -> Verdict:
     """Judge how close the tool came to a place in the step."""
     evidence, basis = run.evidence, run.basis
     place = position(basis.place(check.at))
@@ -218,17 +215,3 @@ def _nearest(evidence: Evidence, place: Vector) -> tuple[float, float]:
             for (t, a), (_, b) in pairwise(points):
                 found = min(found, (distance_from_line(place, a, b), line.offset + t))
     return found
-
-
-STATE_JUDGES: Mapping[type[BaseCheck], Callable[[Any, JudgedRun], Verdict]] = {
-    state_checks.JointsCheck: judge_joints,
-    state_checks.LocationCheck: judge_location,
-    state_checks.ConfigurationCheck: judge_configuration,
-    state_checks.VariableCheck: judge_variable,
-    state_checks.SettingCheck: judge_setting,
-    state_checks.ProgramCheck: judge_program,
-    state_checks.UndoneCheck: judge_undone,
-    state_checks.MotionCheck: judge_motion,
-    state_checks.PhasesCheck: judge_phases,
-    state_checks.PassesCheck: judge_passes,
-}
