@@ -337,3 +337,8 @@ def test_the_words_of_a_program_count_where_the_run_stops_in_another_one() -> No
     assert ran.fault is not None
     assert ran.fault.program == "other"
     assert mark_of('kind = "words"\nuse = ["SIGNAL", "MOVE"]\navoid = ["READY"]', ran).passed
+
+
+def test_runs_that_take_no_time_are_compared_with_the_model() -> None:
+    still = run("SIGNAL 1")
+    assert mark_of('kind = "like_model"\nmm = 2\ntimes = true\ndeg = 1', still, still).passed

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
 from math import comb, dist, hypot, inf
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from vrs_cli.engine.approximation import distance_from_line, tip_of
 from vrs_cli.engine.position import world_pose
@@ -49,6 +49,9 @@ class TurningPiece(NamedTuple):
     finish: float
     at: Callable[[float], Transform]
     rate: float
+
+
+AnyPiece = TypeVar("AnyPiece", Piece, TurningPiece)
 
 
 def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) -> list[TurningPiece]:
@@ -84,11 +87,7 @@ def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, orde
     """Return the position of the tool's tip in the world [m] between two times [s]; with `order` 1 or 2 its velocity
     [m/s] or acceleration [m/s2], in directions of the robot's frame.
     """
-    return [
-        piece
-        for segment, since, until in stretches(timeline, begin, end)
-        if (piece := _piece(arm, segment, since, until, order)) is not None
-    ]
+    return [_piece(arm, segment, since, until, order) for segment, since, until in stretches(timeline, begin, end)]
 
 
 def stretches(timeline: Timeline, begin: float, end: float) -> Iterator[tuple[Segment, float, float]]:
@@ -107,7 +106,7 @@ def stretches(timeline: Timeline, begin: float, end: float) -> Iterator[tuple[Se
             return
 
 
-def _piece(arm: RobotArm, segment: Segment, since: float, until: float, order: int) -> Piece | None:
+def _piece(arm: RobotArm, segment: Segment, since: float, until: float, order: int) -> Piece:
     """Return the curve of a segment between two times [s]."""
     first, stands = since - segment.start, segment.phase is Phase.REST or since >= segment.finish
     if stands:
@@ -189,19 +188,21 @@ def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, flo
     found = list[tuple[float, float]]()
     for segment, since, until in stretches(timeline, begin, end):
         if segment.phase is Phase.REST or since >= segment.finish:
-            found.append((since, until))
+            _add_interval(found, since, until)
             continue
         if since == segment.start and _stands(segment, 0.0):
-            found.append((since, since))
+            _add_interval(found, since, since)
         if until == segment.finish and _stands(segment, segment.duration):
-            found.append((until, until))
-    joined = list[tuple[float, float]]()
-    for since, until in found:
-        if joined and since <= joined[-1][1]:
-            joined[-1] = joined[-1][0], max(until, joined[-1][1])
-        else:
-            joined.append((since, until))
-    return joined
+            _add_interval(found, until, until)
+    return found
+
+
+def _add_interval(found: list[tuple[float, float]], since: float, until: float, gap: float = 0.0) -> None:
+    """Add an interval to sorted ones; join it with the last one if it begins at most `gap` after that one."""
+    if found and since <= found[-1][1] + gap:
+        found[-1] = found[-1][0], max(until, found[-1][1])
+    else:
+        found.append((since, until))
 
 
 def _stands(segment: Segment, s: float) -> bool:
@@ -323,6 +324,19 @@ def _most(piece: Piece, a: _End, b: _End, on_line: Callable[[_End, _End], float]
     return round(on_line(a, b) + 0.125 * piece.bend * (b.s - a.s) ** 2, NOISE_DIGITS)
 
 
+def together(a: Sequence[AnyPiece], b: Sequence[AnyPiece]) -> Iterator[tuple[float, float, AnyPiece, AnyPiece]]:
+    """Yield each time span [s] in which two curves over the same times have one piece each, and these pieces."""
+    cuts = sorted({t for piece in (*a, *b) for t in (piece.start, piece.finish)})
+    if len(cuts) == 1:
+        cuts *= 2
+    places = [0, 0]
+    for since, until in pairwise(cuts):
+        for k, row in enumerate((a, b)):
+            while row[places[k]].finish <= since and places[k] + 1 < len(row):
+                places[k] += 1
+        yield since, until, a[places[0]], b[places[1]]
+
+
 def most_turned(
     pieces: Sequence[TurningPiece], others: Sequence[TurningPiece], precision: float, *, enough: float
 ) -> tuple[float, float]:
@@ -331,30 +345,23 @@ def most_turned(
     If no angle exceeds `enough`, the result is only some angle up to `enough`. Both orientations must cover the same
     times.
     """
-    cuts = sorted({t for piece in (*pieces, *others) for t in (piece.start, piece.finish)})
-    best, when = -inf, cuts[0]
-    waiting = list[tuple[float, float, float, float]]()
-    places = [0, 0]
+    best, when = -inf, pieces[0].start
 
-    def angle(t: float, pair: tuple[TurningPiece, TurningPiece]) -> float:
+    def angle(t: float, one: TurningPiece, other: TurningPiece) -> float:
         nonlocal best, when
-        found = angle_between(*(piece.at(t - piece.start) for piece in pair))
+        found = angle_between(one.at(t - one.start), other.at(t - other.start))
         if found > best + NOISE:
             best, when = found, t
         return found
 
-    for since, until in pairwise(cuts):
-        for k, row in enumerate((pieces, others)):
-            while row[places[k]].finish <= since:
-                places[k] += 1
-        pair = pieces[places[0]], others[places[1]]
-        rate = pair[0].rate + pair[1].rate
-        waiting = [(since, angle(since, pair), until, angle(until, pair))]
+    for since, until, one, other in together(pieces, others):
+        rate = one.rate + other.rate
+        waiting = [(since, angle(since, one, other), until, angle(until, one, other))]
         while waiting:
             t0, a0, t1, a1 = waiting.pop()
             if 0.5 * (a0 + a1 + rate * (t1 - t0)) > max(best + precision, enough) and t1 - t0 > MIN_PIECE_S:
                 t = 0.5 * (t0 + t1)
-                a = angle(t, pair)
+                a = angle(t, one, other)
                 waiting += [(t, a, t1, a1), (t0, a0, t, a)]
     return best, when
 
@@ -378,12 +385,6 @@ def _spans(
     straight line between two samples."""
     found = list[tuple[float, float]]()
 
-    def add(since: float, until: float) -> None:
-        if found and since <= found[-1][1] + INSTANT:
-            found[-1] = found[-1][0], until
-        else:
-            found.append((since, until))
-
     def look(piece: Piece, s: float) -> _End:
         c = piece.at(s)
         return _End(s, c, measure(c))
@@ -394,14 +395,14 @@ def _spans(
             a, b = waiting.pop()
             slack = 0.125 * piece.bend * (b.s - a.s) ** 2
             if max(a.m, b.m) + slack <= most:
-                add(piece.start + a.s, piece.start + b.s)
+                _add_interval(found, piece.start + a.s, piece.start + b.s, INSTANT)
             elif on_line(a, b) - slack <= most:
                 middle = look(piece, 0.5 * (a.s + b.s))
                 even = slack < precision and max(abs(one.m - most) for one in (a, middle, b)) < precision
                 if b.s - a.s > INSTANT and not even:
                     waiting += [(middle, b), (a, middle)]
                 elif min(a.m, middle.m, b.m) <= most:
-                    add(piece.start + a.s, piece.start + b.s)
+                    _add_interval(found, piece.start + a.s, piece.start + b.s, INSTANT)
     return found
 
 

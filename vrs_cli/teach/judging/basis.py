@@ -6,8 +6,8 @@ limit by at most one step of the rounding. Numbers here have the units of an exe
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cached_property
+from collections.abc import Iterable, Mapping
+from functools import cached_property, reduce
 from math import floor
 from typing import TYPE_CHECKING
 
@@ -131,8 +131,7 @@ class Verdict(Struct, frozen=True):
 def round_to(value: float, step: float) -> float:
     """Return the nearest multiple of a step; a half is rounded up, even if noise of floats makes it slightly
     smaller."""
-    count = floor(round(value / step, NOISE_DIGITS) + 0.5)
-    return round(count * step, 12) + 0.0
+    return round(floor(round(value / step, NOISE_DIGITS) + 0.5) * step, 12) + 0.0
 
 
 def exceeds(value: float, most: float, step: float) -> bool:
@@ -172,6 +171,20 @@ MORE = 1.1  # a result is nearly correct up to this factor beyond a limit of spe
 PRECISION = 0.1  # precision of searches, as a fraction of the rounding step
 
 
+def share_within(value: float, most: float, step: float, nearly: float = NEAR) -> float:
+    """Return the earned share for a value that should not exceed `most`: HALF up to `nearly` times `most`."""
+    if not exceeds(value, most, step):
+        return 1.0
+    return 0.0 if exceeds(value, nearly * most, step) else HALF
+
+
+def compound_pose(items: Iterable[Item], values: Mapping[Item, Value]) -> Transform | None:
+    """Return the pose of a compound such as `table:corner`; None if one of its items is no location."""
+    found = [values.get(item) for item in items]
+    poses = [value for value in found if isinstance(value, Transform)]
+    return reduce(compose, poses) if len(poses) == len(found) else None
+
+
 class Basis(Struct, frozen=True):
     """The values with which a run is compared. `locations`: the given locations of the variant. `model`: the evidence
     of the model's run in this variant; None if no check needs it."""
@@ -183,19 +196,15 @@ class Basis(Struct, frozen=True):
     def place(self, place: Place, of_model: Transform | None = None) -> Transform:
         """Return T_world_place of a place. `of_model`: the pose in the model's run. Raises ValueError if the pose is
         unknown."""
-        if isinstance(place, FixedPlace):
-            return place.T
-        if not isinstance(place, GivenPlace):
-            if of_model is None:
-                raise ValueError("the model's run is not known")
-            return of_model
-        found: Transform | None = None
-        for item in place.items:
-            value = self.locations.get(item)
-            if not isinstance(value, Transform):
-                raise ValueError(f"{place.text} is no given location")
-            found = value if found is None else compose(found, value)
-        assert found is not None
+        match place:
+            case FixedPlace():
+                return place.T
+            case GivenPlace():
+                found, missing = compound_pose(place.items, self.locations), f"{place.text} is no given location"
+            case _:
+                found, missing = of_model, "the model's run is not known"
+        if found is None:
+            raise ValueError(missing)
         return found
 
     def point(self, place: Place) -> Vector:

@@ -20,9 +20,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import OUTPUTS
 from vrs_cli.teach import checks
-from vrs_cli.teach.checks import DialectCheck, SignalChange, SignalsCheck, TypedCheck, TypedText, WordsCheck
 from vrs_cli.teach.judging import basis
-from vrs_cli.teach.judging.basis import HALF, JudgedRun, Verdict, exceeds, falls_short, figure
 from vrs_cli.teach.judging.ways import PASSED_MM, did_not_go, windows
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.numbers import count
@@ -41,7 +39,7 @@ class OutputChange(NamedTuple):
     signal: int
 
 
-def output_changes(run: JudgedRun) -> list[OutputChange]:
+def output_changes(run: basis.JudgedRun) -> list[OutputChange]:
     """Return the changes of all outputs in a run, in order of time."""
     it = run.evidence
     found = [
@@ -54,7 +52,7 @@ def output_changes(run: JudgedRun) -> list[OutputChange]:
     return sorted(found, key=lambda change: change.t)
 
 
-def came_on(signal: int, run: JudgedRun) -> float | None:
+def came_on(signal: int, run: basis.JudgedRun) -> float | None:
     """Return when an input first turned on [s since the run began]; None if it did not."""
     it = run.evidence
     found = [t for t, value in it.timeline.changes(signal) if value > 0.0 and it.started <= t <= it.end]
@@ -67,60 +65,60 @@ def came_on(signal: int, run: JudgedRun) -> float | None:
     return min(found) - it.started if found else None
 
 
-def judge_signals(check: SignalsCheck, run: JudgedRun) -> Verdict:
+def judge_signals(check: checks.SignalsCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge whether outputs changed in the required order and at the required times."""
     seen, total, used = output_changes(run), len(check.changes), set[int]()
     first, last = 0, 0.0
     for found, wanted in enumerate(check.changes):
         place = next((k for k in range(first, len(seen)) if _wrong(wanted, seen[k], run) is None), None)
         if place is None:
-            return Verdict(found / total, _missing(wanted, seen[first:], found, total, run), run.evidence.end)
+            return basis.Verdict(found / total, _missing(wanted, seen[first:], found, total, run), run.evidence.end)
         used.add(place)
         first, last = place + 1, seen[place].t
     if check.only:
         named = {abs(one.signal) for one in check.changes}
         more = [one for k, one in enumerate(seen) if k not in used and abs(one.signal) in named]
         if more:
-            what = f"signal {abs(more[0].signal)} {_way(more[0].signal)} at {figure(more[0].t, run.s)} s as well"
-            return Verdict(HALF, f"{what}, which is not wanted", run.evidence.started + more[0].t)
-    return Verdict(1.0, f"{count(total, 'signal')} changed as wanted", run.evidence.started + last)
+            what = f"signal {abs(more[0].signal)} {_way(more[0].signal)} at {basis.figure(more[0].t, run.s)} s as well"
+            return basis.Verdict(basis.HALF, f"{what}, which is not wanted", run.evidence.started + more[0].t)
+    return basis.Verdict(1.0, f"{count(total, 'signal')} changed as wanted", run.evidence.started + last)
 
 
-def _wrong(wanted: SignalChange, seen: OutputChange, run: JudgedRun) -> str | None:
+def _wrong(wanted: checks.SignalChange, seen: OutputChange, run: basis.JudgedRun) -> str | None:
     """Describe why a change is not the required one: None if it is the required one, "" if it is of another signal."""
     if seen.signal != wanted.signal:
         return ""
-    when, step = figure(seen.t, run.s), run.s
+    when, step = basis.figure(seen.t, run.s), run.s
     since, later = 0.0, ""
     if wanted.since is not None:
         came = came_on(wanted.since, run)
         if came is None:
             return f"at {when} s, and signal {wanted.since} never came on"
-        since, later = came, f" after signal {wanted.since} came on at {figure(came, step)} s"
-    if falls_short(seen.t - since, wanted.after, step):
-        return f"at {when} s, it is wanted at {figure(wanted.after, step)} s{later} or later"
-    if exceeds(seen.t - since, wanted.before, step):
-        return f"at {when} s, it is wanted by {figure(wanted.before, step)} s{later}"
+        since, later = came, f" after signal {wanted.since} came on at {basis.figure(came, step)} s"
+    if basis.falls_short(seen.t - since, wanted.after, step):
+        return f"at {when} s, it is wanted at {basis.figure(wanted.after, step)} s{later} or later"
+    if basis.exceeds(seen.t - since, wanted.before, step):
+        return f"at {when} s, it is wanted by {basis.figure(wanted.before, step)} s{later}"
     if wanted.near is not None:
         it = run.evidence
         place = run.basis.point(wanted.near)
         tip = position(position_at(it.arm, it.timeline, it.started + seen.t).T_world_tool)
         far = 1000.0 * dist(tip, place)
-        if exceeds(far, wanted.mm, run.mm):
-            away = f"{figure(far, run.mm)} mm from {run.place_text(place)}, {figure(wanted.mm, run.mm)} mm allowed"
-            return f"at {when} s with the tool at {run.place_text(tip)}, {away}"
+        if basis.exceeds(far, wanted.mm, run.mm):
+            away = f"{basis.figure(far, run.mm)} mm from {run.place_text(place)}"
+            allowed = f"{basis.figure(wanted.mm, run.mm)} mm allowed"
+            return f"at {when} s with the tool at {run.place_text(tip)}, {away}, {allowed}"
     return None
 
 
-def _missing(wanted: SignalChange, rest: Sequence[OutputChange], found: int, total: int, run: JudgedRun) -> str:
+def _missing(
+    wanted: checks.SignalChange, rest: Sequence[OutputChange], found: int, total: int, run: basis.JudgedRun
+) -> str:
     """Return the reason for a required change that was not found."""
     name, done = f"signal {abs(wanted.signal)}", f"{found} of {count(total, 'change')} right"
-    for seen in rest:
-        if wrong := _wrong(wanted, seen, run):
-            return f"{name} {_way(seen.signal)} {wrong} ({done})"
+    reasons = (f"{name} {_way(one.signal)} {wrong} ({done})" for one in rest if (wrong := _wrong(wanted, one, run)))
     did = "come on" if wanted.signal > 0 else "go off"
-    after = "" if not found else " after that"
-    return f"{name} did not {did}{after} ({done})"
+    return next(reasons, f"{name} did not {did}{' after that' if found else ''} ({done})")
 
 
 def _way(signal: int) -> str:
@@ -132,19 +130,16 @@ MAX_SHOWN_CHARS = 60
 # --- words ---------------------------------------------------------------------------------------------------------
 
 
-def judge_words(check: WordsCheck, run: JudgedRun) -> Verdict:
+def judge_words(check: checks.WordsCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge the words in the programs of a submission that may run."""
     used = frozenset(word for program in run.evidence.programs for one in program.statements for word in words_of(one))
     missing = [word for word in check.use if not _uses(run.evidence.programs, used, word)]
     wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]
-    reasons = []
-    if missing:
-        reasons.append(f"the program does not use {_word_list(missing)}")
+    reasons = [f"the program does not use {_word_list(missing)}"] if missing else []
     if wrong:
         reasons.append(f"the program uses {_word_list(wrong)}, which it must not use")
-    total = len(check.use) + len(check.avoid)
-    share = 1.0 - (len(missing) + len(wrong)) / total
-    return Verdict(share, "; ".join(reasons) or "the program uses the words that it should")
+    share = 1.0 - (len(missing) + len(wrong)) / (len(check.use) + len(check.avoid))
+    return basis.Verdict(share, "; ".join(reasons) or "the program uses the words that it should")
 
 
 def _word_list(words: list[str]) -> str:
@@ -178,34 +173,35 @@ _CONTROL: Mapping[type, str] = {
 def words_of(statement: ast.Statement) -> Iterator[str]:
     """Yield the words of the language in a statement, in capitals."""
     for node in ast.nodes(statement):
-        if isinstance(node, ast.Instruction):
-            yield node.word
-        elif isinstance(node, ast.Call | ast.BareWord):
-            yield (node.name if isinstance(node, ast.Call) else node.text).upper()
-        elif isinstance(node, ast.Unary | ast.Binary):
-            yield node.operator
-        elif isinstance(node, ast.IfGoto):
-            yield from ("IF", "THEN" if node.then else "GOTO")
-        elif isinstance(node, ast.Modifiers):
-            yield from (word for word, given in (("AT", node.at), ("IN", node.within)) if given is not None)
-            yield from ("ALWAYS",) if node.always else ()
-            yield from (node.unit,) if node.unit else ()
-        elif type(node) in _CONTROL:
-            yield _CONTROL[type(node)]
+        match node:
+            case ast.Instruction(word=word) | ast.Unary(operator=word) | ast.Binary(operator=word):
+                yield word
+            case ast.Call(name=word) | ast.BareWord(text=word):
+                yield word.upper()
+            case ast.IfGoto():
+                yield from ("IF", "THEN" if node.then else "GOTO")
+            case ast.Modifiers():
+                yield from (word for word, given in (("AT", node.at), ("IN", node.within)) if given is not None)
+                yield from ("ALWAYS",) if node.always else ()
+                yield from (node.unit,) if node.unit else ()
+            case _ if type(node) in _CONTROL:
+                yield _CONTROL[type(node)]
 
 
-def judge_dialect(check: DialectCheck, run: JudgedRun) -> Verdict:
+def judge_dialect(check: checks.DialectCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge whether a submission uses only words of a dialect."""
     for program in run.evidence.programs:
         for found in beyond(replace(program, dialect=check.dialect)):
-            return Verdict(0.0, f"line {found.span.line}: {found.detail}{f' ({found.hint})' if found.hint else ''}")
-    return Verdict(1.0, f"all words are of {check.dialect.title}")
+            return basis.Verdict(
+                0.0, f"line {found.span.line}: {found.detail}{f' ({found.hint})' if found.hint else ''}"
+            )
+    return basis.Verdict(1.0, f"all words are of {check.dialect.title}")
 
 
 # --- typed lines ---------------------------------------------------------------------------------------------------
 
 
-def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
+def judge_typed(check: checks.TypedCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge which lines were typed, in which order and at which times."""
     started, step, place = run.evidence.started, run.s, 0
     typed = tuple(line._replace(t=line.t - started) for line in run.evidence.typed)
@@ -214,26 +210,28 @@ def judge_typed(check: TypedCheck, run: JudgedRun) -> Verdict:
         place, early = _next_match(typed, place, wanted, step)
         if place < 0:
             share = found / len(lines)
-            return Verdict(share, _missing_lines(wanted, found, len(lines), early, step), run.evidence.end)
+            return basis.Verdict(share, _missing_lines(wanted, found, len(lines), early, step), run.evidence.end)
         used.add(place - 1)
     more = [line for number, line in enumerate(typed) if number not in used] if check.only else []
     if more:
-        when = f"at {figure(more[0].t, step)} s"
-        return Verdict(HALF, f"{quote(more[0].text)} was typed {when}, which is not wanted", started + more[0].t)
-    return Verdict(1.0, f"{count(len(lines), 'wanted line')} typed{' in order' if len(lines) > 1 else ''}")
+        when = f"at {basis.figure(more[0].t, step)} s"
+        return basis.Verdict(
+            basis.HALF, f"{quote(more[0].text)} was typed {when}, which is not wanted", started + more[0].t
+        )
+    return basis.Verdict(1.0, f"{count(len(lines), 'wanted line')} typed{' in order' if len(lines) > 1 else ''}")
 
 
-def _wanted_lines(check: TypedCheck, run: JudgedRun) -> list[TypedText]:
+def _wanted_lines(check: checks.TypedCheck, run: basis.JudgedRun) -> list[checks.TypedText]:
     """Return the required lines. Raises ValueError if they come from the model's run and that run is unknown."""
     if not check.needs_model:
-        return [one for one in check.lines if isinstance(one, TypedText)]
+        return [one for one in check.lines if isinstance(one, checks.TypedText)]
     if run.basis.model is None:
         raise ValueError("the model's run is not known")
-    return [TypedText(line.text) for line in run.basis.model.typed]
+    return [checks.TypedText(line.text) for line in run.basis.model.typed]
 
 
 def _next_match(
-    typed: tuple[TypedLine, ...], first: int, wanted: TypedText, step: float
+    typed: tuple[TypedLine, ...], first: int, wanted: checks.TypedText, step: float
 ) -> tuple[int, TypedLine | None]:
     """Return the number of the line after the next match (-1: no match), and a line that matches at a wrong time."""
     other: TypedLine | None = None
@@ -241,27 +239,27 @@ def _next_match(
         line = typed[number]
         if not _matches(line.text, wanted):
             continue
-        if not falls_short(line.t, wanted.after, step) and not exceeds(line.t, wanted.before, step):
+        if not basis.falls_short(line.t, wanted.after, step) and not basis.exceeds(line.t, wanted.before, step):
             return number + 1, None
         other = other or line
     return -1, other
 
 
-def _matches(text: str, wanted: TypedText) -> bool:
+def _matches(text: str, wanted: checks.TypedText) -> bool:
     """Return whether a line equals the required text (without outer blanks), or the whole line matches the pattern."""
     if wanted.pattern:
         return re.fullmatch(wanted.text, text.strip()) is not None
     return text.strip() == wanted.text.strip()
 
 
-def _missing_lines(wanted: TypedText, found: int, total: int, other: TypedLine | None, step: float) -> str:
+def _missing_lines(wanted: checks.TypedText, found: int, total: int, other: TypedLine | None, step: float) -> str:
     """Return the reason for a required line that was not found."""
     if other is not None:
-        bounds = [f"at {figure(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
-        bounds += [f"by {figure(wanted.before, step)} s"] if wanted.before < LATEST else []
-        return f"{quote(other.text)} was typed at {figure(other.t, step)} s, it is wanted {' and '.join(bounds)}"
+        bounds = [f"at {basis.figure(wanted.after, step)} s or later"] if wanted.after > 0.0 else []
+        bounds += [f"by {basis.figure(wanted.before, step)} s"] if wanted.before < LATEST else []
+        return f"{quote(other.text)} was typed at {basis.figure(other.t, step)} s, it is wanted {' and '.join(bounds)}"
     what = f"a line that fits {quote(wanted.text)}" if wanted.pattern else quote(wanted.text)
-    after = "" if not found else f" after the {count(found, 'line')} before it"
+    after = f" after the {count(found, 'line')} before it" if found else ""
     return f"{what} was not typed{after} ({found} of {count(total, 'wanted line')})"
 
 
@@ -311,15 +309,13 @@ def _nearness(
     """Compare a pose with the required one."""
     wanted = at_position(place, *vector_sum(position(place), check.offset))
     step, turn_step = run.mm, run.basis.rounding.deg
-    far, share = 1000.0 * distance(found, wanted), 1.0
-    if basis.exceeds(far, check.mm, step):
-        share = basis.HALF if not basis.exceeds(far, basis.NEAR * check.mm, step) else 0.0
+    far = 1000.0 * distance(found, wanted)
+    share = basis.share_within(far, check.mm, step)
     text = f"{what} ended {basis.figure(far, step)} mm from the place, {basis.figure(check.mm, step)} mm allowed"
     if check.deg is not None:
         off = degrees(angle_between(found, wanted))
         text += f", turned by {basis.figure(off, turn_step)} deg, {basis.figure(check.deg, turn_step)} deg allowed"
-        if basis.exceeds(off, check.deg, turn_step):
-            share = min(share, basis.HALF if not basis.exceeds(off, basis.NEAR * check.deg, turn_step) else 0.0)
+        share = min(share, basis.share_within(off, check.deg, turn_step))
     return basis.Verdict(share, f"{text}; at {run.place_text(position(found))}", run.evidence.end)
 
 
@@ -367,22 +363,19 @@ def judge_cycle_time(check: checks.CycleTimeCheck, run: basis.JudgedRun) -> basi
     evidence, step = run.evidence, run.s
     if (wrong := stopped_early(evidence, step)) is not None:
         return basis.Verdict(0.0, wrong, evidence.clock)
-    seconds = max(evidence.clock, evidence.timeline.end) - evidence.started
-    return _time_verdict("the run", seconds, evidence.started, check, step)
+    last = max(evidence.clock, evidence.timeline.end)
+    return _time_verdict("the run", last - evidence.started, evidence.started, check, step)
 
 
 def _time_verdict(
     what: str, seconds: float, started: float, check: checks.CycleTimeCheck, step: float
 ) -> basis.Verdict:
     took = f"{what} took {basis.figure(seconds, step)} s"
-    text = f"{took}, {basis.figure(check.most, step)} s allowed"
     if basis.falls_short(seconds, check.least, step):
         return basis.Verdict(0.0, f"{took}, at least {basis.figure(check.least, step)} s is wanted")
-    if not basis.exceeds(seconds, check.most, step):
-        return basis.Verdict(1.0, text)
-    return basis.Verdict(
-        basis.HALF if not basis.exceeds(seconds, basis.MORE * check.most, step) else 0.0, text, started + check.most
-    )
+    share = basis.share_within(seconds, check.most, step, basis.MORE)
+    text = f"{took}, {basis.figure(check.most, step)} s allowed"
+    return basis.Verdict(share, text, None if share == 1.0 else started + check.most)
 
 
 @lru_cache(32)

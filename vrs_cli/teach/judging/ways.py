@@ -90,10 +90,11 @@ def judge_path(check: checks.PathCheck, run: basis.JudgedRun) -> basis.Verdict:
         measure, search, way = (lambda p: distance_from_line(p, a, b)), tip.greatest, "line"
     else:
         measure, search, way = arc_measure(a, run.basis.point(check.via), b), tip.farthest, "arc"
-    best = min((_worst(run, window, search, measure) for window in found), key=lambda one: one.value)
+    worst = (search(tip.clip(run.tip, *window) or run.tip[:1], measure, run.precision) for window in found)
+    best = min(worst, key=lambda one: one.value)
     far = 1000.0 * best.value
-    if basis.exceeds(far, check.mm, run.mm):
-        share = basis.HALF if not basis.exceeds(far, basis.NEAR * check.mm, run.mm) else 0.0
+    share = basis.share_within(far, check.mm, run.mm)
+    if share < 1.0:
         allowed = f"{basis.figure(far, run.mm)} mm from the {way}, {basis.figure(check.mm, run.mm)} mm allowed"
         return basis.Verdict(
             share, f"the tool was {allowed}, at {basis.figure(best.t, run.s)} s at {run.place_text(best.place)}", best.t
@@ -114,18 +115,11 @@ def _orientation(most: float, text: str, place: Place, found: list[Window], run:
         )
         for window in found
     )
-    if not basis.exceeds(degrees(off), most, step):
-        return basis.Verdict(1.0, f"{text}, and was turned by no more than {basis.figure(most, step)} deg")
-    share = basis.HALF if not basis.exceeds(degrees(off), basis.NEAR * most, step) else 0.0
+    share = basis.share_within(degrees(off), most, step)
+    if share == 1.0:
+        return basis.Verdict(share, f"{text}, and was turned by no more than {basis.figure(most, step)} deg")
     turned = f"it was turned by {basis.figure(degrees(off), step)} deg, {basis.figure(most, step)} deg allowed"
     return basis.Verdict(share, f"{text}; at {basis.figure(t, run.s)} s {turned}", t)
-
-
-def _worst(
-    run: basis.JudgedRun, window: Window, search: Callable[..., tip.Extreme], measure: tip.Measure
-) -> tip.Extreme:
-    found: tip.Extreme = search(tip.clip(run.tip, *window) or run.tip[:1], measure, run.precision)
-    return found
 
 
 def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector) -> tip.Measure:
@@ -150,8 +144,7 @@ def arc_measure(a: transform.Vector, via: transform.Vector, b: transform.Vector)
     def measure(p: transform.Vector) -> float:
         r = transform.vector_difference(p, centre)
         if _angle(r, x, y) <= turn:
-            height = transform.dot(r, n)
-            return hypot(hypot(transform.dot(r, x), transform.dot(r, y)) - radius, height)
+            return hypot(hypot(transform.dot(r, x), transform.dot(r, y)) - radius, transform.dot(r, n))
         return min(dist(p, a), dist(p, b))
 
     return measure
@@ -173,8 +166,7 @@ def judge_no_stop(check: checks.NoStopCheck, run: basis.JudgedRun) -> basis.Verd
     found = windows(run, a, b, check.mm)
     if not found:
         return did_not_go(run, a, b, check.mm)
-    timeline = run.evidence.timeline
-    halts = [[one for one in tip.stops(timeline, *w) if one[0] < w[1] and one[1] > w[0]] for w in found]
+    halts = ([one for one in tip.stops(run.evidence.timeline, *w) if one[0] < w[1] and one[1] > w[0]] for w in found)
     fewest = min(halts, key=len)
     if not fewest:
         return basis.Verdict(1.0, "the arm did not stop on the way")
@@ -247,9 +239,9 @@ def _judge_rate(
         return basis.Verdict(0.0, f"the tool was never{where}")
     found = tip.greatest(pieces, transform.length, run.precision, enough=1e-3 * basis.largest(most, run.mm))
     value = 1000.0 * found.value
-    if not basis.exceeds(value, most, run.mm):
-        return basis.Verdict(1.0, f"the {what} of the tool stayed within {basis.figure(most, run.mm)} {unit_}{where}")
-    share = basis.HALF if not basis.exceeds(value, basis.MORE * most, run.mm) else 0.0
+    share = basis.share_within(value, most, run.mm, basis.MORE)
+    if share == 1.0:
+        return basis.Verdict(share, f"the {what} of the tool stayed within {basis.figure(most, run.mm)} {unit_}{where}")
     text = (
         f"the {what} of the tool was {basis.figure(value, run.mm)} {unit_}{where} at {basis.figure(found.t, run.s)} s"
     )
@@ -285,52 +277,36 @@ def judge_like_model(check: checks.LikeModelCheck, run: basis.JudgedRun) -> basi
 
 def _at_same_times(check: checks.LikeModelCheck, run: basis.JudgedRun, model: basis.Evidence) -> basis.Verdict:
     """Compare position and orientation at equal times after the starts of both runs."""
-    evidence = run.evidence
+    evidence, step, shift = run.evidence, run.basis.rounding.deg, run.evidence.started - model.started
     lasting = max(evidence.end - evidence.started, model.end - model.started)
     ours, theirs = (tip.tip_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model))
-    shift = evidence.started - model.started
     theirs = [piece._replace(start=piece.start + shift, finish=piece.finish + shift) for piece in theirs]
-    apart = _differences(ours, theirs)
+    apart = [
+        tip.Piece(since, until, _difference(one, other, since), one.bend + other.bend)
+        for since, until, one, other in tip.together(ours, theirs)
+    ]
     found = tip.greatest(apart, transform.length, run.precision, enough=1e-3 * basis.largest(check.mm, run.mm))
-    far, share = 1000.0 * found.value, 1.0
+    far, times = 1000.0 * found.value, list[float]()
+    share = basis.share_within(far, check.mm, run.mm)
     text = f"the tool was within {basis.figure(check.mm, run.mm)} mm of the model's at all times"
-    at: float | None = None
-    if basis.exceeds(far, check.mm, run.mm):
-        share, at = (basis.HALF if not basis.exceeds(far, basis.NEAR * check.mm, run.mm) else 0.0), found.t
+    if share < 1.0:
         what = f"{basis.figure(far, run.mm)} mm from where the model's is, {basis.figure(check.mm, run.mm)} mm allowed"
         text = f"at {basis.figure(found.t, run.s)} s the tool was {what}"
-    if check.deg is None:
-        return basis.Verdict(share, text, at)
-    step = run.basis.rounding.deg
-    turning = [tip.turning_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model)]
-    later = [piece._replace(start=piece.start + shift, finish=piece.finish + shift) for piece in turning[1]]
-    enough = radians(basis.largest(check.deg, step))
-    angle, when = tip.most_turned(turning[0], later, radians(basis.PRECISION * step), enough=enough)
-    off = degrees(angle)
-    if not basis.exceeds(off, check.deg, step):
-        return basis.Verdict(share, text, at)
-    turned = (
-        f"it was turned by {basis.figure(off, step)} deg from the model's, {basis.figure(check.deg, step)} deg allowed"
-    )
-    part = basis.HALF if not basis.exceeds(off, basis.NEAR * check.deg, step) else 0.0
-    return basis.Verdict(
-        min(share, part), f"{text}; at {basis.figure(when, run.s)} s {turned}", when if at is None else at
-    )
-
-
-def _differences(a: Sequence[tip.Piece], b: Sequence[tip.Piece]) -> list[tip.Piece]:
-    """Return the difference of two curves over time, as a curve."""
-    cuts = sorted({t for piece in (*a, *b) for t in (piece.start, piece.finish)})
-    if len(cuts) == 1:
-        cuts *= 2
-    found, places = list[tip.Piece](), [0, 0]
-    for since, until in pairwise(cuts):
-        for k, row in enumerate((a, b)):
-            while row[places[k]].finish <= since and places[k] + 1 < len(row):
-                places[k] += 1
-        one, other = a[places[0]], b[places[1]]
-        found.append(tip.Piece(since, until, _difference(one, other, since), one.bend + other.bend))
-    return found
+        times.append(found.t)
+    if check.deg is not None:
+        turning, of_model = (
+            tip.turning_pieces(it.arm, it.timeline, it.started, it.started + lasting) for it in (evidence, model)
+        )
+        later = [piece._replace(start=piece.start + shift, finish=piece.finish + shift) for piece in of_model]
+        enough = radians(basis.largest(check.deg, step))
+        angle, when = tip.most_turned(turning, later, radians(basis.PRECISION * step), enough=enough)
+        part = basis.share_within(degrees(angle), check.deg, step)
+        if part < 1.0:
+            off, allowed = basis.figure(degrees(angle), step), basis.figure(check.deg, step)
+            turned = f"it was turned by {off} deg from the model's, {allowed} deg allowed"
+            share, text = min(share, part), f"{text}; at {basis.figure(when, run.s)} s {turned}"
+            times.append(when)
+    return basis.Verdict(share, text, times[0] if times else None)
 
 
 def _difference(a: tip.Piece, b: tip.Piece, since: float) -> Callable[[float], transform.Vector]:
@@ -342,15 +318,15 @@ def _on_same_path(check: checks.LikeModelCheck, run: basis.JudgedRun, model: bas
     """Compare both paths regardless of time: each must be close to the other. Coarse approximations of the paths decide
     most runs."""
     theirs = tip.tip_pieces(model.arm, model.timeline, model.started, model.end)
-    limit, share = 1e-3 * basis.largest(check.mm, run.mm), 1.0
+    limit = 1e-3 * basis.largest(check.mm, run.mm)
     for error in (COARSE * limit, 1e-3 * FINE * run.mm):
         left, missed = _away(run.tip, theirs, run, error, limit), _away(theirs, run.tip, run, error, limit)
         if max(left.value, missed.value) + error + run.precision <= limit:
             break
     allowed, worst = f"{basis.figure(check.mm, run.mm)} mm allowed", 1000.0 * max(left.value, missed.value)
-    if not basis.exceeds(worst, check.mm, run.mm):
+    share = basis.share_within(worst, check.mm, run.mm)
+    if share == 1.0:
         return basis.Verdict(share, f"the tool kept to the model's path within {basis.figure(check.mm, run.mm)} mm")
-    share = basis.HALF if not basis.exceeds(worst, basis.NEAR * check.mm, run.mm) else 0.0
     if basis.exceeds(1000.0 * left.value, check.mm, run.mm):
         far = f"{basis.figure(1000.0 * left.value, run.mm)} mm from the model's path, {allowed}"
         when = f"at {basis.figure(left.t, run.s)} s at {run.place_text(left.place)}"
