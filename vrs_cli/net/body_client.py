@@ -111,8 +111,7 @@ class BodyClient:
         due = asyncio.get_running_loop().time() + SETTLING
         while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
             await asyncio.sleep(SEND_EVERY)
-        first = self._first
-        answer = await self.client.ask(lambda id: messages.Embody(id, first=first, rate=self.rate))
+        answer = await self.client.ask(lambda id: messages.Embody(id, first=self._first, rate=self.rate))
         assert isinstance(answer, messages.Embodied), "it answers Embody"
         while self._sent and self._first + len(self._sent) > answer.next:
             self._fresh.appendleft(self._sent.pop())

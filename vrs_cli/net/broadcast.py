@@ -352,11 +352,7 @@ class Broadcast:
         if isinstance(event, TimelineDelta):
             for channel in self._channels.values():
                 channel.change(event.cut, applied)
-        self._begin_round()
-
-    def tell_course(self) -> None:
-        """Begin to send the new parts of the course of the world."""
-        self._begin_round()
+        self.begin_round()
 
     def measure(self, reports: Sequence[Report]) -> bool:
         """Take reports of the body. Return whether some listener wants them."""
@@ -370,9 +366,10 @@ class Broadcast:
         self._last_news += 1
         self._news.pop(type(news), None)  # keeps the dictionary in the order of arrival
         self._news[type(news)] = self._last_news, letter(news)
-        self._begin_round()
+        self.begin_round()
 
-    def _begin_round(self) -> None:
+    def begin_round(self) -> None:
+        """Begin to send what is new, such as parts of the course of the world."""
         self._parcel.cache_clear()
         self._everybody.begin()
 
@@ -406,7 +403,7 @@ class Broadcast:
         if self._measured_due <= self._wall():
             self._gathered, self._measured_due = self._wall(), inf
             self.measured.gather()
-            self._begin_round()
+            self.begin_round()
         if self._again <= self._wall():
             for listener in list(islice(self._behind, SLICE)):
                 self._catch_up(listener)

@@ -173,8 +173,7 @@ class ClassBoard:
 
     def _files_of(self, student: str) -> tuple[str, ...]:
         if student not in self._handed_in:
-            files = self._folder.programs(student)[-MAX_LISTED:]
-            self._handed_in[student] = tuple(path.name for path in files)
+            self._handed_in[student] = tuple(path.name for path in self._folder.programs(student)[-MAX_LISTED:])
         return self._handed_in[student]
 
 

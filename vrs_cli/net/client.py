@@ -62,9 +62,8 @@ def waits(attempt: int, random: Random) -> float:
 
 def address_of(url: str) -> str:
     """Return the address `ws://HOST:PORT[/robots/NAME]` for HOST, HOST:PORT or an address. Raises UsageError."""
-    spelled = url if "://" in url else f"ws://{url}"
     try:
-        parts = urlsplit(spelled)
+        parts = urlsplit(url if "://" in url else f"ws://{url}")
         host, port = parts.hostname, parts.port
     except ValueError as error:
         raise UsageError(f"{url} is no address: {error}", "ws://HOST:PORT or ws://HOST:PORT/robots/NAME") from None
@@ -144,17 +143,14 @@ class Client:
         ca: Path | None = None,
         told: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        self.url = address_of(url)
+        self.url, self.told = address_of(url), told
         self.far = FarEnd(hello, time.monotonic)
-        self.told = told
         self._tls, self._random = tls_for(self.url, ca), Random()
-        self._stirred = asyncio.Event()
+        self._stirred, self._shown = asyncio.Event(), asyncio.Event()
         self._opened: asyncio.Future[None]
         self._task: asyncio.Task[None] | None = None
-        self._leaves = False
-        self._shown = asyncio.Event()
+        self._leaves = self.measures = False
         self._recalling: asyncio.Task[None] | None = None
-        self.measures = False
         self._remeasuring: asyncio.Task[None] | None = None
 
     # --- asking ---
@@ -201,8 +197,7 @@ class Client:
         all of the past). Raises RequestRefused if the timeline does not arrive."""
         self.far.window = window
         self.far.news.append(self._see)
-        wanted = None if window == inf else window
-        await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=wanted))
+        await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=None if window == inf else window))
         try:
             async with asyncio.timeout(OPENING):
                 await self._shown.wait()

@@ -69,8 +69,8 @@ class ClientSocket(Protocol):
 
 
 class ClientSession(UserSession):
-    """A user of a served robot. `users`: all users of the robot; `name` is unique among them. `link`: the user's
-    socket; None while the connection is cut."""
+    """A user of a served robot. `users`: all users of the robot; `name` is unique among them. `robot`: the name of the
+    robot. `link`: the user's socket; None while the connection is cut."""
 
     def __init__(
         self,
@@ -81,7 +81,7 @@ class ClientSession(UserSession):
         delivery_log: DeliveryLog,
         hello: messages.Hello,
     ) -> None:
-        self.name, self.grant, self.delivery_log = name, grant, delivery_log
+        self.name, self.robot, self.grant, self.delivery_log = name, robot.name, grant, delivery_log
         self.wanted_name = hello.name
         user_state = UserState(name, grant.role)
         super().__init__(robot.session, user_state)
@@ -106,11 +106,6 @@ class ClientSession(UserSession):
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, then messages that follow
         self._status: PromptStatus | None = None  # the status that was last sent
         self._columns: int | None = None  # width of the client's screen, for rendered replies
-
-    @property
-    def robot(self) -> str:
-        """Return the name of the robot."""
-        return self._robot.name
 
     # --- connections ---
 
@@ -441,12 +436,10 @@ class ClientSession(UserSession):
         match message:
             case messages.Put(name=name, data=data, replace=replace):
                 check_may("to put a file", Role.SUPERVISOR, self.grant.role)
-                put = beside(lambda: robot.files.put(name, data, replace=replace))
-                self.ask(message, put, outlet)
+                self.ask(message, beside(lambda: robot.files.put(name, data, replace=replace)), outlet)
             case messages.Get(id, name):
                 check_may("to get a file", Role.SUPERVISOR, self.grant.role)
-                fetch = beside(lambda: robot.files.fetch(name))
-                self.ask(message, fetch, outlet, partial(messages.Fetched, id, name))
+                self.ask(message, beside(lambda: robot.files.fetch(name)), outlet, partial(messages.Fetched, id, name))
             case messages.Names(id):
                 self.ask(message, beside(robot.files.list), outlet, partial(messages.Listed, id))
 

@@ -331,19 +331,15 @@ class CourseThread(CourseTeller):
                     told = time.monotonic()
                     self._woken()
                 if not goes_on:
-                    self._wait()
+                    with self._changed:  # wait until there is something to compute
+                        if not (self._ended or self._cut is not NEVER or self._wants_more()):
+                            self._changed.wait()
                 time.sleep(max(took * (1.0 / SHARE - 1.0), STEP))
                 until = time.monotonic() + LAG
                 while self._works() and time.monotonic() < until:  # the robot's own work has priority, up to a limit
                     time.sleep(LOOKS_EVERY)
         except Exception as error:
             self._failed(error)
-
-    def _wait(self) -> None:
-        """Wait until there is something to compute."""
-        with self._changed:
-            if not (self._ended or self._cut is not NEVER or self._wants_more()):
-                self._changed.wait()
 
 
 def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRows, float]:
@@ -381,5 +377,4 @@ def whole_course(world: World, timeline: Timeline, between: tuple[float, float] 
     touches = known.touches if computer.looks else None
     if between is not None and computer.can_look:
         touches = tuple(computer.touches(known, *between))
-    until = None if known.until == inf else known.until
-    return WholeCourse(known.course.rows(-inf, known.until), touches, until)
+    return WholeCourse(known.course.rows(-inf, known.until), touches, None if known.until == inf else known.until)

@@ -392,8 +392,7 @@ class RobotFiles:
         allowance = self._allowance
         if allowance.folder >= UNMEASURED:
             return
-        there = (found.st_size for _, found in self._files())
-        sizes = [*islice(there, allowance.files + 1), *new]
+        sizes = [*islice((found.st_size for _, found in self._files()), allowance.files + 1), *new]
         held = sum(max(size, BLOCK) for size in sizes)
         if len(sizes) > allowance.files:
             raise LimitReached(f"the robot's folder would hold more than {allowance.files} files", "FDELETE makes room")

@@ -97,8 +97,7 @@ class PageFile(Struct, frozen=True):
             return response_of(HTTPStatus.NOT_MODIFIED, b"", self.kind, *same)
         policy = ("Content-Security-Policy", POLICY.format(styles="'unsafe-inline'"))
         if self.zipped and _takes_gzip(headers):
-            more = (*same, policy, ("Content-Encoding", "gzip"))
-            return response_of(HTTPStatus.OK, self.zipped, self.kind, *more)
+            return response_of(HTTPStatus.OK, self.zipped, self.kind, *same, policy, ("Content-Encoding", "gzip"))
         return response_of(HTTPStatus.OK, self.data, self.kind, *same, policy)
 
 
@@ -157,11 +156,9 @@ def _all(headers: Headers, name: str) -> str:
 
 
 def _takes_gzip(headers: Headers) -> bool:
-    for part in _all(headers, "Accept-Encoding").lower().split(","):
-        coding, _, quality = part.partition(";")
-        if coding.strip() in ("gzip", "*") and quality.replace(" ", "") not in ("q=0", "q=0.0", "q=0.00", "q=0.000"):
-            return True
-    return False
+    parts = (part.partition(";") for part in _all(headers, "Accept-Encoding").lower().split(","))
+    wanted = (quality.replace(" ", "") for coding, _, quality in parts if coding.strip() in ("gzip", "*"))
+    return any(quality not in ("q=0", "q=0.0", "q=0.00", "q=0.000") for quality in wanted)
 
 
 # --- the address of the server --------------------------------------------------------------------------------------
@@ -189,10 +186,10 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
         f"<p>From a terminal: <code>vrs connect {escape(address)}</code>{needs}; from Python: "
         f"<code>vrs_cli.connect({escape(repr(address))})</code>.</p>"
     )
-    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-    head += '<link rel="icon" href="data:,">'
     html = (
-        f'<!doctype html><html lang="en"><head>{head}<title>vrs: virtual robots</title><style>{STYLE}</style></head>'
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
+        f"<title>vrs: virtual robots</title><style>{STYLE}</style></head>"
         f"<body><main>{''.join(parts)}</main></body></html>"
     )
     styles = f"'sha256-{b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()}'"
@@ -447,8 +444,9 @@ class HttpAnswers:
         cookies = [f"{cookie_name(self.port)}={value}; Path={at}; {rest}" for at in dict.fromkeys(paths)]
         if leaves:
             cookies.append(f"{cookie_name(self.port)}=; Path={LIST}; {rest}")
-        more = (("Set-Cookie", cookie) for cookie in cookies)
-        return response_of(HTTPStatus.NO_CONTENT, b"", "", ("Cache-Control", "no-store"), *more)
+        return response_of(
+            HTTPStatus.NO_CONTENT, b"", "", ("Cache-Control", "no-store"), *(("Set-Cookie", one) for one in cookies)
+        )
 
 
 def path_of(request: Request) -> str:

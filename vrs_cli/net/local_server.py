@@ -168,12 +168,11 @@ class LocalRobot(LocalServer):
         self.name = name or model.name
         own = ExitStack()
         here = folder or Path(own.enter_context(TemporaryDirectory(prefix="vrs-")))
-        allowance = Allowance(folder=UNMEASURED)
         plan = Plan(
             model,
             here,
             realtime=rate,
-            allowance=allowance,
+            allowance=Allowance(folder=UNMEASURED),
             one_user=True,
             cell=cell,
             styled=styled,

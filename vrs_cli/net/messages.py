@@ -57,8 +57,6 @@ from vrs_cli.wire.steered import SteeredRecord
 VERSION = 1
 PORT = 8765  # the usual address and port of a server
 
-Ids = tuple[Count, ...]
-
 
 class Change(ServerMessage, frozen=True, kw_only=True):
     """A change of the timeline. `number` counts the changes of one robot from 1; it is the same for all clients."""
@@ -74,7 +72,7 @@ class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True
 
     connection: Name
     seq: Count
-    unanswered: Ids = ()
+    unanswered: tuple[Count, ...] = ()
 
 
 class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):

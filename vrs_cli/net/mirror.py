@@ -54,8 +54,7 @@ class ClockReading(Struct, frozen=True):
     def then(self, later: ClockReading, wall: float) -> ClockReading:
         """Return a later reading, corrected so that the clock never goes back. If this clock was too far ahead, it
         stops for a while."""
-        goes_on = self.rate is not None and later.rate is not None
-        return replace(later, floor=self.at(wall)) if goes_on else later
+        return replace(later, floor=self.at(wall)) if self.rate is not None and later.rate is not None else later
 
 
 class _Held(Struct, frozen=True):
@@ -218,8 +217,7 @@ class Mirror:
 def parting(before: Timeline, after: Timeline) -> float:
     """Return the time [s] from which on two timelines differ, where both are known; infinity if they are equal."""
     begin = max(before.start, after.start)
-    pairs = zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after)))
-    for one, other in pairs:
+    for one, other in zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after))):
         if one is None or other is None:
             return float((other or one).start)
         if one != other:

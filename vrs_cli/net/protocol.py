@@ -388,20 +388,12 @@ class ClientConnection:
 
     def _fits(self, change: messages.Change) -> bool:
         """Return whether a change is the next one. If one is missing, ask for a snapshot."""
-        if isinstance(change, messages.Replaced):
+        if isinstance(change, messages.Replaced) or change.number - 1 == self._change:
             self._change = change.number
             return True
-        if (
-            self._change is None
-            or not isinstance(change, messages.Delta | messages.Steered)
-            or change.number <= self._change
-        ):
-            return False
-        if change.number == self._change + 1:
-            self._change = change.number
-            return True
-        self._change = None
-        self._outbox.send(messages.Resync())
+        if self._change is not None and change.number > self._change:
+            self._change = None
+            self._outbox.send(messages.Resync())
         return False
 
 

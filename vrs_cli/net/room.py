@@ -220,9 +220,9 @@ class Room(ServedRobot):
         """Return whether the robot has to wait until the output of TYPE is sent. In virtual time the robot also waits
         until its user has taken this output.
         """
-        if self._typed_bytes - self._given_bytes > HIGH_WATER_BYTES:
-            return True
-        return self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self.wall())
+        return self._typed_bytes - self._given_bytes > HIGH_WATER_BYTES or (
+            self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self.wall())
+        )
 
     def _charge(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
         """Charge a user the CPU time [s] of a request. In any thread."""
@@ -312,8 +312,7 @@ class Room(ServedRobot):
                 client.tell(replace(message, id=None if asked is None else asked.id or None))
 
     def _show_all(self, text: str) -> None:
-        message = messages.Told(Message(text, Tone.WARNING))
-        self.put(lambda: self._spread(message, None))
+        self.put(lambda: self._spread(messages.Told(Message(text, Tone.WARNING)), None))
 
     def _announce(self) -> None:
         """Announce the clock, the activity and the dragged tool if they have changed.
@@ -527,9 +526,8 @@ class Hub:
     def take_away(self, name: str) -> Room | None:
         """Remove the room of a robot; return it, for the caller to close. The next client opens another one."""
         with self._opening:
-            rooms = dict(self.rooms)
-            room = rooms.pop(name, None)
-            self.rooms = rooms
+            room = self.rooms.get(name)
+            self.rooms = {key: one for key, one in self.rooms.items() if key != name}
         return room
 
     def open_all(self) -> None:

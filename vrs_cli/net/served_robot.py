@@ -73,8 +73,7 @@ class ServedBody:
             return messages.Embodied(message.id, message.first)
         if body.name != name:
             self._clock = OneWay()
-        next = body.embody(name, message.first)
-        return messages.Embodied(message.id, next, body.order, body.ordered_at)
+        return messages.Embodied(message.id, body.embody(name, message.first), body.order, body.ordered_at)
 
     def take(self, name: str, message: messages.Measured) -> None:
         """Take reports of a client. Raises errors in them, at most one a second."""
@@ -296,7 +295,7 @@ class ServedRobot:
             world,
             now=lambda: self._self.now,
             works=lambda: session.actor.has_requests or (session.running and not session.engine.realtime),
-            woken=lambda: self.put(self.broadcast.tell_course),
+            woken=lambda: self.put(self.broadcast.begin_round),
             failed=lambda error: self.put(lambda: self._tell(internal_error(error).text)),
         )
 
@@ -339,8 +338,7 @@ class ServedRobot:
             except BaseException:
                 self._journal.close()
                 raise
-        most = self.allowance.segments
-        durable_log = DurableLog(lambda: len(engine.timeline), most, self._journal, self._memory)
+        durable_log = DurableLog(lambda: len(engine.timeline), self.allowance.segments, self._journal, self._memory)
         engine.book.journal = durable_log
         return durable_log
 

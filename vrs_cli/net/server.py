@@ -255,11 +255,10 @@ class Server:
         self.opened: list[Callable[[Room], None]] = []
         self.board: ClassBoard | None = None  # the board of the served class, if any
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
-        names = http.OwnNames(place.host, tls=place.tls is not None, origins=place.origins)
-        tls, wants = place.tls is not None, tokens is not None
+        tls = place.tls is not None
         self._http = http.HttpAnswers(
             pages,
-            names,
+            http.OwnNames(place.host, tls=tls, origins=place.origins),
             place.origins,
             self._find,
             lambda grant: (*self.hub.names(grant),),  # `run` sets the hub
@@ -267,7 +266,7 @@ class Server:
             self._mesh,
             tell,
             tls=tls,
-            tokens=wants,
+            tokens=tokens is not None,
         )
 
     def wake(self, name: str) -> None:
@@ -284,7 +283,6 @@ class Server:
         is taken.
         """
         self._loop, self.hub = asyncio.get_running_loop(), hub
-        quiet = logging.Logger("vrs serve", logging.CRITICAL)
         for name in hub.rooms:
             self._follow(name)
         async with serve(
@@ -303,7 +301,7 @@ class Server:
             ping_timeout=PING_TIMEOUT_S,
             close_timeout=CLOSE_TIMEOUT_S,
             server_header=None,
-            logger=quiet,
+            logger=logging.Logger("vrs serve", logging.CRITICAL),  # reports nothing
         ) as listening:
             self._http.port = listening.sockets[0].getsockname()[1]
             ready(self._place.address(self._http.port))
@@ -345,8 +343,7 @@ class Server:
             except Exception as error:
                 self._report(error)
             return
-        connection = ServerConnection(time.monotonic(), self._allowance.message, BACKLOG)
-        link = _Link(socket, connection, self._allowance)
+        link = _Link(socket, ServerConnection(time.monotonic(), self._allowance.message, BACKLOG), self._allowance)
         self._links.add(link)
         try:
             async for frame in socket:
@@ -406,8 +403,10 @@ class Server:
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
         """Add a client to its robot, or send the client the reason why that is impossible."""
         try:
-            grant = self._grant(link, hello)
-            name = self.hub.choose(grant, self._wanted_robot(link, hello))
+            grant, named = self._grant(link, hello), _robot_in_path(link.socket)
+            if named and hello.robot and named != hello.robot:
+                raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")
+            name = self.hub.choose(grant, named or hello.robot)
             try:
                 room = await asyncio.to_thread(self.hub.open, name)
             except VrsError as error:
@@ -449,14 +448,6 @@ class Server:
         what = "this token is not known here, or has ended" if token else "this server wants a token"
         raise RequestRefused(what, "ask whoever runs the server")
 
-    @staticmethod
-    def _wanted_robot(link: _Link, hello: messages.Hello) -> str:
-        """Return the robot of the address, or of the hello. Raises RequestRefused if they name different ones."""
-        named = _robot_in_path(link.socket)
-        if named and hello.robot and named != hello.robot:
-            raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")
-        return named or hello.robot
-
     # --- robots ---
 
     def _pump(self, name: str) -> None:
@@ -486,11 +477,9 @@ class Server:
             if left <= 0.0:
                 await asyncio.sleep(0)
                 continue
-            try:
+            with suppress(TimeoutError):
                 async with asyncio.timeout(None if left == inf else left):
                     await due.wait()
-            except TimeoutError:
-                continue
 
     # --- time ---
 

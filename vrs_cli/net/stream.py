@@ -269,9 +269,12 @@ class Stream:
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
     """Return whether this delta made the timeline; the timeline before it is then not needed."""
-    if timeline.version != delta.version + 1 or not delta.segments:
-        return False
-    return len(timeline) > delta.keep and timeline[delta.keep].path is delta.segments[0].path
+    return (
+        timeline.version == delta.version + 1
+        and bool(delta.segments)
+        and len(timeline) > delta.keep
+        and timeline[delta.keep].path is delta.segments[0].path
+    )
 
 
 # --- reports of the body ---------------------------------------------------------------------------------------------

@@ -161,8 +161,7 @@ class TokenFile:
 def read_tokens(path: Path) -> Tokens:
     """Read a file of tokens. Raises FileError, and FileDamaged, which names the entry and what would be right."""
     try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise unreadable(path, error) from None
     except (ValueError, RecursionError) as error:
@@ -290,11 +289,10 @@ OWN_ROBOTS = 2  # number of robots of each student: one for work, one for lesson
 MAX_HAND_IN_BYTES = 1_000_000
 MAX_HAND_INS = 500  # maximum number of hand-ins of one student
 SECONDS_TO_END = 20.0  # [s] maximum time until a running server has closed a removed student's robots
-_STAMP = "%Y%m%d-%H%M%S"
 _HAND_IN = re.compile(r"\d{8}-\d{6}-.*\.v2")
 
 
-class ClassFolder(Struct, frozen=True):
+class ClassFolder:
     """The folder of a class, which `vrs class` makes and `vrs serve --class` serves:
 
     tokens.toml      # the tokens in plain text, so that links can be shown again: only for the teacher to read
@@ -305,31 +303,10 @@ class ClassFolder(Struct, frozen=True):
     collected/ada.v2 # the newest program of each student, for vrs grade
     """
 
-    root: Path
-
-    @property
-    def tokens(self) -> Path:
-        return self.root / "tokens.toml"
-
-    @property
-    def files(self) -> Path:
-        return self.root / "files"
-
-    @property
-    def journal(self) -> Path:
-        return self.root / "journal"
-
-    @property
-    def hand_ins(self) -> Path:
-        return self.root / "hand-ins"
-
-    @property
-    def lessons(self) -> Path:
-        return self.root / "lessons"
-
-    @property
-    def collected_folder(self) -> Path:
-        return self.root / "collected"
+    def __init__(self, root: Path) -> None:
+        self.root, self.tokens = root, root / "tokens.toml"
+        self.files, self.journal, self.hand_ins = root / "files", root / "journal", root / "hand-ins"
+        self.lessons, self.collected_folder = root / "lessons", root / "collected"
 
     def make(self, students: Iterable[str]) -> None:
         """Make the folder, or add students to it. Raises FileError, and UsageError for a known name."""
@@ -367,7 +344,7 @@ class ClassFolder(Struct, frozen=True):
         if len(there) >= MAX_HAND_INS:
             raise LimitReached(f"{len(there)} programs are handed in already", "tell your teacher")
         stem = re.sub(r"[^A-Za-z0-9_-]", "_", name.removesuffix(".v2"))[:40] or "program"
-        file = f"{time.strftime(_STAMP, time.gmtime(now))}-{stem}.v2"
+        file = f"{time.strftime('%Y%m%d-%H%M%S', time.gmtime(now))}-{stem}.v2"
         while file in there:
             file = f"{file.removesuffix('.v2')}_.v2"
         with atomically(folder / file) as stream:
@@ -376,12 +353,8 @@ class ClassFolder(Struct, frozen=True):
 
     def latest(self) -> Mapping[str, Path]:
         """Return the newest hand-in of each student who has one."""
-        found = dict[str, Path]()
-        for folder in sorted(self.hand_ins.iterdir()) if self.hand_ins.is_dir() else ():
-            programs = self.programs(folder.name)
-            if programs:
-                found[folder.name] = programs[-1]
-        return found
+        students = sorted(folder.name for folder in self.hand_ins.iterdir()) if self.hand_ins.is_dir() else ()
+        return {student: programs[-1] for student in students if (programs := self.programs(student))}
 
     def programs(self, student: str) -> list[Path]:
         """Return the hand-ins of a student, the newest last."""
@@ -420,9 +393,11 @@ class ClassFolder(Struct, frozen=True):
         if known:
             take_out(self.tokens, [student])
         robots = [student, *(f"{student}-{number}" for number in range(2, OWN_ROBOTS + 1))]
-        there = [path for robot in robots for path in self._files_of(robot)]
-        others = self.hand_ins / student, self.lessons / f"{student}.json", self.collected_folder / f"{student}.v2"
-        there += [path for path in others if path.exists()]
+        kept = [self.hand_ins / student, self.lessons / f"{student}.json", self.collected_folder / f"{student}.v2"]
+        for robot in robots:
+            names = (f"{robot}.vrst", f"{robot}.v2", f".{robot}.vrst.lock", f".{robot}.v2.lock")
+            kept += [self.files / robot, *(self.journal / name for name in names)]
+        there = [path for path in kept if path.exists()]
         if not known and not there:
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")
         for robot in robots:
@@ -442,10 +417,6 @@ class ClassFolder(Struct, frozen=True):
                 else:
                     path.unlink(missing_ok=True)
         self._forget_in_audits(student)
-
-    def _files_of(self, robot: str) -> list[Path]:
-        beside = (f"{robot}.vrst", f"{robot}.v2", f".{robot}.vrst.lock", f".{robot}.v2.lock")
-        return [path for path in (self.files / robot, *(self.journal / name for name in beside)) if path.exists()]
 
     def _forget_in_audits(self, student: str) -> None:
         """Remove the lines about a student from the audit."""
