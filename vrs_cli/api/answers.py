@@ -121,8 +121,7 @@ class Run(RunResult, frozen=True):
         return self.ended - self.started
 
     def __repr__(self) -> str:
-        said = f"{self.program}: {self.outcome.value}, {self.seconds:.3f} s"
-        return "\n".join((*self.typed, said))
+        return "\n".join((*self.typed, f"{self.program}: {self.outcome.value}, {self.seconds:.3f} s"))
 
 
 class ProgramFailed(VrsError):
@@ -157,8 +156,7 @@ class Scene:
         from vrs_cli.net.page_data import recorded_page
         from vrs_cli.render.pictures import page
 
-        cell = None if self._world is None else self._world.cell
-        return page(recorded_page(self._arm, self._timeline, cell=cell))
+        return page(recorded_page(self._arm, self._timeline, cell=None if self._world is None else self._world.cell))
 
     def save(self, path: str | Path) -> None:
         """Write the page to a file. Raises FileError."""
@@ -177,8 +175,7 @@ class Scene:
 
     def _repr_html_(self) -> str:
         """Return a frame that contains the whole page, so that a notebook needs no server on any machine."""
-        style = "border:0;width:100%"
-        return f'<iframe srcdoc="{escape(self.html)}" height="{self._height}" style="{style}"></iframe>'
+        return f'<iframe srcdoc="{escape(self.html)}" height="{self._height}" style="border:0;width:100%"></iframe>'
 
 
 def table(title: str, columns: Sequence[Column], count: int, row: Callable[[int], tuple[str, ...]]) -> str:

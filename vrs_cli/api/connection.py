@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -70,7 +70,12 @@ def load_ipython_extension(shell: Any) -> None:
     def vrs(line: str, cell: str | None = None) -> Replies | None:
         """Type VAL-II: `%vrs LINE`, or a cell that begins with `%%vrs` or `%%vrs NAME_OF_ROBOT`."""
         name, text = (USUAL_NAME, line) if cell is None else (line.strip() or USUAL_NAME, cell)
-        return _robot(shell.user_ns, name).prompt(text, ask) or None
+        if name == USUAL_NAME and name not in shell.user_ns:
+            shell.user_ns[name] = Robot()
+        robot = shell.user_ns.get(name)
+        if not isinstance(robot, Robot):
+            raise TypeError(f"{name} is no Robot: {name} = vrs.Robot() makes it one")
+        return robot.prompt(text, ask) or None
 
     def ask(question: Question) -> str | None:
         """Let the user type an answer below the notebook cell. Accept a proposed location unchanged, without asking."""
@@ -78,17 +83,6 @@ def load_ipython_extension(shell: Any) -> None:
 
     shell.register_magic_function(vrs, "line_cell", "vrs")
     shell.display_formatter.formatters["text/html"].for_type(Timeline, _timeline_html)
-
-
-def _robot(names: MutableMapping[str, object], name: str) -> Robot:
-    """Return the Robot that a variable holds; if the usual variable does not exist, make a Robot for it. Raises
-    TypeError if the variable holds something else."""
-    if name == USUAL_NAME and name not in names:
-        names[name] = Robot()
-    robot = names.get(name)
-    if not isinstance(robot, Robot):
-        raise TypeError(f"{name} is no Robot: {name} = vrs.Robot() makes it one")
-    return robot
 
 
 def _timeline_html(timeline: Timeline) -> str:

@@ -98,9 +98,7 @@ def local_port(
 
 def _advice(option: str) -> str:
     """Return the hint for a limit that a program has reached."""
-    if option == "signals":
-        return "signals= says when inputs change"
-    return f"limits=Limits({option}=...) gives it more"
+    return "signals= says when inputs change" if option == "signals" else f"limits=Limits({option}=...) gives it more"
 
 
 class ProgramFolders(Struct):
@@ -189,9 +187,7 @@ class Streams:
         now, last = robot.now, self._last
         since = STEERING.longest + 1.0 if last is None else max(now - last[0], step)
         self._moves, self._wish = since <= STEERING.longest, None
-        velocity = None
-        if last is not None and self._moves:
-            velocity = velocity_between(last[1], joints, since)
+        velocity = velocity_between(last[1], joints, since) if last is not None and self._moves else None
         self._last = None  # remains None if the robot refuses the target, so that the stream ends
         robot.send(Steer(joints, velocity, step, speed))
         self._last = now, joints
@@ -304,8 +300,7 @@ class ChunkSteering:
         configuration reaches."""
         robot = self.robot
         if self._shift is None:
-            begin = robot.timeline.end if robot.followed.rate is None else robot.now
-            self._shift = begin + self.lead - t
+            self._shift = (robot.timeline.end if robot.followed.rate is None else robot.now) + self.lead - t
         joints = self._joints_for(target) if isinstance(target, Transform) else target
         due = t + self._shift
         if self._times and due <= self._times[-1]:

@@ -283,8 +283,7 @@ def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:
     J = arm.batch.jacobian(q.reshape(-1, n), frames.tool)
     turn, shift = (180.0 / np.pi, 1000.0) if units is Units.VAL else (1.0, 1.0)
     rows = np.repeat((shift, turn), 3)[:, None]
-    scaled: Floats = J * rows / units.scales(arm.model.units, n)
-    return scaled.reshape(*q.shape[:-1], 6, n)
+    return np.reshape(J * rows / units.scales(arm.model.units, n), (*q.shape[:-1], 6, n))
 
 
 class Measured(Struct, frozen=True, eq=False):

@@ -539,8 +539,7 @@ class Robot:
             raise TypeError(f"line: a text is wanted, not {line!r}")
         if "\n" in line.strip() or line.lstrip().upper().startswith(".PROGRAM"):
             raise ValueError("line: one line is wanted; `define` takes the text of programs")
-        robot = self._under(conditions_of(limits, folder, cell, signals))
-        return Replies(robot.say(line.strip(), _in_order(answers)))
+        return Replies(self._under(conditions_of(limits, folder, cell, signals)).say(line.strip(), _in_order(answers)))
 
     def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
         """Carry out several lines of the shell, also the lines of programs. Errors are among the replies."""

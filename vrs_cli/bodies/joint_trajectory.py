@@ -21,7 +21,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, DataReader
 from vrs_cli.kinematics.joints import JointKind, Joints
-from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
 LINE_PERIOD = 0.02  # [s] time between two points where the path is no cubic
@@ -79,18 +79,12 @@ def _times(arm: RobotArm, timeline: Timeline, begin: float) -> Iterator[tuple[fl
         if segment.start > begin:
             rests = index == 0 or timeline[index - 1].finish < segment.start
             yield segment.start, (0.0,) * arm.model.joint_count if rests else None
-        for t in _inside(segment, begin):
-            yield t, None
+        if not isinstance(segment.path, JointPath) or segment.path.degree > CUBIC:
+            start = max(segment.start, begin)
+            parts = ceil((segment.finish - start) / LINE_PERIOD)
+            for k in range(1, parts):
+                yield start + k * (segment.finish - start) / parts, None
         yield segment.finish, accelerations_at_ends(arm, segment)[1]
-
-
-def _inside(segment: Segment, begin: float) -> Iterator[float]:
-    if isinstance(segment.path, JointPath) and segment.path.degree <= CUBIC:
-        return
-    start = max(segment.start, begin)
-    parts = ceil((segment.finish - start) / LINE_PERIOD)
-    for k in range(1, parts):
-        yield start + k * (segment.finish - start) / parts
 
 
 def standing_points(joints: Joints, begin: float) -> list[TrajectoryPoint]:

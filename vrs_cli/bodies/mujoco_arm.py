@@ -146,8 +146,7 @@ class MujocoArm:
         self._start, self._steps = start, 0
         self._every = max(1, round(1.0 / (settings.report_rate * STEP)))
         q = np.array(model.poses["ready"] if joints is None else joints)
-        self._d.qpos[:] = q
-        self._guess.qpos[:] = q
+        self._d.qpos[:] = self._guess.qpos[:] = q
         self._seen, self._rate = (
             self._guess.qpos,
             self._guess.qvel,
@@ -207,10 +206,7 @@ class MujocoArm:
         """Begin a disturbance, now or at its time, or end the present disturbances of a kind."""
         if isinstance(disturbance, scenario.Release):
             kind = disturbance.kind or scenario.Disturbance
-            ended = [one for _, one in self._active if isinstance(one, kind)]
-            self._active = [row for row in self._active if not isinstance(row[1], kind)]
-            for one in ended:
-                self._apply(one, on=False)
+            self._end([one for _, one in self._active if isinstance(one, kind)])
         elif disturbance.at is not None and disturbance.at > self.time:
             self._waiting = sorted([*self._waiting, disturbance], key=_begin)
         else:
@@ -239,8 +235,7 @@ class MujocoArm:
             assert self._brake is not None  # made by an order to hold
             return self._brake.at(t - self._since)
         if self._arrives:
-            here = np.array(setpoint(self.own_time(self.time)))
-            off = self._reference - here
+            off = self._reference - np.array(setpoint(self.own_time(self.time)))
             off[2] = 0.0  # the accelerations need not join smoothly: torques may jump
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
@@ -326,10 +321,7 @@ class MujocoArm:
             return
         while self._waiting and _begin(self._waiting[0]) <= self.time + 1e-9:
             self._begin(self._waiting.pop(0))
-        ended = [one for end, one in self._active if end <= self.time + 1e-9]
-        self._active = [row for row in self._active if row[1] not in ended]
-        for one in ended:
-            self._apply(one, on=False)
+        self._end([one for end, one in self._active if end <= self.time + 1e-9])
         pushes = [one for _, one in self._active if isinstance(one, scenario.Push)]
         self._pushed = bool(pushes)
         self._push[:] = 0.0
@@ -340,9 +332,13 @@ class MujocoArm:
                 self._push[push.joint - 1] += push.torque
 
     def _begin(self, one: scenario.Disturbance) -> None:
-        end = float("inf") if one.lasting is None else self.time + one.lasting
-        self._active.append((end, one))
+        self._active.append((float("inf") if one.lasting is None else self.time + one.lasting, one))
         self._apply(one, on=True)
+
+    def _end(self, ended: Sequence[scenario.Disturbance]) -> None:
+        self._active = [row for row in self._active if row[1] not in ended]
+        for one in ended:
+            self._apply(one, on=False)
 
     def _apply(self, one: scenario.Disturbance, *, on: bool) -> None:
         match one:

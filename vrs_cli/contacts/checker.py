@@ -279,15 +279,12 @@ class _Search:
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
         if of not in self.sums:
             self.sums[of] = sums_of(self._way(*of))
-        limit = self._limit(owners)
+        # the clearance does not apply to a held part, or between the hand and any part, because the hand must approach
+        # parts to take them
+        handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
+        limit = -DEEP if handled else self.checker.limit
         found = self.pairs[key] = _SolidPair(owners, self.sums[of], limit, max(limit, 0.0) + APART, counts)
         return found
-
-    def _limit(self, owners: Pair) -> float:
-        """Return the distance [m] at which two owners touch. The clearance does not apply to a held part, or between
-        the hand and any part, because the hand must approach parts to take them."""
-        handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
-        return -DEEP if handled else self.checker.limit
 
     def _way(self, moving: Bounds, other: int) -> Floats:
         """Return bounds on how far a solid approaches the solids of another link between samples [m]; 0 for a solid
@@ -300,10 +297,8 @@ class _Search:
 
     def _bounds(self, number: int) -> Bounds:
         """Return the ball that bounds a solid. The ball of a solid that does not move is in the base frame."""
-        known = self.checker.bounds.get(number)
-        if known is None:
-            known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
-        return known
+        held = self.physics.owners[number] == self.held
+        return self.checker.bounds.get(number, self.held_bounds if held else STANDS)
 
     # --- the search ---
 
@@ -432,8 +427,7 @@ def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
 def link_names(model: RobotModel, links: Iterable[LinkSolids]) -> tuple[str, ...]:
     """Return the names of the base and of the links. The last link is named "hand" if it has fingers."""
     n = model.joint_count
-    hand = any(one.opens for one in links)
-    return ("base", *(f"link {i}" for i in range(1, n)), "hand" if hand else f"link {n}")
+    return ("base", *(f"link {i}" for i in range(1, n)), "hand" if any(one.opens for one in links) else f"link {n}")
 
 
 @lru_cache
@@ -441,8 +435,7 @@ def touching_at_rest(model: RobotModel) -> frozenset[Pair]:
     """Return the pairs of links that touch at READY or at NEST. Their contacts are ignored."""
     alone = Physics(model, solids_of_robot(model))
     alone.margin(0.0)
-    poses = [model.poses[name] for name in NEEDED_POSES]
-    near = (one for q in poses for one in alone.near(q))
+    near = (one for name in NEEDED_POSES for one in alone.near(model.poses[name]))
     return frozenset(alone.owners_of(key) for key, distance in near if distance < -DEEP)
 
 

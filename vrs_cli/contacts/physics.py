@@ -132,8 +132,7 @@ class Physics:
     def _geom(self, body: Any, owner: int, bits: int, **form: Any) -> None:
         name = str(len(self._owned))
         self._owned.append(owner)
-        reach = SCENE | ARM if bits == ARM else 0
-        body.add_geom(name=name, contype=bits, conaffinity=reach, density=0.0, **form)
+        body.add_geom(name=name, contype=bits, conaffinity=SCENE | ARM if bits == ARM else 0, density=0.0, **form)
 
     def _add(self, body: Any, owner: int, bits: int, solid: Solid) -> None:
         name = f"mesh{len(self._owned)}"
@@ -141,8 +140,7 @@ class Physics:
         self._geom(body, owner, bits, **_form(name, solid))
 
     def _slot(self, parent: Any, name: str) -> None:
-        body = _add_body(parent, name, IDENTITY)
-        self._geom(body, NOBODY, 0, type=TYPES[SolidForm.BALL], size=[TINY, 0, 0])
+        self._geom(_add_body(parent, name, IDENTITY), NOBODY, 0, type=TYPES[SolidForm.BALL], size=[TINY, 0, 0])
 
     def _add_links(self, links: Sequence[LinkSolids], grips: int) -> list[tuple[str, tuple[Any, ...]]]:
         bodies, fingers = link_bodies(self._spec, self.model), []

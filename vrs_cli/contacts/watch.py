@@ -30,7 +30,7 @@ MAX_CONTACTS = 1000  # maximum number of contacts kept
 
 class ContactWatch:
     """Checks the motions of an engine for contacts. `around` returns the scene and its world (None for no world).
-    `tell` shows a message to the user."""
+    `tell` shows a message to the user. `checker`: the checker that was used last, or None."""
 
     def __init__(
         self,
@@ -39,7 +39,7 @@ class ContactWatch:
         tell: Callable[[str], None],
     ) -> None:
         self._engine, self._around, self._tell = engine, around, tell
-        self._last: Checker | None = None
+        self.checker: Checker | None = None
         self._missing = False  # whether the user was informed that MuJoCo is missing
         self.contacts = deque[tuple[str, Contact]](
             maxlen=MAX_CONTACTS
@@ -114,12 +114,7 @@ class ContactWatch:
         run. `checker`: the checker of another robot with the same model and scene, to be used again."""
         if find_spec("mujoco") is not None:
             import_module("vrs_cli.contacts.checker")
-            self._last = checker
-
-    @property
-    def checker(self) -> Checker | None:
-        """The checker that was used last, or None."""
-        return self._last
+            self.checker = checker
 
     def tell_missing(self) -> None:
         """Report once that contacts are not checked because MuJoCo is missing."""
@@ -139,9 +134,9 @@ class ContactWatch:
         from vrs_cli.contacts.checker import Checker
 
         clearance = float(settings.parameters["CLEARANCE"]) * MM
-        known = self._last
+        known = self.checker
         if known is None or known.scene is not scene or known.clearance != clearance:
-            known = self._last = Checker(self._engine.arm, scene, clearance)
+            known = self.checker = Checker(self._engine.arm, scene, clearance)
         return known
 
 

@@ -196,8 +196,7 @@ class DeviceConnection(Struct, eq=False):
         self._pass_line_feed()
         end = _END.search(data, 0, longest + 1)
         if end is None:
-            over = data and (self.paused or self.ended)
-            piece = bytes(data[:longest]) if len(data) > longest or over else None
+            piece = bytes(data[:longest]) if len(data) > longest or (data and (self.paused or self.ended)) else None
             del data[: len(piece or b"")]
             return piece
         line, self.returned = data[: end.start()], data[end.start()] == RETURN

@@ -167,8 +167,7 @@ class Sockets(Outside):
     def _listener(self, address: Address) -> socket.socket:
         """Return a socket that listens at an address. Raises PortTaken, DeviceNotReady."""
         assert self.host is not None
-        family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
-        listener = socket.socket(family, socket.SOCK_STREAM)
+        listener = socket.socket(socket.AF_INET6 if ":" in self.host else socket.AF_INET, socket.SOCK_STREAM)
         try:
             if sys.platform != "win32":  # on Windows this would give one port to two programs
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

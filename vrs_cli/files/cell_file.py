@@ -72,7 +72,7 @@ from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.values import OUTPUTS, STRING_LENGTH
 from vrs_cli.values import world
-from vrs_cli.values.numbers import LIMIT, Value
+from vrs_cli.values.numbers import LIMIT
 
 MAX_BODIES = 5000  # maximum number of parts and fixtures
 MAX_PART_MASS_KG = 1000.0  # [kg] maximum mass of a part
@@ -381,7 +381,7 @@ def _follow(text: CellText, entry: CellEntry) -> Follow | None:
     return Follow(when, sets, after or 0.0, lasting, variables, rows, again)
 
 
-def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tuple[Value, ...], ...]]:
+def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tuple[float | str, ...], ...]]:
     """Read the variables of a rule, and the rows of their values."""
     rule = entry.given
     variables, rows = rule.get("variables", []), rule.get("rows", [])

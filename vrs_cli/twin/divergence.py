@@ -82,14 +82,12 @@ class Evidence(NamedTuple):
     @property
     def error(self) -> Floats:
         """Return the residuals to be explained (N, n) [rad, m]."""
-        error: Floats = self.measured - self.g.joints - self.healthy
-        return error
+        return np.asarray(self.measured - self.g.joints - self.healthy)
 
     @property
     def late(self) -> Flags:
         """Return which samples (N,) are in the last LATELY seconds."""
-        late: Flags = self.times >= self.times[-1] - LATELY
-        return late
+        return np.asarray(self.times >= self.times[-1] - LATELY)
 
     @property
     def worst(self) -> int:
@@ -123,8 +121,7 @@ def _lost_or_late(it: Evidence) -> Likely | None:
         begins = before.same_until(it.timeline)
         if begins > it.times[-1] or begins < it.since - 1.0:
             continue
-        joints = positions_at(it.arm, before, it.times).joints
-        share = it.share(it.measured - joints - it.healthy)
+        share = it.share(it.measured - positions_at(it.arm, before, it.times).joints - it.healthy)
         # a body at rest since the command began might be late by that whole time, but delays do not jump
         # so far
         if share >= EXPLAINED and not (late_share > share and delay < 0.7 * (now - begins)):
@@ -144,8 +141,7 @@ def _delay(it: Evidence) -> tuple[float, float, float]:
     since, a, b = it.times - it.times[-1], 0.0, 0.0
     best = (0.0, 0.0, it.share(it.error))
     for _ in range(8):
-        shift = np.clip(a + b * since, 0.0, MAX_DELAY)
-        place = positions_at(it.arm, it.timeline, it.times - shift)
+        place = positions_at(it.arm, it.timeline, it.times - np.clip(a + b * since, 0.0, MAX_DELAY))
         left = (it.measured - place.joints - it.healthy) / it.noise
         share = it.share(left * it.noise)
         if share > best[2]:
@@ -164,14 +160,11 @@ def _standing(it: Evidence) -> Likely | None:
     still = np.maximum.accumulate(back, axis=0) - np.minimum.accumulate(back, axis=0) < 3.0 * it.noise
     samples = np.minimum.accumulate(still, axis=0).sum(axis=0)  # number of samples since each joint last moved
     ways = np.array([np.ptp(it.g.joints[len(back) - count :, joint]) for joint, count in enumerate(samples)])
-    lately = it.times >= it.times[-1] - LATELY
-    stands = (ways > WAY * it.noise) & (samples > 0.5 * lately.sum())
-    moving = stands | (np.ptp(it.g.joints[it.times >= it.since], axis=0) > WAY * it.noise)
-    if not stands.any():
+    stands = (ways > WAY * it.noise) & (samples > 0.5 * it.late.sum())
+    if not stands.any() or it.share(np.where(stands, 0.0, it.error)) < KICKED:
         return None
     joints = [int(joint) + 1 for joint in np.flatnonzero(stands)]
-    if it.share(np.where(stands, 0.0, it.error)) < KICKED:
-        return None
+    moving = stands | (np.ptp(it.g.joints[it.times >= it.since], axis=0) > WAY * it.noise)
     if stands.sum() == moving.sum() > 1:
         return DivergenceCause.STOPPED, "all joints stand still, and the timeline moves"
     if len(joints) == 1:
@@ -196,8 +189,7 @@ def _payload(it: Evidence) -> Likely | None:
             best, sags = share, column * compliance
     if best < max(EXPLAINED, _growing(it)):
         return None
-    jacobian = np.array(it.arm.jacobian(tuple(it.g.joints[-1].tolist())))[:3]
-    moved = jacobian @ sags[-1]
+    moved = np.array(it.arm.jacobian(tuple(it.g.joints[-1].tolist())))[:3] @ sags[-1]
     said = f"all joints give way as a mass at the flange asks of them: the tool sags by {1e3 * -moved[2]:.1f} mm"
     return DivergenceCause.PAYLOAD, said
 
@@ -387,8 +379,7 @@ class DivergenceWatch:
                 self._sums[:] = 0.0
                 self._loads.clear()
             return
-        rising = self._sums <= 0.0
-        self._onsets[rising] = t - 0.5 * BLOCK
+        self._onsets[self._sums <= 0.0] = t - 0.5 * BLOCK
         self._sums = np.maximum(self._sums + squares - self._allowances, 0.0)
         ratio, length = self._load_ratio(block.torque[0] / deviation, error / deviation)
         levels = np.append(self._sums, ratio) / self._limits
@@ -422,5 +413,4 @@ class DivergenceWatch:
         healthy = self.healthy.predict(Blocks(times, measured, velocity, acceleration, load))
         befores = tuple(before for _, before in reversed(self._befores))
         noise, pure = (SAMPLE_NOISE * one.mean(axis=0) for one in (healthy.deviation, healthy.noise))
-        mode = samples[-1].mode
-        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, pure, mode)
+        return Evidence(self.arm, timeline, befores, since, measured, g, healthy.mean, noise, pure, samples[-1].mode)

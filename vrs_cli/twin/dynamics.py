@@ -190,8 +190,7 @@ def _skew(v: Floats) -> Floats:
 
 def _times(matrices: Floats, vectors: Floats) -> Floats:
     """Multiply matrices (N, 3, 3) by vectors (N, 3); return (N, 3)."""
-    found: Floats = np.einsum("nij,nj->ni", matrices, vectors)
-    return found
+    return np.asarray(np.einsum("nij,nj->ni", matrices, vectors))
 
 
 def _parts(T: Transform) -> tuple[Floats, Floats]:
@@ -256,8 +255,7 @@ def realizable_inertia(inertia: Floats) -> Floats:
         moments[2] = (1.0 - ROUNDING) * (moments[0] + moments[1])
     elif np.all(np.linalg.eigvalsh(inertia) >= MIN_MOMENT):
         return inertia
-    found: Floats = axes * moments @ axes.T
-    return found
+    return np.asarray(axes * moments @ axes.T)
 
 
 def _with_drives(
@@ -278,8 +276,7 @@ def _with_drives(
 
     gear = or_usual((link.gear for link in known), none + 1.0)
     armature = or_usual((link.rotor for link in known), ROTOR_SHARE * own / gear**2) * gear**2
-    needed = holding + (own + armature) * np.array(model.max_acceleration)
-    usual = RESERVE * needed
+    usual = RESERVE * (holding + (own + armature) * np.array(model.max_acceleration))
     max_torque = or_usual((link.max_torque for link in known), usual)
     damping = VISCOUS_SHARE * usual / np.array(model.max_velocity)
     viscous = or_usual((link.viscous for link in known), damping / gear**2) * gear**2
@@ -360,16 +357,11 @@ def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMas
     lean = asin((r - s) / far) if far else 0.0
     low, high = r * np.sin(lean), far + s * np.sin(lean)  # heights of the two circles
     r_low, r_high = r * np.cos(lean), s * np.cos(lean)
-
-    def cone(z: float) -> Slice:
-        return _disc(z, r_low + (r_high - r_low) * (z - low) / (high - low))
-
     parts = [_slices((-r, low), lambda z: _disc(z, (max(r * r - z * z, 0.0)) ** 0.5))]
     if high - low > 0.0:
-        parts.append(_slices((low, high), cone))
+        parts.append(_slices((low, high), lambda z: _disc(z, r_low + (r_high - r_low) * (z - low) / (high - low))))
     parts.append(_slices((high, far + s), lambda z: _disc(z, (max(s * s - (z - far) ** 2, 0.0)) ** 0.5)))
-    found = PointMasses(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-    return _move_points(T, found)
+    return _move_points(T, PointMasses(*(np.concatenate(columns) for columns in zip(*parts, strict=True))))
 
 
 def _slab(body: Slab) -> PointMasses:
@@ -388,8 +380,7 @@ def _slab(body: Slab) -> PointMasses:
         return float((r1 + (r2 - r1) * u / far) / np.cos(lean) if r1 != r2 else r1)
 
     def across(u: float) -> Slice:
-        thickness = t1 + (t2 - t1) * (u + r1) / (far + r1 + r2)
-        return _rectangle(u, 2.0 * half_width(u), thickness)
+        return _rectangle(u, 2.0 * half_width(u), t1 + (t2 - t1) * (u + r1) / (far + r1 + r2))
 
     parts = [_slices((a, b), across, ROUND) for a, b in pairwise(ends)]
     points, volumes = (np.concatenate(columns) for columns in zip(*parts, strict=True))

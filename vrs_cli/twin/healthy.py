@@ -101,8 +101,7 @@ class HealthyResidual:
         the others."""
         speed = np.abs(blocks.velocity) / self._most_velocity
         change = np.abs(blocks.acceleration) / self._most_acceleration
-        found: Rows = np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2)))
-        return found
+        return np.asarray(np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2))))
 
     def predict(self, blocks: Blocks) -> HealthyError:
         """Return the healthy residual of blocks."""
@@ -151,5 +150,4 @@ def load_torque(arm: RobotArm, q: Joints, qd: Joints | None = None, qdd: Joints 
     jacobian, force = np.array(arm.jacobian(q))[:3], np.array([0.0, 0.0, GRAVITY])
     if qd is not None and qdd is not None:
         force += jacobian @ np.array(qdd) + arm.acceleration_bias(q, qd)[:3]
-    torque: Floats = jacobian.T @ force
-    return torque
+    return np.asarray(jacobian.T @ force)

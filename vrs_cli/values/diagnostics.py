@@ -33,11 +33,7 @@ class Dialect(Enum):
         """Return whether a word belongs to the dialect. `where`: the lineage column of the word's table row. Words that
         vrs itself adds belong to all dialects."""
         marks = where.split()
-        return not marks or any(mark in self._marks for mark in marks)
-
-    @property
-    def _marks(self) -> frozenset[str]:
-        return _MARKS[self]
+        return not marks or any(mark in _MARKS[self] for mark in marks)
 
 
 _MARKS = {
@@ -160,8 +156,7 @@ def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> s
     part around the span is shown."""
     span = diagnostic.span
     place = f"{path}:{span.line}:{span.column}: {diagnostic.label} " if path is not None else ""
-    kind = "warning: " if diagnostic.severity is Severity.WARNING else ""
-    lines = [f"{place}{kind}{diagnostic.message}"]
+    lines = [f"{place}{'warning: ' * (diagnostic.severity is Severity.WARNING)}{diagnostic.message}"]
     if source_line.strip():
         stretch, place_in_it = _stretch(source_line.rstrip(), span)
         plain = (c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in stretch.rstrip())
@@ -184,10 +179,8 @@ def _stretch(line: str, span: Span) -> tuple[str, Span]:
 
 
 def _pointer(line: str, span: Span) -> str:
-    before = line[: span.column - 1].ljust(span.column - 1)
-    indent = "".join("\t" if c == "\t" else " " for c in before)
-    width = min(span.end, len(line.rstrip()) + 1) - span.column
-    return indent + "^" * max(1, width)
+    indent = "".join("\t" if c == "\t" else " " for c in line[: span.column - 1].ljust(span.column - 1))
+    return indent + "^" * max(1, min(span.end, len(line.rstrip()) + 1) - span.column)
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -72,8 +72,7 @@ class Reader(Generic[M]):
     def __init__(self, kinds: Any) -> None:
         self._text = msgspec.json.Decoder(kinds)
         self._binary = msgspec.msgpack.Decoder(kinds)
-        tagged = getattr(kinds, "__args__", (kinds,))
-        self._types = frozenset(str(kind.__struct_config__.tag) for kind in tagged)
+        self._types = frozenset(str(kind.__struct_config__.tag) for kind in getattr(kinds, "__args__", (kinds,)))
 
     def read(self, frame: Frame) -> M:
         """Decode the message of a frame. Raises RecordError, and no other error, for any frame."""

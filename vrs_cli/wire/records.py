@@ -417,8 +417,7 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
 
 def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:
     """Return the guides of a line of an older file, on which redundant joints stood still."""
-    axes = [(i, tuple(float(i == k) for k in range(form.joint_count))) for i in form.held]
-    return tuple(Guide(weights, (joints[i],)) for i, weights in axes)
+    return tuple(Guide(tuple(float(i == k) for k in range(form.joint_count)), (joints[i],)) for i in form.held)
 
 
 def _turn(record: TurnRecord) -> Turn:

@@ -238,7 +238,12 @@ def read_report(line: str, now: float, units: JointUnits, joint_count: int) -> R
     """Read a report; `now` [s] is its time if the line has none. Raises FileDamaged."""
     text = line.strip()
     if text.startswith("{"):
-        return _read_json(text, now, units, joint_count)
+        try:
+            one = _DECODER.decode(text)
+        except msgspec.DecodeError as error:
+            raise FileDamaged(f"{_quote(text)}: {error}", 'a report is {"t": s, "joints": [...]}') from None
+        t = now if one.t is None else one.t
+        return _report(t, one.joints, one.velocity, one.effort, one.mode, units, joint_count)
     fields = [field.strip() for field in text.split(",")]
     if len(fields) not in (1 + joint_count, 1 + 2 * joint_count):
         right = f"a report is the time and {count(joint_count, 'joint')}, and as many velocities if they are known"
@@ -247,17 +252,8 @@ def read_report(line: str, now: float, units: JointUnits, joint_count: int) -> R
         t, *numbers = map(float, fields)
     except ValueError:
         raise FileDamaged(f"{_quote(text)} holds what is no number", "a report is the time and the joints") from None
-    velocity = numbers[joint_count:]
-    return _report(t, numbers[:joint_count], velocity or None, None, BodyMode.FOLLOWS, units, joint_count)
-
-
-def _read_json(text: str, now: float, units: JointUnits, joint_count: int) -> Report:
-    try:
-        one = _DECODER.decode(text)
-    except msgspec.DecodeError as error:
-        raise FileDamaged(f"{_quote(text)}: {error}", 'a report is {"t": s, "joints": [...]}') from None
-    t = now if one.t is None else one.t
-    return _report(t, one.joints, one.velocity, one.effort, one.mode, units, joint_count)
+    joints, velocity = numbers[:joint_count], numbers[joint_count:] or None
+    return _report(t, joints, velocity, None, BodyMode.FOLLOWS, units, joint_count)
 
 
 def _report(

@@ -73,8 +73,7 @@ class WorldCourse:
         if not found:
             raise KeyError(name)
         ends = [*(after.begin for after in found[1:]), inf]
-        spans = zip(found, ends, strict=True)
-        return tuple(PartSpan(one.begin, one.kind, one.T, end, one.on) for one, end in spans)
+        return tuple(PartSpan(one.begin, one.kind, one.T, end, one.on) for one, end in zip(found, ends, strict=True))
 
     def pose(self, name: str, t: float) -> Transform:
         """Return T_world_part at t [s]. Raises KeyError for an unknown part."""
@@ -114,8 +113,7 @@ class WorldCourse:
         name = self.held_part(t)
         if name is None:
             return None
-        tool = self.timeline.locate(t)[0].motion.frames.tool
-        return compose(inverse(tool), self._simulation.span(name, t).T)
+        return compose(inverse(self.timeline.locate(t)[0].motion.frames.tool), self._simulation.span(name, t).T)
 
     def tool(self, t: float) -> Transform:
         """Return T_world_tool at t [s]."""

@@ -94,8 +94,7 @@ class WorldHistory:
     @property
     def due(self) -> tuple[Due, ...]:
         """All planned events, the earliest first."""
-        found: tuple[Due, ...] = self._values.get("due", ())
-        return found
+        return tuple(self._values.get("due", ()))
 
     def plan(self, t: float, what: Happening) -> None:
         order = self._values.get("order", 0)
@@ -191,14 +190,12 @@ def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tupl
         if point_drop((x, y, area[4]), shape, T) < inf:
             return True
         rooms.append(room)
-    if len(rooms) < 2:
-        return False
-    for middle, axis in ((x, 0), (y, 2)):
-        first = min(max(area[axis], room[axis]) for room in rooms)
-        last = max(min(area[axis + 1], room[axis + 1]) for room in rooms)
-        if not first <= middle <= last:
-            return False
-    return True
+    return len(rooms) > 1 and all(
+        min(max(area[axis], room[axis]) for room in rooms)
+        <= middle
+        <= max(min(area[axis + 1], room[axis + 1]) for room in rooms)
+        for middle, axis in ((x, 0), (y, 2))
+    )
 
 
 # --- the grid of all bodies at rest ---

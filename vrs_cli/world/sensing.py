@@ -63,10 +63,8 @@ class Region(NamedTuple):
     @classmethod
     def of(cls, sensed: Beam | Zone | Proximity) -> Region:
         (solid,) = solids_of(sensed)
-        if isinstance(sensed, Zone):
-            distance = _from_box(sensed.size)
-        else:
-            distance = _from_rod(solid.support((-1.0, 0.0, 0.0)), solid)
+        end = solid.support((-1.0, 0.0, 0.0))
+        distance = _from_box(sensed.size) if isinstance(sensed, Zone) else _from_rod(end, solid)
         return cls(solid, inverse(frame_of(sensed)), distance)
 
 
@@ -160,7 +158,8 @@ class Sensing:
     def _passage(self, way: Way) -> Passage:
         """Find the crossings of a moving body with all regions that it can reach."""
         T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
-        far = _farthest(way)
+        # the maximum distance that a point of the body moves [m]
+        far = way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2 if way.duration else 0.0
         for number, region in enumerate(self.regions):
             if _far_apart(self._bodies[way.body], T, region) > far:
                 continue
@@ -238,13 +237,6 @@ class Sensing:
             else:
                 high = middle
         return min(high * FINEST, between[1])
-
-
-def _farthest(way: Way) -> float:
-    """Return an upper bound on the distance that a point of the body moves [m]."""
-    if not way.duration:
-        return 0.0
-    return way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2
 
 
 def _safe(gap: float, pace: float, growth: float) -> float:

@@ -129,7 +129,9 @@ class Simulation:
     def _happen(self, what: world.Happening) -> None:
         match what:
             case world.FingersArrive(before, after):
-                self._arrive(before, after)
+                if self.history.get("held") is None:
+                    self._take(before, after)
+                add_grip(self.history, self._settings)
             case world.SignalSwitches(signal, on):
                 self._switch(signal, on)
             case world.PartComes(feeder):
@@ -230,13 +232,6 @@ class Simulation:
 
     # --- the hand ---
 
-    def _arrive(self, before: float, after: float) -> None:
-        """Take a part, if the hand is empty, when the fingers have closed from the gap `before` to the gap `after`
-        [m]."""
-        if self.history.get("held") is None:
-            self._take(before, after)
-        add_grip(self.history, self._settings)
-
     def _take(self, before: float, after: float) -> None:
         """Take the part between fingers whose gap has closed from `before` to `after` [m]."""
         history = self.history
@@ -325,16 +320,14 @@ class Simulation:
     def _fall_from(self, names: Iterable[str]) -> None:
         """Let parts fall that have lost their support, then the parts that rest on them."""
         history, settings = self.history, self._settings
-        waiting = sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name))
-        for name in waiting:
+        for name in sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name)):
             span = self.span(name, history.now)
             if span.kind is not world.SpanKind.RESTS:
                 continue
-            if below_in(history, name, settings.solids[name], span.T, settings.floor).drop <= STANDS:
-                continue
-            above = self._standing_on(name, span.T)
-            self._let_go(name, span.T)
-            self._fall_from(above)
+            if below_in(history, name, settings.solids[name], span.T, settings.floor).drop > STANDS:
+                above = self._standing_on(name, span.T)
+                self._let_go(name, span.T)
+                self._fall_from(above)
 
     def _standing_on(self, name: str, T: Transform) -> tuple[str, ...]:
         """Return the parts that rest on a body at T."""

@@ -225,7 +225,6 @@ def bounds(solids: Solids, T: Transform) -> Bounds:
 
 
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_DOWN: Vector = (0.0, 0.0, -1.0)
 
 
 def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
@@ -290,9 +289,8 @@ def overlap_by(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform,
 
 def _drop(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
     thinner = a._replace(support=_shrunk(a, EDGE))  # so that a body does not count as resting on a body beside it
-    if _lower_onto(thinner, T_world_a, b, T_world_b) == inf:
-        return inf
-    return _lower_onto(a, T_world_a, b, T_world_b)
+    misses = _lower_onto(thinner, T_world_a, b, T_world_b) == inf
+    return inf if misses else _lower_onto(a, T_world_a, b, T_world_b)
 
 
 def _shrunk(solid: Solid, by: float) -> Support:
@@ -314,7 +312,7 @@ def _lower_onto(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) 
     low, top = _span(a, T_world_a, _AXES[2])[0], _span(b, T_world_b, _AXES[2])[1]
     raised = max(0.0, top - low) + 1e-3
     T_b_a = compose(inverse(T_world_b), T_world_a._replace(pz=T_world_a.pz + raised))
-    down, way = rotated_back(T_world_b, _DOWN), 0.0
+    down, way = rotated_back(T_world_b, (0.0, 0.0, -1.0)), 0.0
     limit = 2.0 * (a.reach + b.reach) + 2.0 * raised + abs(low - top)
     for _ in range(MAX_STEPS):
         found = separation(a, T_b_a, b)

@@ -352,7 +352,7 @@ class Follow(Struct, frozen=True):
     after: float
     lasting: float | None = None
     variables: tuple[str, ...] = ()
-    rows: tuple[tuple[Value, ...], ...] = ()
+    rows: tuple[tuple[float | str, ...], ...] = ()
     again: bool = False
 
 
