@@ -18,7 +18,6 @@ from vrs_cli.language.run import memory, operations, signals
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.text import ast, parser
-from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_order, warning
 
 # motions whose first argument is their target; those in IN_FRONT stop at a distance in front of it
@@ -46,8 +45,8 @@ class Beside(Struct, frozen=True):
     variables. `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in nearby files,
     which may be called although they are in another name space."""
 
-    programs: Mapping[str, Program] = NO_PROGRAMS
-    sections: tuple[Section, ...] = ()
+    programs: Mapping[str, ast.Program] = NO_PROGRAMS
+    sections: tuple[ast.Section, ...] = ()
     first: frozenset[str] = frozenset()
     elsewhere: Container[str] = frozenset()
 
@@ -58,7 +57,7 @@ ALONE = Beside()
 def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
     """Return, for each file of one name space, the contents of the other files."""
     programs = [{program.key: program for _, program in parser.programs_of(parts)} for parts in files]
-    sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, Section)) for parts in files]
+    sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, ast.Section)) for parts in files]
     first = frozenset[str]()
     for at in range(len(files)):
         others = {key: it for place, its in enumerate(programs) if place != at for key, it in its.items()}
@@ -114,7 +113,7 @@ class Inspector:
         twice = (one for one in parser.programs_of(parts) if one[1].key in beside.first)
         found += [parser.duplicate_name(program, placed.above, parser.IN_ANOTHER_FILE) for placed, program in twice]
         for placed in parts:
-            if isinstance(placed.part.node, Section):
+            if isinstance(placed.part.node, ast.Section):
                 variables, refused = variables_of(placed.part.node, environment.units)
                 environment.take(variables)
                 found += placed.translate(refused)
@@ -149,7 +148,7 @@ class Inspector:
     # --- reach ---
 
     def _out_of_reach(
-        self, environment: Environment, programs: tuple[tuple[parser.Placed, Program], ...], beside: Beside
+        self, environment: Environment, programs: tuple[tuple[parser.Placed, ast.Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
         """Yield a warning for each motion to an unreachable location, if the file defines the location and no
         instruction changes it."""
@@ -226,7 +225,7 @@ def _constants(model: RobotModel) -> Constants:
 # --- switches and parameters ------------------------------------------------------------------------------------
 
 
-def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
+def _settings_of(program: ast.Program, idle: set[str]) -> Iterator[Diagnostic]:
     """Yield a warning at the first use of each switch and parameter that has no effect on this robot, except the names
     in `idle`."""
     for step in program.steps:
@@ -266,7 +265,7 @@ class _Way(Struct, frozen=True):
 _CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # marks a change of TOOL or BASE
 
 
-def _ways(program: Program) -> tuple[_Way, ...]:
+def _ways(program: ast.Program) -> tuple[_Way, ...]:
     """Return the motions of a program to named locations, and to locations given by numbers."""
     statements = (step.statement for step in program.steps)
     return tuple(way for one in statements if isinstance(one, ast.Instruction) if (way := _way(one)) is not None)

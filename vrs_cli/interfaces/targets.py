@@ -25,10 +25,9 @@ from msgspec import structs
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import RequestRefused, UsageError, VrsError
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces import dialogue, streams
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.streams import DRAG_TICK, STEERING, chase
 from vrs_cli.interfaces.users import STOPPED, StreamKind, TargetStream, check_goes_beside
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
@@ -111,13 +110,13 @@ class TargetControl(NamedTuple):
         if act.velocity is None:
             user_state.streams[StreamKind.STEER] = TargetStream(StreamKind.STEER, user_state)
             self._accept(self._open(StreamKind.STEER))
-            engine.redirect(act.joints, speed=speed, text=STEERING.text)
+            engine.redirect(act.joints, speed=speed, text=streams.STEERING.text)
         else:
             self._accept(self._opened(StreamKind.STEER) or TargetStream(StreamKind.STEER, user_state, STOPPED))
             target = Target(act.joints, act.velocity)
-            chase(engine, STEERING, target, act.lasting, speed, user_state.issued)
+            streams.chase(engine, streams.STEERING, target, act.lasting, speed, user_state.issued)
         if not engine.realtime:
-            session.settle(engine.now + min(max(act.lasting, 0.0), STEERING.longest))
+            session.settle(engine.now + min(max(act.lasting, 0.0), streams.STEERING.longest))
 
     # --- a button or a key ---
 
@@ -150,7 +149,7 @@ class TargetControl(NamedTuple):
 
     # --- a tool ---
 
-    def drag(self, pose: Transform | None) -> Dialogue[hand.Shortfall]:
+    def drag(self, pose: Transform | None) -> dialogue.Dialogue[hand.Shortfall]:
         """Take a target pose as `pull` does, and return how far the tool is from it. If other motions of the user came
         between, the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last pose."""
         session, stream = self.session, self._opened(StreamKind.DRAG)
@@ -164,7 +163,7 @@ class TargetControl(NamedTuple):
             raise _refusal(stream)
         return session.pulled.held
 
-    def pull(self, pose: Transform | None, issued: float | None = None) -> Dialogue[None]:
+    def pull(self, pose: Transform | None, issued: float | None = None) -> dialogue.Dialogue[None]:
         """Take a target pose of the tool (T_world_tool); None releases the tool. A pose of a drag that has ended is
         ignored. `issued`: when the user sent the pose, by the user's clock [s]. Raises RoleWanted, LeaseHeld,
         RobotNotAttached, UsageError, PowerOff."""
@@ -180,7 +179,7 @@ class TargetControl(NamedTuple):
             if session.stream is None or session.stream is not self._opened(StreamKind.DRAG):
                 session.pulled = structs.replace(session.pulled, issued=issued)
 
-    def _take_pose(self, stream: TargetStream, pose: Transform, issued: float | None) -> Dialogue[None]:
+    def _take_pose(self, stream: TargetStream, pose: Transform, issued: float | None) -> dialogue.Dialogue[None]:
         session = self.session
         try:
             session.check_may(DRAG_TEXT, Role.DESIGNER)
@@ -194,7 +193,7 @@ class TargetControl(NamedTuple):
         elif not session.engine.realtime:
             self._follow_pose(stream)
 
-    def _begin_drag(self, stream: TargetStream) -> Dialogue[None]:
+    def _begin_drag(self, stream: TargetStream) -> dialogue.Dialogue[None]:
         from vrs_cli.interfaces.dragging import Dragging  # imported here because the import is slow
 
         yield from ()
@@ -232,7 +231,7 @@ class TargetControl(NamedTuple):
         except Exception:  # the tool no longer follows, so the drag of the user must end
             self._end(stream, "the robot cannot follow: an internal error")
             raise
-        return None if self.session.stream is not stream else max(due + DRAG_TICK, engine.now)
+        return None if self.session.stream is not stream else max(due + streams.DRAG_TICK, engine.now)
 
     def _follow_pose(self, stream: TargetStream) -> None:
         session, engine = self.session, self.session.engine
@@ -246,4 +245,4 @@ class TargetControl(NamedTuple):
         stream.version = engine.timeline.version
         session.pulled = hand.DragState(stream.user_state.name, held, issued=stream.issued)
         if not engine.realtime:
-            session.settle(engine.now + DRAG_TICK)
+            session.settle(engine.now + streams.DRAG_TICK)

@@ -24,14 +24,9 @@ from msgspec.structs import replace
 from vrs_cli.errors import LeaseHeld, RoleWanted, UsageError
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import Assignment, DoInstruction, ExplainCommand, Instruction, Show, Statement
-from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.monitor import BESIDE, COMMANDS, ON_BRANCH
+from vrs_cli.language.words import instructions, monitor
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.commands import Move, Stamp
-from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.questions import OnScreen
-from vrs_cli.values.replies import Reply
-from vrs_cli.values.tagged import TaggedValue
+from vrs_cli.values import commands, diagnostics, questions, replies, tagged
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.dialogue import Dialogue
@@ -70,15 +65,15 @@ def check_beside(statement: Statement, *, elsewhere: bool) -> None:
 def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
     """Check that a request with this name and role can be carried out while a program runs. Raises UsageError if it
     must wait."""
-    if elsewhere and said in ON_BRANCH:
+    if elsewhere and said in monitor.ON_BRANCH:
         raise UsageError(f"{said} has to wait until the program on another branch stops", "{ABORT} stops it")
-    if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
+    if not (said == CHANGE or said in monitor.BESIDE or role is Role.OBSERVER):
         raise UsageError(f"{said} has to wait until the program stops", "{ABORT} stops it")
 
 
 def role_of(word: str) -> Role:
     """Return the role that a word needs."""
-    return (COMMANDS.get(word) or INSTRUCTIONS[word]).role
+    return (monitor.COMMANDS.get(word) or instructions.INSTRUCTIONS[word]).role
 
 
 def need_of(statement: Statement) -> tuple[str, Role]:
@@ -101,20 +96,20 @@ def _inner(statement: Statement) -> Statement:
 USUAL_LENGTH = 10.0  # [s] duration of a lease after a heartbeat
 
 
-class Granted(TaggedValue, frozen=True):
+class Granted(tagged.TaggedValue, frozen=True):
     """Notice: the user `to` drives from now on."""
 
     to: str
 
 
-class Requested(TaggedValue, frozen=True):
+class Requested(tagged.TaggedValue, frozen=True):
     """Notice to `of`, the holder of the lease: the user `by` asks to drive."""
 
     of: str
     by: str
 
 
-class Lost(TaggedValue, frozen=True):
+class Lost(tagged.TaggedValue, frozen=True):
     """Notice: the user `by` has taken the lease from the user `of`, whose heartbeat did not arrive in time."""
 
     of: str
@@ -229,10 +224,10 @@ class HolderTimes(Struct, frozen=True):
 THE_ROBOTS = HolderTimes()
 
 
-def move_of(act: Go, times: HolderTimes) -> Move:
+def move_of(act: Go, times: HolderTimes) -> commands.Move:
     """Return the motion in an act, with its times converted to the robot's clock."""
-    stamp = None if act.executed is None else Stamp(times.robot_time(act.executed))
-    return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
+    stamp = None if act.executed is None else commands.Stamp(times.robot_time(act.executed))
+    return commands.Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
 
 
 # --- the state of a user ---------------------------------------------------------------------------------------------
@@ -257,10 +252,10 @@ class LineEditor(Protocol):
     def source(self) -> str:
         """The program as text of a file."""
 
-    def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
+    def take(self, line: str) -> Dialogue[tuple[replies.Reply, ...]]:
         """Carry out a line. Raises LineRefused, VrsError."""
 
-    def mistake(self, line: str) -> Diagnostic | None:
+    def mistake(self, line: str) -> diagnostics.Diagnostic | None:
         """Return the mistake in a line that has not been sent yet; None if there is none."""
 
 
@@ -322,7 +317,7 @@ class UserState(Struct, eq=False, weakref=True):
     left: bool = False
     streams: dict[StreamKind, TargetStream] = field(default_factory=dict)
 
-    def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
+    def show(self, it: object, question: questions.OnScreen) -> Dialogue[bool]:
         """Show an object on the full screen until the user leaves it. Return False if the user's front end has no such
         screen."""
         self.on_screen = it

@@ -26,11 +26,8 @@ from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.analysis.names import BlockKind, own_variables
 from vrs_cli.language.analysis.structure import canonical_text, structure_of
-from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import FUNCTION_NAMES, Program, Section, definitions
-from vrs_cli.language.text.lexer import LABEL_HIGH
+from vrs_cli.language.text import ast, lexer, printer
 from vrs_cli.language.text.parser import PROGRAM, SECTIONS, Part, Placed, parts_of, programs_of
-from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, key_of
 from vrs_cli.language.words.word import Shape
@@ -66,22 +63,24 @@ class Occurrence(Struct, frozen=True):
 def occurrences(part: Part) -> tuple[Occurrence, ...]:
     """Return all occurrences of names in one part, in the order of the text."""
     node = part.node
-    entries = node.entries if isinstance(node, Section) else ()
-    found = _of_program(part, node) if isinstance(node, Program) else (_variable(part, one.variable) for one in entries)
+    entries = node.entries if isinstance(node, ast.Section) else ()
+    found = (
+        _of_program(part, node) if isinstance(node, ast.Program) else (_variable(part, one.variable) for one in entries)
+    )
     return in_order(found)
 
 
 def locals_of(part: Part) -> frozenset[str]:
     """Return the keys of the private variables of a program."""
     node = part.node
-    parameters, own = (node.parameters, own_variables(node)) if isinstance(node, Program) else ((), ())
+    parameters, own = (node.parameters, own_variables(node)) if isinstance(node, ast.Program) else ((), ())
     return frozenset({parameter.key for parameter in parameters} | {variable.key for variable in own})
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
 
 
-def _of_program(part: Part, program: Program) -> Iterator[Occurrence]:
+def _of_program(part: Part, program: ast.Program) -> Iterator[Occurrence]:
     yield Occurrence(SymbolKind.PROGRAM, program.key, heading_span(program))
     yield from (_variable(part, parameter) for parameter in program.parameters)
     for step in program.steps:
@@ -116,7 +115,7 @@ def _as_written(part: Part, name: str, span: Span) -> Span:
     return Span(span.line, begin, begin + len(name))
 
 
-def heading_span(node: Program | Section) -> Span:
+def heading_span(node: ast.Program | ast.Section) -> Span:
     return Span(node.span.line, node.span.column, node.span.column + len(node.name))
 
 
@@ -173,14 +172,14 @@ _OF_INK: Mapping[Ink, Colour] = {
 @lru_cache(maxsize=4096)  # maximum number of parts in memory; most parts of a file that is being edited do not change
 def pieces(part: Part) -> tuple[Piece, ...]:
     own, named, found = locals_of(part), dict[tuple[int, int], Piece](), list[Piece]()
-    parameters = {one.key for one in part.node.parameters} if isinstance(part.node, Program) else set[str]()
+    parameters = {one.key for one in part.node.parameters} if isinstance(part.node, ast.Program) else set[str]()
     for one in occurrences(part):
         line, column, colour = one.span.line, one.span.column, _OF_SYMBOL[one.kind]
         if one.key in parameters and colour is Colour.VARIABLE:
             colour = Colour.PARAMETER
         modifier = Modifier.OWN if colour is not Colour.FUNCTION and one.key in own else None
         named[line, column] = Piece(line, column, one.span.end - column, colour, modifier)
-    taken = FUNCTION_NAMES.keys() & {one.key for one in occurrences(part) if one.kind is SymbolKind.VARIABLE}
+    taken = ast.FUNCTION_NAMES.keys() & {one.key for one in occurrences(part) if one.kind is SymbolKind.VARIABLE}
     for line, text in enumerate(part.lines, 1):
         at = 1
         for piece, ink in scan(text, taken):
@@ -243,12 +242,12 @@ class Document:
         self.lines = [line for placed in self._parts for line in placed.part.lines]
 
     @cached_property
-    def programs(self) -> Mapping[str, Program]:
+    def programs(self) -> Mapping[str, ast.Program]:
         return {program.key: program for _, program in self._programs}
 
     @cached_property
-    def sections(self) -> tuple[Section, ...]:
-        return tuple(one.part.node for one in self._parts if isinstance(one.part.node, Section))
+    def sections(self) -> tuple[ast.Section, ...]:
+        return tuple(one.part.node for one in self._parts if isinstance(one.part.node, ast.Section))
 
     # --- mistakes and corrections ---
 
@@ -296,9 +295,9 @@ class Document:
         """Return the part that contains a line; a part extends to its `.END`."""
         return next((one for one in self._parts if one.above < line <= one.above + one.part.last), None)
 
-    def _program_at(self, line: int) -> Program | None:
+    def _program_at(self, line: int) -> ast.Program | None:
         placed = self._at(line)
-        return placed.part.node if placed is not None and isinstance(placed.part.node, Program) else None
+        return placed.part.node if placed is not None and isinstance(placed.part.node, ast.Program) else None
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
@@ -384,7 +383,7 @@ class Document:
     def _check_renamed(self, asked: Occurrence, wanted: Occurrence, spans: tuple[Span, ...], new: str) -> None:
         """Check that the text has the same meaning with the new name: HAND, for example, is a function unless a
         variable has that name. Raises UsageError."""
-        if wanted.key not in FUNCTION_NAMES and asked.key not in FUNCTION_NAMES:
+        if wanted.key not in ast.FUNCTION_NAMES and asked.key not in ast.FUNCTION_NAMES:
             return
         lines, wanted_places, moved = list(self.lines), set[tuple[int, int]](), 0
         for before, span in pairwise((Span(0, 1, 1), *sorted(spans, key=lambda one: (one.line, one.column)))):
@@ -460,7 +459,7 @@ class Document:
     def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
         """Yield every variable that is assigned in the file, with its part, its kind, and the name of its section or
         program. Sections come before programs; in each of these groups, the part `first` comes first."""
-        sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
+        sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, ast.Section))
         for placed, section in sections:
             for entry in section.entries:
                 kind = SIGIL_KINDS.get(entry.variable.sigil, _SECTION_KINDS[section.name])
@@ -471,7 +470,7 @@ class Document:
                 located = (
                     row is not None and Shape.LOCATION_VARIABLE in row.operand_shapes
                 )  # assigned by instructions such as SET and HERE
-                for variable in definitions(statement):
+                for variable in ast.definitions(statement):
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield placed, variable, kind, program.name
 
@@ -511,7 +510,7 @@ class Document:
         if word is None:
             return None
         if asked is not None and here is not None and asked.kind is SymbolKind.LABEL:
-            steps = here.part.node.steps if isinstance(here.part.node, Program) else ()
+            steps = here.part.node.steps if isinstance(here.part.node, ast.Program) else ()
             labelled = (step for step in steps if str(step.label) == asked.key)
             return next((here.span(label_span(here.part, step)) for step in labelled), None)
         is_program = asked is not None and asked.kind is SymbolKind.PROGRAM
@@ -561,9 +560,9 @@ class Document:
 # --- symbols -------------------------------------------------------------------------------------------------------
 
 
-def _symbol(placed: Placed, node: Program | Section) -> Symbol:
+def _symbol(placed: Placed, node: ast.Program | ast.Section) -> Symbol:
     heading, last = placed.span(heading_span(node)), placed.above + placed.part.last
-    if isinstance(node, Section):
+    if isinstance(node, ast.Section):
         entries = (_line(SymbolKind.VARIABLE, _entry_name(one.variable), placed.span(one.span)) for one in node.entries)
         return Symbol(node.name, SymbolKind.SECTION, heading, last, "", tuple(entries))
     labels = (
@@ -582,7 +581,7 @@ def _folds(part: Part) -> Iterator[tuple[int, int]]:
     """Yield the foldable ranges of lines in a part. The line that ends a block stays visible."""
     if part.last > 2:
         yield 1, part.last - 1
-    if isinstance(part.node, Program):
+    if isinstance(part.node, ast.Program):
         steps = part.node.steps
         for block in structure_of(part.node).blocks:
             marks = (block.opener, *block.middles, block.closer)
@@ -598,10 +597,10 @@ def _entry_name(variable: ast.Variable) -> str:
 
 
 def _step_text(step: ast.Step) -> str:
-    return "" if step.statement is None else statement_text(step.statement)
+    return "" if step.statement is None else printer.statement_text(step.statement)
 
 
-def _signature(program: Program) -> str:
+def _signature(program: ast.Program) -> str:
     parameters = ", ".join(f"{parameter.sigil}{parameter.name}" for parameter in program.parameters)
     return f"{program.name}({parameters})"
 
@@ -612,8 +611,8 @@ def _signature(program: Program) -> str:
 def new_name(asked: Occurrence, name: str) -> str:
     """Return a name in the form in which it can replace another name. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
-        if not name.isascii() or not name.isdigit() or float(name) > LABEL_HIGH:
-            raise InvalidName(name, f"a label is a number from 0 to {LABEL_HIGH}")
+        if not name.isascii() or not name.isdigit() or float(name) > lexer.LABEL_HIGH:
+            raise InvalidName(name, f"a label is a number from 0 to {lexer.LABEL_HIGH}")
         return name.lstrip("0") or "0"
     sigil = asked.key[0] if asked.kind is SymbolKind.VARIABLE and asked.key[0] in SIGIL_KINDS else ""
     bare = name.removeprefix(sigil)

@@ -31,8 +31,7 @@ from pygls.protocol import LanguageServerProtocol, json_rpc
 from pygls.workspace import TextDocument
 
 from vrs_cli.errors import FileError, VrsError
-from vrs_cli.files.opening import stamp
-from vrs_cli.files.program_file import PROGRAM_SUFFIXES, read_program_file
+from vrs_cli.files import opening, program_file
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.lsp.document import Colour, Document, Modifier, Symbol, SymbolKind
 from vrs_cli.lsp.workspace import FileSpan, Workspace
@@ -160,11 +159,11 @@ class Val2Server(LanguageServer):
 
     def _text(self, path: str) -> str | None:
         """Return the text of a file; None if it cannot be read."""
-        stamped = stamp(Path(path))
+        stamped = opening.stamp(Path(path))
         known = self._stamps.get(path)
         if known is None or known[0] != stamped:
             try:
-                known = self._stamps[path] = stamped, read_program_file(path)
+                known = self._stamps[path] = stamped, program_file.read_program_file(path)
             except FileError:
                 return None
         return known[1]
@@ -264,7 +263,7 @@ def _program_files(roots: Iterable[str], opened: Iterable[str]) -> Iterator[str]
 
 
 def _is_program(name: str) -> bool:
-    return name.lower().endswith(PROGRAM_SUFFIXES) and not name.startswith(".")
+    return name.lower().endswith(program_file.PROGRAM_SUFFIXES) and not name.startswith(".")
 
 
 # --- features --------------------------------------------------------------------------------------------------------

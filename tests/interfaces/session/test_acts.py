@@ -11,7 +11,7 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import IllegalValue, JointOutOfRange, ProgramNotExecutable, RoleWanted, UsageError, VrsError
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.session.acts import ACTS, Act, act_on
+from vrs_cli.interfaces.session.acts import ACTS, act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.language.words.word import Role
@@ -56,6 +56,7 @@ from vrs_cli.values.commands import (
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import RunOutcome
+from vrs_cli.values.tagged import Act
 from vrs_cli.wire.messages import ShowBranch
 
 DOWN = (0.0, -0.7, 3.1, 0.0, 0.7, 0.0)

@@ -36,8 +36,7 @@ from vrs_cli.interfaces.dialogue import (
     quietly,
 )
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE
-from vrs_cli.values.questions import Question
-from vrs_cli.values.replies import Message, Reply, Tone
+from vrs_cli.values import questions, replies
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.tasks.driver import Driver
@@ -220,18 +219,18 @@ class Actor:
         return ticket.result()
 
     @staticmethod
-    def put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
+    def put(said: replies.Reply | questions.Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
         """Show a reply or ask a question at the terminal. An error of the terminal is raised inside the request, which
         may continue."""
         try:
-            if isinstance(said, Question):
+            if isinstance(said, questions.Question):
                 ticket.answer(said.id, terminal.ask(said))
             elif isinstance(said, Running):
                 terminal.progress(said)
             else:
                 terminal.show(said)
         except (Exception, KeyboardInterrupt) as error:
-            ticket.throw(error, said.id if isinstance(said, Question) else 0)
+            ticket.throw(error, said.id if isinstance(said, questions.Question) else 0)
 
     def serve(self) -> None:
         """Run the actor in a separate thread until `close`."""
@@ -348,9 +347,9 @@ class Actor:
         if isinstance(said, Work):
             self._work_beside(ticket, said)
             return
-        question = isinstance(said, Question)
+        question = isinstance(said, questions.Question)
         self._move(self._asking if question else self._running if said is Slice.RUNNING else self._present, ticket)
-        if isinstance(said, Question):
+        if isinstance(said, questions.Question):
             ticket.asked = next(self._questions)
             said = structs.replace(said, id=ticket.asked)
         if not isinstance(said, Slice):
@@ -393,7 +392,7 @@ class Actor:
             try:
                 journal.settle()
             except FileError as error:
-                lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
+                lost = replies.Message(f"{error}; what was done last is not on the disk", replies.Tone.ERROR)
                 tickets = dict.fromkeys(ticket for ticket, _ in self._answers if ticket is not None)
                 self._answers = [*((ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
         answers, self._answers, self._since = self._answers, [], inf

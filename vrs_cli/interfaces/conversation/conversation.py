@@ -13,8 +13,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import ProgramExists, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.complete import names_of, suggestions, typed_name
 from vrs_cli.interfaces.dialogue import Dialogue, Ticket, beside, beside_if, internal_error
-from vrs_cli.interfaces.editor.buffer import ProgramBuffer, closes_entry, opens_entry
-from vrs_cli.interfaces.editor.editors import ScreenDraft, do_without_screen
+from vrs_cli.interfaces.editor import buffer, editors
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
@@ -28,8 +27,7 @@ from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies
-from vrs_cli.values.tagged import UserAct
+from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies, tagged
 
 RUNNING = "*"  # prompt while a program runs
 PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
@@ -54,7 +52,7 @@ class Conversation:
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
         self.session, self.user_state = session, user_state or session.user_state
-        self.entry: ProgramBuffer | None = None
+        self.entry: buffer.ProgramBuffer | None = None
         self._refused: str = ""  # program whose heading was refused: its steps are dropped
         self._dropped = 0  # number of its steps dropped among the current lines
         self._left_out = 0  # number of faulty lines left out of the typed program
@@ -81,7 +79,9 @@ class Conversation:
         for number, line in enumerate(lines, 1):
             if line.strip():
                 self.user_state.typed.append(line.rstrip())
-            goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
+            goes_on = buffer.closes_entry(line) and buffer.opens_entry(
+                next(filter(str.strip, islice(lines, number, None)), "")
+            )
             yield from self._guard(self._line(line, goes_on=goes_on, alone=len(lines) == 1 and not more), line)
             if self.user_state.interrupted:
                 break
@@ -128,7 +128,7 @@ class Conversation:
                     self._left_out += 1
                     raise diagnostics.LineRefused(mistake)
             yield from self._step(self.entry, line, goes_on=goes_on)
-        elif self.user_state.editor is None and opens_entry(line):
+        elif self.user_state.editor is None and buffer.opens_entry(line):
             yield from self._open(line)
         elif self.user_state.editor is not None or line.strip():
             yield from self.session.answers(line)
@@ -142,7 +142,7 @@ class Conversation:
             return self.user_state.editor.mistake(text)
         if entry is not None:
             return entry.mistake(text, session.environment.kinds)
-        return None if opens_entry(text) and not ProgramBuffer(text).is_program else session.mistake(text)
+        return None if buffer.opens_entry(text) and not buffer.ProgramBuffer(text).is_program else session.mistake(text)
 
     def _topic_of(self, line: str) -> str | None:
         """Return the topic of a help line: `?` ("" for all topics), `word?` or `?word`; None for any other line."""
@@ -156,7 +156,7 @@ class Conversation:
     def _open(self, header: str) -> Dialogue[None]:
         """Open a program with its `.PROGRAM` line. The lines after it are its steps; if the heading is refused, these
         are dropped."""
-        self.entry = ProgramBuffer(header)
+        self.entry = buffer.ProgramBuffer(header)
         name = self.entry.name
         self._refused = name or "the program"
         self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
@@ -164,11 +164,11 @@ class Conversation:
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
 
-    def _step(self, entry: ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
+    def _step(self, entry: buffer.ProgramBuffer, line: str, *, goes_on: bool) -> Dialogue[None]:
         """Take a line of a program, or `.END`. `goes_on`: another program or section was pasted after this one and will
         be stored with it; it may contain the locations of the program."""
         self._dropped += bool(self._refused)
-        if not closes_entry(line):
+        if not buffer.closes_entry(line):
             entry.add(line)
             return
         self.entry = None
@@ -231,7 +231,7 @@ class Conversation:
 
     # --- acts of the user ---
 
-    def act(self, act: UserAct[Any]) -> Dialogue[Any]:
+    def act(self, act: tagged.UserAct[Any]) -> Dialogue[Any]:
         """Carry out an act of the user that is not a line of text. Raises VrsError."""
         match act:
             case acts.Attend():
@@ -250,7 +250,9 @@ class Conversation:
             case acts.ReadDraft() | acts.KeepDraft():
                 draft = self.user_state.on_screen
                 return (
-                    yield from draft.do(act) if isinstance(draft, ScreenDraft) else do_without_screen(self.session, act)
+                    yield from draft.do(act)
+                    if isinstance(draft, editors.ScreenDraft)
+                    else editors.do_without_screen(self.session, act)
                 )
             case hand.Press() | hand.StopJog() | hand.Look():
                 shown = self.user_state.on_screen
@@ -272,7 +274,7 @@ class Conversation:
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         world = session.driver.world
         parts = () if world is None else world.settings.parts
-        steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
+        steps = self.in_program or isinstance(self.user_state.on_screen, editors.ScreenDraft)
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
         among = memory.copy() if many else memory
         return (

@@ -14,13 +14,11 @@ from msgspec.structs import replace
 from vrs_cli.errors import CannotInterpret, IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
-from vrs_cli.language.analysis.analyzer import analyze, check_line
-from vrs_cli.language.analysis.names import Analysis
+from vrs_cli.language.analysis import analyzer, names
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text import ast, parser, printer
 from vrs_cli.language.words.values import Kind, key_of
-from vrs_cli.values import diagnostics, replies
-from vrs_cli.values.numbers import count
+from vrs_cli.values import diagnostics, numbers, replies
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.station.station import Station
@@ -175,7 +173,9 @@ class ProgramBuffer:
         # outside the program, a parameter's name may mean something else
         own = {parameter.key for parameter in parameters}
         meant = ast.resolve_line(step.statement, parser.variables_in((self.header, *self.lines)))
-        found = check_line(meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True)
+        found = analyzer.check_line(
+            meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True
+        )
         wrong = diagnostics.first_error(found)
         if wrong is not None:
             raise diagnostics.LineRefused(wrong)
@@ -274,7 +274,7 @@ def program_text(program: ast.Program) -> str:
     return "\n".join((printer.program_header(program), *printer.step_texts(program), *("",) * (not program.steps)))
 
 
-def list_steps(analysis: Analysis) -> tuple[replies.ListedStep, ...]:
+def list_steps(analysis: names.Analysis) -> tuple[replies.ListedStep, ...]:
     """List the steps of a program in canonical form, with numbers. Steps with a mistake are marked."""
     program, wrong = analysis.program, {one.span.line for one in diagnostics.errors(analysis.diagnostics)}
     return tuple(
@@ -313,7 +313,7 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Repl
     elif bad := [number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, ast.BadLine)]:
         report = (replies.Message(str(ProgramNotExecutable(f"step {bad[0]} cannot be read", "retype it"))),)
     ready = "" if station.environment.program(whole.name).analysis.executable else "; it cannot be executed yet"
-    return (*report, replies.Message(f"Program {whole.name}: {count(len(whole.steps), 'step')}{ready}"))
+    return (*report, replies.Message(f"Program {whole.name}: {numbers.count(len(whole.steps), 'step')}{ready}"))
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
@@ -329,10 +329,10 @@ def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogu
     )
 
 
-def analysis_of(memory: Memory, program: ast.Program) -> Analysis:
+def analysis_of(memory: Memory, program: ast.Program) -> names.Analysis:
     """Analyse a program together with the programs in memory; it stands in for the stored program of the same name."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
-    return analyze(program, memory.kinds, programs)
+    return analyzer.analyze(program, memory.kinds, programs)
 
 
 def check_not_running(station: Station, name: str) -> None:

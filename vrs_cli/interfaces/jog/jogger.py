@@ -16,10 +16,9 @@ from math import ceil, copysign, radians
 
 from vrs_cli import errors
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces import dialogue, users
 from vrs_cli.interfaces.station.operands import handles, real
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.users import StreamKind
 from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
@@ -55,7 +54,7 @@ JOG_HINT = (
 
 
 @handles("JOG")
-def jog(station: Station, it: Instruction) -> Dialogue[None]:
+def jog(station: Station, it: Instruction) -> dialogue.Dialogue[None]:
     """Carry out JOG axis, amount; without arguments, jog by keys. Raises UsageError, IllegalValue, RobotNotAttached,
     MotionError."""
     station.tasks.check_robot_free()
@@ -65,7 +64,7 @@ def jog(station: Station, it: Instruction) -> Dialogue[None]:
             yield replies.Message(said, replies.Tone.WARNING)
         return
     jogger, user_state = Jogger(station), station.user_state
-    user_state.streams.pop(StreamKind.KEYS, None)
+    user_state.streams.pop(users.StreamKind.KEYS, None)
     question = questions.Jogging(jogger.joints, jogger.units, START_SPEED)
     shown = user_state.attended and (yield from user_state.show(jogger, question))
     if not shown:

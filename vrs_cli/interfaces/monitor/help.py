@@ -10,11 +10,10 @@ from itertools import islice
 from vrs_cli.engine.settings import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.interfaces.editor.editors import LEAVING, SUBCOMMANDS
-from vrs_cli.language.words.foreign import own_word
+from vrs_cli.language.words import foreign, values
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS, Operator
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.values import Kind, plain
 from vrs_cli.language.words.word import Route, State, Word, WordRow, rows_for
 from vrs_cli.values.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage, HelpTopic, Reply
 
@@ -24,10 +23,10 @@ ROUTES: Mapping[Route, str] = {
     Route.PARAMETER: "Settings",
     Route.PROGRAM: "Input, output and program flow",
 }
-RESULTS: Mapping[str, tuple[Kind, ...]] = {
-    "Functions with a real value": (Kind.REAL,),
-    "Functions with a location": (Kind.LOCATION, Kind.PRECISION),
-    "Functions with a string": (Kind.STRING,),
+RESULTS: Mapping[str, tuple[values.Kind, ...]] = {
+    "Functions with a real value": (values.Kind.REAL,),
+    "Functions with a location": (values.Kind.LOCATION, values.Kind.PRECISION),
+    "Functions with a string": (values.Kind.STRING,),
 }
 
 
@@ -161,7 +160,7 @@ def _full_name(name: str) -> str:
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
         return name
-    if ours := own_word(name):
+    if ours := foreign.own_word(name):
         return ours
     found = rows_for(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
@@ -216,7 +215,7 @@ def _setting(name: str) -> Iterator[HelpEntry]:
         default = "ON" if switch.default else "OFF"
         yield HelpEntry("switch", name, f"{switch.summary}; {default} at the start", f"ENABLE {name}")
     if (row := PARAMETERS.get(name)) is not None:
-        default = row.default if isinstance(row.default, str) else plain(row.default)
+        default = row.default if isinstance(row.default, str) else values.plain(row.default)
         said = f"{row.summary}; {f'{default} {row.unit}'.rstrip()} at the start"
         yield HelpEntry("parameter", name, said, f"PARAMETER {name} = {default}")
 

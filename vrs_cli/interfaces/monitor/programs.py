@@ -11,10 +11,8 @@ from msgspec.structs import replace
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.store import Layout, variables_used, with_called
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
-from vrs_cli.interfaces.editor import buffer
-from vrs_cli.interfaces.editor.editors import Editor, ScreenDraft
-from vrs_cli.interfaces.station import operands
-from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
+from vrs_cli.interfaces.editor import buffer, editors
+from vrs_cli.interfaces.station import loaded_file, operands
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track, Watch
 from vrs_cli.language.run import effects, runtime, variables
@@ -34,7 +32,9 @@ def _list_programs(station: Station, it: ast.Instruction) -> Dialogue[None]:
     if not stored:
         yield replies.ProgramNames(())
     for one in stored:
-        steps = yield from beside_if(len(one.program.steps) > LONG_PROGRAM, partial(buffer.list_steps, one.analysis))
+        steps = yield from beside_if(
+            len(one.program.steps) > loaded_file.LONG_PROGRAM, partial(buffer.list_steps, one.analysis)
+        )
         yield replies.ProgramText(printer.program_header(one.program), steps)
 
 
@@ -94,7 +94,7 @@ def _delete(station: Station, it: ast.Instruction) -> Dialogue[None]:
         still_used = variables_used(memory.programs[key].program for key in kept)
         return keys, variables_used(memory.programs[key].program for key in keys) - still_used
 
-    long = sum(len(stored.program.steps) for stored in memory.programs.values()) > LONG_PROGRAM
+    long = sum(len(stored.program.steps) for stored in memory.programs.values()) > loaded_file.LONG_PROGRAM
     keys, unused = yield from beside_if(long, find)
     programs = [environment.programs[key] for key in keys if key in environment.programs]
     if (yield from _delete_programs(station, programs, "and what only they use go.")):
@@ -142,7 +142,7 @@ def _zero(station: Station, _it: ast.Instruction) -> Dialogue[None]:
 @operands.handles("EDIT")
 def _edit(station: Station, it: ast.Instruction) -> Dialogue[None]:
     program, step = _program_to_edit(station, it)
-    editor = Editor(station, (yield from buffer.open_program(station, program, step)))
+    editor = editors.Editor(station, (yield from buffer.open_program(station, program, step)))
     station.user_state.editor, station.user_state.last_edited = editor, program.name
     yield from (yield from editor.screen())
 
@@ -153,7 +153,7 @@ def _see(station: Station, it: ast.Instruction) -> Dialogue[None]:
     user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
     if not user_state.attended:
         raise UsageError("SEE fills a terminal, and there is none", line_by_line)
-    draft = ScreenDraft(station, (yield from buffer.open_program(station, program, step)))
+    draft = editors.ScreenDraft(station, (yield from buffer.open_program(station, program, step)))
     user_state.last_edited = program.name
     if not (yield from user_state.show(draft, questions.Editing(draft.name, draft.text, draft.row, draft.dialect))):
         raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)

@@ -13,12 +13,11 @@ from vrs_cli.engine import settings
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue, RequestRefused, UsageError
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces import dialogue, users
 from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.station.operands import handles, moment, operand, real, real_or, word, word_or, words
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.performing import by_robot_clock
-from vrs_cli.interfaces.users import check_may, role_of
 from vrs_cli.language.run import effects, memory
 from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
 from vrs_cli.language.text import ast, printer
@@ -199,7 +198,7 @@ def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
 
 
 @handles("BODY")
-def _body(station: Station, it: ast.Instruction) -> Dialogue[None]:
+def _body(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
     """Report the body, release it, or set the reaction to an alarm. Raises UsageError, RoleWanted, LeaseHeld,
     RequestRefused."""
     body, divergence = station.body, station.divergence
@@ -210,11 +209,11 @@ def _body(station: Station, it: ast.Instruction) -> Dialogue[None]:
     if action not in monitor.BODY_WORDS:
         raise UsageError(f"BODY {action}", ", ".join(("BODY", *(f"BODY {known}" for known in monitor.BODY_WORDS))))
     if action != "RELEASE":
-        station.check_may(f"BODY {action}", role_of("PARAMETER"))
+        station.check_may(f"BODY {action}", users.role_of("PARAMETER"))
         divergence.choose(measured.OnAlarm[action])
         yield replies.Message(f"On an alarm of the body: {monitor.BODY_WORDS[action]}")
         return
-    check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
+    users.check_may("BODY RELEASE", Role.SUPERVISOR, station.user_state.role)
     name = body.name
     if not body.leave(name):
         raise RequestRefused("no client is the body", "BODY tells what was reported")
@@ -222,7 +221,7 @@ def _body(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 
 @handles("RESYNC")
-def _resync(station: Station, it: ast.Instruction) -> Dialogue[None]:
+def _resync(station: Station, it: ast.Instruction) -> dialogue.Dialogue[None]:
     """Make the body and the timeline agree again. Raises UsageError, RequestRefused, MotionError."""
     how = word_or(it, 0).upper()
     if how not in ("", monitor.STOP):
@@ -236,7 +235,7 @@ handles("RESET", "SELECT")(Station.do)  # the same function as in a program
 
 
 @handles("ENABLE", "DISABLE", idle_rows=settings.IDLE_SWITCHES)
-def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings.Idle]) -> Dialogue[None]:
+def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings.Idle]) -> dialogue.Dialogue[None]:
     """Set switches or a parameter like a program does, and report which of them have no effect."""
     yield from station.do(it)
     for argument in it.arguments:
@@ -253,7 +252,7 @@ def _summary(row: settings.Switch | settings.ParameterRow | settings.Idle) -> st
 @handles("PARAMETER", title="Parameter", rows=settings.PARAMETERS, idle_rows=settings.IDLE_PARAMETERS)
 def _set_or_list(
     station: Station, it: ast.Instruction, title: str, rows: Mapping[str, Any], idle_rows: Mapping[str, settings.Idle]
-) -> Dialogue[None]:
+) -> dialogue.Dialogue[None]:
     """Set a switch or a parameter, or list the named ones or all. Raises UsageError."""
     if it.value is not None:
         yield from _set(station, it, idle_rows)

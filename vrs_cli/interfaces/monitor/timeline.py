@@ -18,12 +18,10 @@ from vrs_cli.errors import IllegalJoint, IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.station import operands
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.observations import untrue
-from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
+from vrs_cli.interfaces.tasks import observations, tasks
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.text.ast import Instruction
-from vrs_cli.language.words.monitor import QUANTITIES
-from vrs_cli.language.words.values import whole
+from vrs_cli.language.words import monitor, values
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import replies
@@ -35,7 +33,7 @@ def _undo_or_redo(
     station: Station, it: Instruction, work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
     """Undo or redo commands, and report which ones."""
-    engine, steps = station.engine, whole(operands.real_or(station, it, 0, 1.0))
+    engine, steps = station.engine, values.whole(operands.real_or(station, it, 0, 1.0))
     if steps < 1:
         raise IllegalValue(f"{it.word} {steps}", "at least one command")
     texts = yield from in_parts(work(engine, steps))
@@ -83,7 +81,7 @@ def check_tasks_stand(station: Station) -> None:
     """Check that no task is running on the present branch. Raises UsageError if one is."""
     running = next(station.tasks.running, None)
     if running is not None:
-        number = "" if running.number == ROBOT_PROGRAM else f" {running.number}"
+        number = "" if running.number == tasks.ROBOT_PROGRAM else f" {running.number}"
         raise UsageError(f"{running.task.program} is running", f"{{ABORT{number}}} stops it")
 
 
@@ -134,7 +132,7 @@ def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
     """Return the present timeline: its commands in effect, and the readings of programs that no longer hold."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
-    wrong = tuple(untrue(engine.book, station.environment.signals))
+    wrong = tuple(observations.untrue(engine.book, station.environment.signals))
 
     def make_table() -> replies.TimelineTable:
         segments = [segment for segment in timeline if segment.motion.number > 0]
@@ -179,8 +177,11 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
 
 SAMPLES = 481  # number of samples of a curve: more than the dots across the widest drawing
 PICTURES = (".svg", ".png", ".pdf")  # suffixes of files for plots
-SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1; into a file: PLOT 1, arm.svg"
-IN_PYTHON = f'plot(1, 2), plot("velocity", 1), plot("X", "Z"); quantities: {", ".join(QUANTITIES).lower()}'
+SYNTAX = (
+    f"PLOT {', '.join(monitor.QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1;"
+    " into a file: PLOT 1, arm.svg"
+)
+IN_PYTHON = f'plot(1, 2), plot("velocity", 1), plot("X", "Z"); quantities: {", ".join(monitor.QUANTITIES).lower()}'
 _JOINT = re.compile(r"[0-9]{1,3}")
 
 
@@ -201,8 +202,8 @@ def select_curves(arm: RobotArm, names: Sequence[str]) -> Selection:
     """Parse the arguments of `PLOT`, `PLOT 1,2`, `PLOT VELOCITY,3`, `PLOT X,Z`. Raises UsageError, IllegalJoint."""
     joints = list(dict.fromkeys(int(name) for name in names if _JOINT.fullmatch(name)))
     found = [_full_name(name.upper()) for name in names if not _JOINT.fullmatch(name)] or ["POSITION"]
-    first, count = QUANTITIES[found[0]], arm.model.joint_count
-    if len({QUANTITIES[name].unit for name in found}) > 1 or (first.joints and len(set(found)) > 1):
+    first, count = monitor.QUANTITIES[found[0]], arm.model.joint_count
+    if len({monitor.QUANTITIES[name].unit for name in found}) > 1 or (first.joints and len(set(found)) > 1):
         raise UsageError(f"{' and '.join(found)} do not go on one scale", SYNTAX, in_python=IN_PYTHON)
     if joints and not first.joints:
         raise UsageError(f"{first.title.lower()} has no joint {joints[0]}", SYNTAX, in_python=IN_PYTHON)
@@ -217,7 +218,7 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.
     """Compute the selected curves over a timeline with motions."""
     import numpy as np
 
-    first = QUANTITIES[asked.names[0]]
+    first = monitor.QUANTITIES[asked.names[0]]
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
     positions = positions_at(arm, timeline, times)
     if first.joints:
@@ -231,14 +232,14 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.
     xyz = positions.T_world_tool[:, :, 3] * 1000.0
     speed = np.linalg.norm(np.gradient(xyz, positions.times, axis=0), axis=1)  # between two neighbouring samples
     rows = {"X": xyz[:, 0], "Y": xyz[:, 1], "Z": xyz[:, 2], "SPEED": speed, "HAND": positions.hand}
-    names = (curve for name in asked.names for curve in QUANTITIES[name].curves)
+    names = (curve for name in asked.names for curve in monitor.QUANTITIES[name].curves)
     curves = tuple(replies.Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
     return replies.Plot(first.title, first.unit, tuple(times.tolist()), curves)
 
 
 def _full_name(name: str) -> str:
     """Return the full name of a quantity, which may be abbreviated. Raises UsageError."""
-    found = [name] if name in QUANTITIES else [full for full in QUANTITIES if full.startswith(name)]
+    found = [name] if name in monitor.QUANTITIES else [full for full in monitor.QUANTITIES if full.startswith(name)]
     if len(found) != 1:
         raise UsageError(f"{name} is no curve", SYNTAX, in_python=IN_PYTHON)
     return found[0]

@@ -10,17 +10,14 @@ from math import inf
 from threading import Lock
 from typing import TYPE_CHECKING, TypeVar
 
+from vrs_cli.engine import engine, feed
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, Running, Ticket, internal_error
 from vrs_cli.interfaces.dialogue import Outlet as ActorOutlet
-from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet, Previewed
-from vrs_cli.interfaces.port.user_session import UserSession
+from vrs_cli.interfaces.port import port, user_session
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.body import BodyNews
-from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.interfaces.station import body, station
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
@@ -47,11 +44,11 @@ class KnownError(Refusal, frozen=True, kw_only=True):
         raise self.cause
 
 
-class _LocalUser(UserSession):
+class _LocalUser(user_session.UserSession):
     """The user of a robot in the same process. Its status can be read at any time."""
 
     tells_status, begins = False, -inf
-    conditions: Conditions | None = None  # used for all requests of the user
+    conditions: station.Conditions | None = None  # used for all requests of the user
 
     @property
     def rate(self) -> float | None:
@@ -78,7 +75,7 @@ class LocalPort:
 
     name, one_user, open, cuts, stalls = "", True, True, 0, 0
 
-    def __init__(self, session: Session, console: Console) -> None:
+    def __init__(self, session: Session, console: port.Console) -> None:
         self.session, self.console = session, console
         self.user = _LocalUser(session, session.own_user_state)
         self.typed: Callable[[str], None] = lambda _text: None
@@ -87,7 +84,7 @@ class LocalPort:
         self._driving = Lock()
         session.body.told.append(self._warn)
 
-    def under(self, conditions: Conditions) -> LocalPort:
+    def under(self, conditions: station.Conditions) -> LocalPort:
         """Return a port to the same robot whose requests are carried out under these conditions."""
         other = copy(self)
         other.user = copy(self.user)
@@ -99,14 +96,14 @@ class LocalPort:
 
     # --- messages ---
 
-    def begin(self, make: MakeRequest, outlet: Outlet) -> int:
+    def begin(self, make: port.MakeRequest, outlet: port.Outlet) -> int:
         request = make(next(self._ids))
         if isinstance(request, Line):
             self.typed(request.text)
         self.user.take(request, outlet)
         return request.id
 
-    def post(self, make: MakeRequest, outlet: Outlet) -> None:
+    def post(self, make: port.MakeRequest, outlet: port.Outlet) -> None:
         self.begin(make, outlet)
 
     def tell(self, message: ClientMessage) -> None:
@@ -115,10 +112,10 @@ class LocalPort:
     def interrupt(self) -> bool:
         return self.session.interrupt(self.user.user_state)
 
-    def listen(self, outlet: Outlet) -> None:
+    def listen(self, outlet: port.Outlet) -> None:
         self.console.outlets.append(outlet)
 
-    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+    def take(self, inbox: feed.Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
         """Return the next message. With `seconds`, carry out only the events that are due now, even if these take
         longer than `seconds`."""
         if seconds is not None and not inbox:
@@ -175,7 +172,7 @@ class LocalPort:
     def follow(self) -> _LocalUser:
         return self.user
 
-    def subscribe(self) -> Subscription[TimelineChange]:
+    def subscribe(self) -> feed.Subscription[engine.TimelineChange]:
         with self._driving:
             return self.session.engine.events.subscribe()
 
@@ -185,13 +182,13 @@ class LocalPort:
             self.session.body.take(reports)
         self._do_what_is_due()
 
-    def _warn(self, news: BodyNews) -> None:
+    def _warn(self, news: body.BodyNews) -> None:
         if isinstance(news, DivergenceAlarm | replies.Message):
             text = alarm_text(news) if isinstance(news, DivergenceAlarm) else news.text
             self.console.show(replies.Message(text, replies.Tone.WARNING))
 
-    def preview_now(self) -> Previewed:
-        return Previewed.of(self.user.timeline, self.user.now)
+    def preview_now(self) -> port.Previewed:
+        return port.Previewed.of(self.user.timeline, self.user.now)
 
     def status(self) -> questions.PromptStatus:
         return self.user.conversation.status()

@@ -4,33 +4,26 @@ both. `Previewed` is the timeline as a user knows it, including commands that ar
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from math import inf
 from typing import TYPE_CHECKING, Protocol
 
-from vrs_cli.engine import feed, position
-from vrs_cli.engine.engine import TimelineChange
-from vrs_cli.errors import EndOfInput
+from msgspec import Struct
+
+from vrs_cli.engine import engine, feed, position
+from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.interfaces.dialogue import Reading, Running
+from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.ast import Program
 from vrs_cli.trajectory.measured import MeasuredTimeline
-from vrs_cli.values import hand, questions, replies
-from vrs_cli.values.questions import Answer as Answered
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values import hand, numbers, questions, replies
 from vrs_cli.wire import messages
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
-from bisect import bisect_right
-from collections.abc import Iterator
-from contextlib import suppress
-from math import inf
-
-from msgspec import Struct
-
-from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.numbers import seconds
-from vrs_cli.wire.messages import At
 
 MakeRequest = Callable[[int], messages.Request]  # makes a request with this id
 Outlet = Callable[[messages.ServerMessage], None]
@@ -51,7 +44,7 @@ class Console:
     def type(self, text: str, newline: bool) -> None:
         self._tell(messages.Typed(text, newline))
 
-    def ask(self, _question: questions.Question) -> Answered:
+    def ask(self, _question: questions.Question) -> questions.Answer:
         """Return no answer, because questions reach the user through the request."""
         return None
 
@@ -136,7 +129,7 @@ class Port(Protocol):
     def follow(self) -> FollowedRobot:
         """Return the robot's timeline and clock, kept up to date afterwards. Raises RequestRefused."""
 
-    def subscribe(self) -> feed.Subscription[TimelineChange]:
+    def subscribe(self) -> feed.Subscription[engine.TimelineChange]:
         """Subscribe to the timeline and to all later changes of it. The timeline must be followed."""
 
     def preview_now(self) -> Previewed:
@@ -174,7 +167,7 @@ def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
     return end
 
 
-def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], Answered]) -> messages.Answer:
+def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], questions.Answer]) -> messages.Answer:
     """Ask the user a question. Return the answer, or the message that there is none."""
     try:
         return messages.Answer(asked.number, ask(asked.question))
@@ -230,14 +223,15 @@ class Previewed(Struct, frozen=True):
     def lines(self, t: float) -> Iterator[str]:
         """Yield the notes that apply at t [s]."""
         if self.predicts:
-            yield f"{seconds(self.shown - self.heard)} ahead of what is heard, D_f + D_b is {seconds(self.round_trip)}"
+            ahead, round_trip = numbers.seconds(self.shown - self.heard), numbers.seconds(self.round_trip)
+            yield f"{ahead} ahead of what is heard, D_f + D_b is {round_trip}"
         before = bisect_right(self.flagged, (t, inf))
         if before and t < self.flagged[before - 1][1] + FRESH:
             begin, end = self.flagged[before - 1]
-            yield f"flagged: {begin:.3f} to {seconds(end)} was shown before a command changed it"
+            yield f"flagged: {begin:.3f} to {numbers.seconds(end)} was shown before a command changed it"
         if t >= self.unconfirmed:
             why = "the robot is not heard" if self.away else ", ".join(it.text or "a command" for it in self.expected)
-            yield f"unconfirmed from {seconds(self.unconfirmed)} on: {why}"
+            yield f"unconfirmed from {numbers.seconds(self.unconfirmed)} on: {why}"
 
 
 Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMessage], None]], object]
@@ -270,7 +264,7 @@ class FarHand:
         if not isinstance(act, hand.StopJog):
             self._on_way.append(act)
         try:
-            self._begin(lambda id: At(id, act), hear)
+            self._begin(lambda id: messages.At(id, act), hear)
         except RequestRefused as error:
             self._on_way.clear()
             self._say(error)

@@ -10,35 +10,25 @@ from secrets import token_hex
 from typing import Any, NamedTuple, TypeVar, cast
 from weakref import WeakKeyDictionary
 
-from vrs_cli.engine.book import Parts
-from vrs_cli.engine.feed import Snapshot
-from vrs_cli.engine.steering import Chunk
+from vrs_cli.engine import book, feed, steering
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
+from vrs_cli.interfaces import recording, targets, users
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
 from vrs_cli.interfaces.editor.buffer import program_text
-from vrs_cli.interfaces.monitor.explaining import place_of, sketch
-from vrs_cli.interfaces.monitor.locations import explain_reach, part_table
+from vrs_cli.interfaces.monitor import explaining, locations
 from vrs_cli.interfaces.monitor.programs import program_names
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
-from vrs_cli.interfaces.recording import RECORDED, recorded_program
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.operands import PLACES
-from vrs_cli.interfaces.targets import TargetControl
 from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
-from vrs_cli.interfaces.users import CHANGE, check_goes_beside, move_of, role_of
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, position
+from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.run import memory, runtime
 from vrs_cli.language.text import ast, parser
-from vrs_cli.language.words import functions, instructions, monitor
-from vrs_cli.language.words.values import key_of
+from vrs_cli.language.words import functions, instructions, monitor, values
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import acts, commands, diagnostics, replies, results
-from vrs_cli.values.tagged import Act
-from vrs_cli.wire.codec import mark_of
-from vrs_cli.wire.messages import BranchShown, ShowBranch, snapshot_record
-from vrs_cli.wire.steered import LinePieces
+from vrs_cli.values import acts, commands, diagnostics, replies, results, tagged
+from vrs_cli.wire import codec, messages, steered
 
 T = TypeVar("T", covariant=True)
 
@@ -51,7 +41,7 @@ MAX_STEPS_AT_ONCE = 100  # maximum number of steps that are printed without anot
 MAX_SEGMENTS = 2000  # maximum number of segments of a branch; earlier ones are left out
 
 
-def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
+def act_on(session: Session, act: tagged.Act[T]) -> Dialogue[T]:
     """Carry out an act, and return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must wait until
     the program stops, and other VrsErrors."""
     if isinstance(act, acts.Say):
@@ -60,21 +50,21 @@ def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
     session.check_may(row.said, row.role)
     session.settle()  # first, process everything that is due by now
     if session.running or session.elsewhere:
-        check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
+        users.check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
 
 
 def _go(session: Session, act: acts.Go) -> None:
     acts._finite(() if act.executed is None else (act.executed,))
     _fraction(act.speed)
-    move = move_of(act, session.user_state.times)
+    move = users.move_of(act, session.user_state.times)
     session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.user_state.issued))
 
 
 def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[results.FollowReport]:
     speed = _fraction(act.speed)
     times = [session.user_state.times.robot_time(t) for t in act.times]
-    chunk = Chunk(session.engine.model, times, act.joints)
+    chunk = steering.Chunk(session.engine.model, times, act.joints)
     return in_parts(
         session.engine.follow(chunk, speed=1.0 if speed is None else speed, issued=session.user_state.issued)
     )
@@ -83,7 +73,7 @@ def _follow(session: Session, act: acts.FollowChunk) -> Dialogue[results.FollowR
 def _steer(session: Session, act: acts.Steer) -> None:
     acts._finite(act.joints + (act.velocity or ()) + (act.lasting,))
     _fraction(act.speed)
-    TargetControl(session).steer(act)
+    targets.TargetControl(session).steer(act)
 
 
 def _fraction(speed: float | None) -> float | None:
@@ -99,7 +89,7 @@ def _rest(session: Session, _act: acts.Rest) -> None:
         session.engine.perform(commands.Break())
 
 
-def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
+def _through_history(work: book.Parts[tuple[str, ...]]) -> Dialogue[None]:
     """Carry out UNDO or REDO in parts, so that the actor can do other things in between."""
     yield from in_parts(work)
 
@@ -108,24 +98,24 @@ def _explain(session: Session, act: acts.Explain) -> Dialogue[replies.ReachRepor
     target = act.goal.target
     if not isinstance(target, commands.PoseTarget | commands.JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
-    return explain_reach(session, target, act.name)
+    return locations.explain_reach(session, target, act.name)
 
 
 def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch | None]:
-    name = place_of(act.text)
+    name = explaining.place_of(act.text)
     if name is None:
         return None
     value = runtime.evaluate(session.environment, session.engine, _expression(session, name))
     target = (
         commands.PoseTarget(value)
-        if isinstance(value, Transform)
+        if isinstance(value, transform.Transform)
         else commands.JointTarget(value)
         if isinstance(value, tuple)
         else None
     )
     if target is None:
         return None
-    return sketch((yield from explain_reach(session, target, name)))
+    return explaining.sketch((yield from locations.explain_reach(session, target, name)))
 
 
 def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCurves]:
@@ -134,7 +124,7 @@ def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCu
     if arm.model.units.slides(1):
         raise IllegalValue("the boundary of an arm whose first joint slides", "an arm that turns about its first axis")
     here = engine.position()
-    configuration, tip = arm.configuration(here.joints), position(engine.frames.tool)
+    configuration, tip = arm.configuration(here.joints), transform.position(engine.frames.tool)
 
     def curves() -> acts.BoundaryCurves:
         from vrs_cli.kinematics.reach_outline import lines_of, outline
@@ -197,7 +187,9 @@ def _record(session: Session, _act: acts.Record) -> Dialogue[acts.Recorded]:
 def _record_program(session: Session, act: acts.RecordProgram) -> Dialogue[acts.Defined]:
     begin, end = acts._finite((act.begin, act.end))
     arm, timeline = session.engine.arm, session.engine.timeline
-    text = yield from beside(lambda: recorded_program(arm, timeline, begin, end, act.name, RECORDED))
+    text = yield from beside(
+        lambda: recording.recorded_program(arm, timeline, begin, end, act.name, recording.RECORDED)
+    )
     return (yield from _define(session, acts.Define(text)))
 
 
@@ -221,10 +213,10 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
     rows = tuple(islice(program_names(session.programs), MAX_PROGRAMS))
     programs = acts.ProgramList(len(session.programs) - len(rows), rows=rows)
     # the mark of a stored program identifies this version, because a stored program never changes
-    stored = session.programs.get(key_of(act.program))
+    stored = session.programs.get(values.key_of(act.program))
     mark = "" if stored is None else _marks.setdefault(stored, token_hex(4))
     # with the name, because two lists without rows have the same content
-    marks = (mark_of(("places", places)), mark_of(("programs", programs)), mark)
+    marks = (codec.mark_of(("places", places)), codec.mark_of(("programs", programs)), mark)
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
     return acts.Surveyed(
@@ -241,21 +233,25 @@ def survey(session: Session, act: acts.Survey) -> acts.Surveyed:
         speed.unit.value,
         "" if session.lease is None else session.lease.holder,
         session.told_untrue[: acts.MAX_UNTRUE],
-        tuple(sorted(step for key, step in session.tasks.breakpoints if key == key_of(act.program))),
+        tuple(sorted(step for key, step in session.tasks.breakpoints if key == values.key_of(act.program))),
     )
 
 
-def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
+def show_branch(session: Session, act: messages.ShowBranch) -> Dialogue[messages.BranchShown]:
     left = session.branches.left(act.name)
     timeline, settings = left.book.timeline, left.settings
-    pieces = LinePieces(session.engine.arm).within(act.joints)
+    pieces = steered.LinePieces(session.engine.arm).within(act.joints)
     first, end = max(len(timeline) - MAX_SEGMENTS, 0), len(timeline)
-    return beside(lambda: BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, end), pieces)))
+    return beside(
+        lambda: messages.BranchShown(
+            messages.snapshot_record(feed.Snapshot.part(timeline, settings, first, end), pieces)
+        )
+    )
 
 
 def _places(session: Session) -> acts.LocationList:
     rows = tuple(
-        replies.NamedLocation.of(name, cast("Transform | Joints", value))
+        replies.NamedLocation.of(name, cast(joints.Joints | transform.Transform, value))
         for kind in PLACES
         for name, value in session.environment.first_variables(kind, MAX_PLACES)
     )
@@ -283,21 +279,21 @@ class _Row(NamedTuple):
     role: Role
     do: Callable[[Session, Any], object]
 
-    def dialogue(self, session: Session, act: Act[Any]) -> Dialogue[object]:
+    def dialogue(self, session: Session, act: tagged.Act[Any]) -> Dialogue[object]:
         found = self.do(session, act)
         return (yield from found) if isinstance(found, Generator) else found
 
 
 def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
     """Return the row for an act that has the same effect as a word."""
-    return _Row(word, role_of(word), do)
+    return _Row(word, users.role_of(word), do)
 
 
-ACTS: Mapping[type[Act[Any]], _Row] = {
+ACTS: Mapping[type[tagged.Act[Any]], _Row] = {
     acts.Go: _as("MOVE", _go),
     acts.FollowChunk: _as("MOVE", _follow),
     acts.Steer: _as("MOVE", _steer),
-    acts.DragTool: _as("MOVE", lambda session, act: TargetControl(session).drag(act.pose)),
+    acts.DragTool: _as("MOVE", lambda session, act: targets.TargetControl(session).drag(act.pose)),
     acts.ResyncBody: _as("RESYNC", lambda session, act: session.resync(stops=act.stops)),
     acts.Rest: _as("BREAK", _rest),
     acts.Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
@@ -313,16 +309,16 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
             runtime.evaluate(session.environment, session.engine, _expression(session, act.expression))
         ),
     ),
-    acts.Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
+    acts.Assign: _Row(users.CHANGE, Role.SUPERVISOR, _assign),
     acts.Define: _as("LOAD", _define),
     acts.Execute: _as("EXECUTE", _execute),
     acts.ListCommands: _as("TIMELINE", _list_commands),
     acts.ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
     acts.ListMotions: _as("TIMELINE", lambda session, _act: timeline_table(session)),
-    acts.LookAtParts: _as("PARTS", lambda session, act: part_table(session, act.time)),
+    acts.LookAtParts: _as("PARTS", lambda session, act: locations.part_table(session, act.time)),
     acts.LookAtProgram: _Row("a look at a program", Role.OBSERVER, _look_at_program),
     acts.RecordProgram: _as("LOAD", _record_program),
     acts.Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
     acts.Survey: _Row("a survey", Role.OBSERVER, survey),
-    ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),
+    messages.ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),
 }

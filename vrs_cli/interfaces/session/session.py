@@ -19,11 +19,8 @@ from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog import jogger  # noqa: F401 (imported for the handler of JOG)
-from vrs_cli.interfaces.monitor import files, locations, programs, state, timeline  # noqa: F401 (for their handlers)
-from vrs_cli.interfaces.monitor.explaining import explain
-from vrs_cli.interfaces.monitor.locations import show_value
-from vrs_cli.interfaces.station.operands import HANDLERS, handles, own_variables, path_of
-from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.monitor import explaining, files, locations, programs, state, timeline  # noqa: F401 (for their handlers)
+from vrs_cli.interfaces.station import operands, station
 from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.interfaces.users import check_beside, need_of
 from vrs_cli.language.analysis import analyzer, structure
@@ -43,7 +40,7 @@ class _Reading(NamedTuple):
     findings: tuple[diagnostics.Diagnostic, ...]
 
 
-class Session(Station):
+class Session(station.Station):
     """A station with a prompt: it takes lines and returns replies."""
 
     _read: _Reading | None = None  # a line that was already checked before it was sent, without mistakes
@@ -139,7 +136,7 @@ class Session(Station):
     def names(self) -> Container[str]:
         """Return the keys of all variables that have a value, including the stopped program's own variables."""
         known = self.environment.kinds
-        defined = {key: one for key, one in own_variables(self).items() if one.has_value()}
+        defined = {key: one for key, one in operands.own_variables(self).items() if one.has_value()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
@@ -165,12 +162,12 @@ class Session(Station):
 
     def carry_out(self, statement: ast.Statement) -> Dialogue[None]:
         """Carry out a monitor command by its handler, and any other statement as DO does."""
-        if isinstance(statement, ast.Instruction) and statement.word in HANDLERS:
-            yield from HANDLERS[statement.word](self, statement) or ()
+        if isinstance(statement, ast.Instruction) and statement.word in operands.HANDLERS:
+            yield from operands.HANDLERS[statement.word](self, statement) or ()
         elif isinstance(statement, ast.ExplainCommand):
-            yield from explain(self, statement)
+            yield from explaining.explain(self, statement)
         elif isinstance(statement, ast.Show):
-            yield from show_value(self, statement.expression)
+            yield from locations.show_value(self, statement.expression)
         elif isinstance(statement, ast.DoInstruction):
             repeated = statement.statement or self.user_state.last_statement
             if repeated is None:
@@ -210,11 +207,11 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
     return tuple(found)
 
 
-@handles("COMMANDS")
+@operands.handles("COMMANDS")
 def carry_out_file(session: Session, it: ast.Instruction) -> Dialogue[None]:
     """Carry out the commands in a file (COMMANDS) until one fails; the error then gives its line. Raises
     NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError."""
-    path = find_program_file(path_of(session, it))
+    path = find_program_file(operands.path_of(session, it))
     lines = command_lines(read_program_file(path, session.folder))
     if any(path.samefile(other) for other in session.user_state.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")

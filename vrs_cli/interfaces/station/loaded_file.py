@@ -16,8 +16,7 @@ from vrs_cli.language.analysis import analyzer, structure
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Item, Variables
-from vrs_cli.language.text import ast, parser, printer
-from vrs_cli.language.text.collector import free_in_parts
+from vrs_cli.language.text import ast, collector, parser, printer
 from vrs_cli.language.words.values import Kind, kind_of_value, rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 from vrs_cli.values.numbers import Value
@@ -61,7 +60,7 @@ class LoadedFile(NamedTuple):
             StoredProgram(analyzer.analyze_among(surroundings, program), lines) for program in programs.values()
         )
         for one in stored:
-            free_in_parts(one.program, one.program.steps, lines)
+            collector.free_in_parts(one.program, one.program.steps, lines)
             diagnostics += one.analysis.diagnostics
             diagnostics += () if vplus else structure.beyond(one.program, vplus=False)
         return cls(file, Layout.of(file), variables, stored, parser.drop_suppressed(lines, diagnostics))

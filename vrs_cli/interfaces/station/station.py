@@ -15,14 +15,12 @@ from msgspec import Struct
 from vrs_cli import errors
 from vrs_cli.contacts.watch import ContactWatch
 from vrs_cli.devices.device import Outside
-from vrs_cli.engine.branches import MAIN, Branches
+from vrs_cli.engine import branches, engine
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.engine.engine import Engine, ToolTurning
 from vrs_cli.files import opening, store
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
-from vrs_cli.interfaces.station.body import DivergenceGuard, RobotBody
-from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile, Unstored, variables_of
+from vrs_cli.interfaces.station import body, loaded_file
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
@@ -42,12 +40,9 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run import effects, runtime, signals
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
-from vrs_cli.language.text import ast, parser
-from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.words.values import key_of
-from vrs_cli.language.words.word import Role
-from vrs_cli.values import diagnostics, hand, measured, replies, results
-from vrs_cli.values.world import CellScene
+from vrs_cli.language.text import ast, collector, parser
+from vrs_cli.language.words import values, word
+from vrs_cli.values import diagnostics, hand, measured, replies, results, world
 
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
@@ -95,20 +90,20 @@ class Station:
         if outside is not None and outside.live and not (clock and clock.realtime):
             raise errors.UsageError("what comes from outside comes in real time", "give a clock on the wall")
         self.terminal = terminal
-        self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
-        self.branches = Branches(self.engine)
+        self.engine = engine.Engine(model or load_robot("puma560"), start=start, clock=clock)
+        self.branches = branches.Branches(self.engine)
         self.units = self.engine.model.units
-        self.body = RobotBody(self.engine.measured, lambda: self.engine.clock.reached)
+        self.body = body.RobotBody(self.engine.measured, lambda: self.engine.clock.reached)
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
-        self.unstored = Unstored(self.environment)
+        self.unstored = loaded_file.Unstored(self.environment)
         if terminal.attended:  # with several users, nobody is asked about unsaved work
             self.unstored.watch()
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
         self.actor = Actor(self.driver)
         self.tasks = self.driver.tasks
-        self.divergence = DivergenceGuard(
+        self.divergence = body.DivergenceGuard(
             self.body,
             self.engine,
             timeline=lambda: self.branches.seen_by(None)[0],
@@ -156,7 +151,7 @@ class Station:
 
     # --- programs ---
 
-    @pause_collector()
+    @collector.pause_collector()
     def load_text(self, text: str, name: str = "") -> tuple[diagnostics.Diagnostic, ...]:
         """Store the programs and variables of a file in memory. Return all mistakes in the file. `name`: the name of
         the file, used for steps without a heading. A program with mistakes is stored, but cannot be executed. Programs
@@ -165,8 +160,8 @@ class Station:
         self.take(loaded)
         return loaded.diagnostics
 
-    @pause_collector()
-    def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[LoadedFile, ...]:
+    @collector.pause_collector()
+    def load_texts(self, texts: Sequence[tuple[str, str]]) -> tuple[loaded_file.LoadedFile, ...]:
         """Store files that share a name space in memory, each given by its text and its name (as in `load_text`).
         Return the contents of each, in the order of the files. Raises ProgramInterlocked."""
         read = [parser.parse_file(text, self.dialect, name=name, remembered=False) for text, name in texts]
@@ -176,28 +171,28 @@ class Station:
         for file, unreadable in read:
             for section in file.parts:
                 if isinstance(section, ast.Section):
-                    memory.take(variables_of(section, memory.units)[0])
+                    memory.take(loaded_file.variables_of(section, memory.units)[0])
             own = {part.key: part for part in file.parts if isinstance(part, ast.Program)}
             twice = [parser.duplicate_name(own[key], 0, parser.IN_ANOTHER_FILE) for key in own.keys() & programs.keys()]
             found.append([*unreadable, *twice])
             programs |= own
-        loaded = list[LoadedFile]()
+        loaded = list[loaded_file.LoadedFile]()
         for (file, _), (text, _), before in zip(read, texts, found, strict=True):
-            one = LoadedFile.of(file, text, memory, vplus=vplus, beside=programs)
+            one = loaded_file.LoadedFile.of(file, text, memory, vplus=vplus, beside=programs)
             loaded.append(one._replace(diagnostics=(*before, *one.diagnostics)))
             self.take(one)
         return tuple(loaded)
 
-    def read_file(self, text: str, name: str = "") -> Dialogue[LoadedFile]:
+    def read_file(self, text: str, name: str = "") -> Dialogue[loaded_file.LoadedFile]:
         """Parse a file and analyse it together with the memory, as preparation for `take`. `name`: the name of the
         file, used for steps without a heading. Raises ProgramInterlocked."""
-        long, dialect = len(text) > LONG_TEXT, self.dialect
+        long, dialect = len(text) > loaded_file.LONG_TEXT, self.dialect
         file, unreadable = yield from beside_if(
             long, lambda: parser.parse_file(text, dialect, name=name, remembered=False)
         )
         self._check_free(file)
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
-        found = yield from beside_if(long, lambda: LoadedFile.of(file, text, memory, vplus=vplus))
+        found = yield from beside_if(long, lambda: loaded_file.LoadedFile.of(file, text, memory, vplus=vplus))
         yield from self._compiled_for_tasks(found)
         return found._replace(diagnostics=(*unreadable, *found.diagnostics))
 
@@ -207,7 +202,7 @@ class Station:
         self.driver.cell.fill(memory)
         return memory
 
-    def take(self, loaded: LoadedFile) -> None:
+    def take(self, loaded: loaded_file.LoadedFile) -> None:
         """Store the contents of a file in memory all at once. Raises ProgramInterlocked."""
         self._check_free(loaded.file)
         self.environment.take(loaded.variables)
@@ -225,8 +220,10 @@ class Station:
         """Store one program in memory, replacing the one of the same name. `text` is its source. Return its
         mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
-        long = len(program.steps) > LONG_PROGRAM
-        loaded = yield from beside_if(long, lambda: LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus))
+        long = len(program.steps) > loaded_file.LONG_PROGRAM
+        loaded = yield from beside_if(
+            long, lambda: loaded_file.LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus)
+        )
         yield from self._compiled_for_tasks(loaded)
         self.programs.update({stored.program.key: stored for stored in loaded.programs})
         return loaded.diagnostics
@@ -269,20 +266,20 @@ class Station:
         """Compile a program (by default the last one) and the programs that it calls; another thread compiles long
         ones. `everywhere`: the program may be entered at any step. Errors are reported when the program begins."""
         programs = dict(self.programs)
-        first = programs.get(key_of(program or self.last_program or ""))
-        if first is None or sum(len(one.program.steps) for one in programs.values()) <= LONG_PROGRAM:
+        first = programs.get(values.key_of(program or self.last_program or ""))
+        if first is None or sum(len(one.program.steps) for one in programs.values()) <= loaded_file.LONG_PROGRAM:
             return
         main = first.program
         yield from self._compile_callable([main], programs, everywhere=main if everywhere else None)
 
-    def _compiled_for_tasks(self, loaded: LoadedFile) -> Dialogue[None]:
+    def _compiled_for_tasks(self, loaded: loaded_file.LoadedFile) -> Dialogue[None]:
         """Compile the long programs of a file in another thread, so that tasks may call them as soon as they are
         stored."""
         tasks = [track.task for track in self.tasks if not track.task.is_over]
-        if not tasks or all(len(one.program.steps) <= LONG_PROGRAM for one in loaded.programs):
+        if not tasks or all(len(one.program.steps) <= loaded_file.LONG_PROGRAM for one in loaded.programs):
             return
         programs = self.programs | {one.program.key: one for one in loaded.programs}
-        stacks = {key_of(name) for task in tasks for name, _ in task.stack}
+        stacks = {values.key_of(name) for task in tasks for name, _ in task.stack}
         callers = [stored.program for key, stored in programs.items() if key in stacks]
         yield from self._compile_callable(callers, programs)
 
@@ -295,7 +292,7 @@ class Station:
         """Compile, in another thread, the long ones among some programs and all programs that they may call."""
         known = {key: stored.program for key, stored in programs.items()}
         found = yield from beside(lambda: store.may_be_called(callers, known))
-        needed = dict.fromkeys(one.key for one in found if len(one.steps) > LONG_PROGRAM)
+        needed = dict.fromkeys(one.key for one in found if len(one.steps) > loaded_file.LONG_PROGRAM)
         executables = [self.environment.executable(programs[key]) for key in needed]
 
         def compile_all() -> None:
@@ -421,12 +418,12 @@ class Station:
     def _warn(self, text: str) -> None:
         self.terminal.show(replies.Message(text, replies.Tone.WARNING))
 
-    def _around(self) -> tuple[CellScene, World | None]:
+    def _around(self) -> tuple[world.CellScene, World | None]:
         """Return the scene around the robot, and its world."""
         scene = self.driver.cell.scene
         return scene, None if scene.empty else self.driver.world
 
-    def _warn_turned(self, it: ToolTurning) -> None:
+    def _warn_turned(self, it: engine.ToolTurning) -> None:
         """Warn once that the tool rotates, as in every motion to a location that was not taught."""
         self.engine.turned.remove(self._warn_turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
@@ -484,8 +481,8 @@ class Station:
     def resync(self, *, stops: bool) -> Dialogue[measured.ResyncReport]:
         """Make the body and the timeline agree again (RESYNC). Raises UsageError while a program runs or on a branch,
         RequestRefused, MotionError."""
-        if self.branches.present != MAIN:
-            raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {MAIN}")
+        if self.branches.present != branches.MAIN:
+            raise errors.UsageError("RESYNC moves what the body follows, which is main", f"BRANCH {branches.MAIN}")
 
         def check() -> None:
             self.check_may("RESYNC", role_of("RESYNC"))
@@ -515,12 +512,14 @@ class Station:
         """Return whether a program is running on a branch other than the present user's."""
         return not self.branches.is_at(self.user_state)
 
-    def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
+    def on_branch(self, role: word.Role, dialogue: Dialogue[R]) -> Dialogue[R]:
         """Return a dialogue for a role. For an observer it runs on the branch of the present user, even while a program
         runs on another branch."""
-        return within(self.branches.own_in_place, dialogue) if role is Role.OBSERVER and self.elsewhere else dialogue
+        return (
+            within(self.branches.own_in_place, dialogue) if role is word.Role.OBSERVER and self.elsewhere else dialogue
+        )
 
-    def check_may(self, said: str, wanted: Role) -> None:
+    def check_may(self, said: str, wanted: word.Role) -> None:
         """Check that the present user has the role `wanted` and, if required, drives. `said` names the request in
         errors. Raises RoleWanted, LeaseHeld."""
         check_may(said, wanted, self.user_state.role)
@@ -530,9 +529,9 @@ class Station:
     def check_may_stop(self, user_state: UserState) -> None:
         """Check that a user may stop the robot now: a designer may stop this user's own motions, a supervisor all
         motions. May be called from any thread. Raises RoleWanted, LeaseHeld."""
-        check_may("ABORT", Role.DESIGNER, user_state.role)
+        check_may("ABORT", word.Role.DESIGNER, user_state.role)
         lease = self.lease
-        if lease is not None and lease.holder and must_drive("ABORT", Role.DESIGNER, user_state.role):
+        if lease is not None and lease.holder and must_drive("ABORT", word.Role.DESIGNER, user_state.role):
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:

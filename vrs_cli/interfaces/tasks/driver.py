@@ -19,14 +19,10 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
 from vrs_cli.files import disk, opening
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
-from vrs_cli.interfaces.tasks import tasks
-from vrs_cli.interfaces.tasks.devices import Devices
+from vrs_cli.interfaces.tasks import devices, observations, performing, tasks
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
-from vrs_cli.interfaces.tasks.observations import UNTIMED, Observations, endless, in_vain
-from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLine, TypedLines
-from vrs_cli.language.run.effects import Budget, Event, Failed
+from vrs_cli.language.run import effects, runtime
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.runtime import BUDGET
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, ComputedSignals, Inputs, LivingCell
 from vrs_cli.language.words.values import INTERNAL, key_of
 from vrs_cli.values import commands, replies, results
@@ -107,10 +103,10 @@ class Driver:
         self._living = LivingCell(NO_CELL)
         self.world: World | None = None  # world of the cell in which the robot was last put
         self._advice = advice
-        self._transcript = TypedLines(engine, terminal, advice)
+        self._transcript = performing.TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
         self.disk = disk.Disk(folder, self._written.add, self._check_held)
-        self.devices = Devices(
+        self.devices = devices.Devices(
             self.disk,
             self._transcript.show,
             outside or Outside(),
@@ -119,7 +115,7 @@ class Driver:
         )
         self.devices.outside.tell = lambda text: terminal.show(replies.Message(text))
         self.tasks = tasks.Tasks(engine, environment, self.devices)
-        self._performer = Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
+        self._performer = performing.Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
         self._runs: list[_Run] = []  # the program, and a prompt line that is carried out beside it
@@ -129,7 +125,7 @@ class Driver:
         self.lags: Callable[[], bool] = lambda: False
         environment.signals.engine = engine
         environment.signals.listeners.append(self._follow)
-        self.observations = Observations(engine, self.tasks, environment.signals)
+        self.observations = observations.Observations(engine, self.tasks, environment.signals)
         environment.system = self.tasks
 
     @property
@@ -242,14 +238,14 @@ class Driver:
         track, coming = self._foreground(run), self.peek()
         if track is None:
             pass
-        elif isinstance(track.pending, UNTIMED) and self._in_vain():
+        elif isinstance(track.pending, observations.UNTIMED) and self._in_vain():
             self._end_vain_wait(run, track)
-        elif coming > run.last and not isinstance(track.pending, Failed | tasks.Aborted):
+        elif coming > run.last and not isinstance(track.pending, effects.Failed | tasks.Aborted):
             self._exceed_time(run)
         elif self._let_time_pass(track, coming):
             most = run.limits.max_steps
             # one more step begins after the last allowed one, but is not carried out
-            self._happen(BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1)
+            self._happen(runtime.BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1)
             self._look()
         self._tell_ends()
 
@@ -293,7 +289,7 @@ class Driver:
         )
 
     @property
-    def typed_lines(self) -> tuple[TypedLine, ...]:
+    def typed_lines(self) -> tuple[performing.TypedLine, ...]:
         """Return the lines that programs have typed since the last run began."""
         return tuple(self._transcript.lines)
 
@@ -350,7 +346,7 @@ class Driver:
     def _end_vain_wait(self, run: _Run, track: tasks.Track) -> None:
         """End a task's wait for an event that will never occur."""
         more = self._advice("signals")
-        error = endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
+        error = observations.endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
         if track is run.track:
             self._fail(track, error)
         else:  # the program has ended, and no more events will occur in this task
@@ -371,13 +367,13 @@ class Driver:
         """Return whether time could pass for ever without any event."""
         engine = self.engine
         more_comes = engine.realtime or self._next_signal() < inf or engine.now < engine.end
-        return not more_comes and in_vain(self.tasks.running, engine.now)
+        return not more_comes and observations.in_vain(self.tasks.running, engine.now)
 
     def _look(self) -> None:
         """Check each run for its limits of steps and memory, and end it at a limit."""
         for run in self._runs:
             track = self._foreground(run)
-            if track is None or isinstance(track.pending, Failed | tasks.Aborted):
+            if track is None or isinstance(track.pending, effects.Failed | tasks.Aborted):
                 continue
             limits, done = run.limits, self.tasks.steps_done - run.before
             if limits.max_steps is not None and done > limits.max_steps:
@@ -445,7 +441,7 @@ class Driver:
         until = clock.reached if until is None else until
         while (coming := min(self.peek(), self._next_signal())) <= until and not self.waits_for_users:
             clock.advance(coming)
-            self._happen(BUDGET)
+            self._happen(runtime.BUDGET)
             self._look()
         clock.advance(until)
         self._tell_ends()
@@ -499,7 +495,7 @@ class Driver:
         while True:
             track.wake = self.engine.now
             try:
-                ACTS.get(type(event), Performer.request)(self._performer, track, event)
+                performing.ACTS.get(type(event), performing.Performer.request)(self._performer, track, event)
                 return
             except VrsError as error:
                 event = self._throw(track, error)
@@ -563,10 +559,10 @@ class Driver:
                 return pending
             track.held.append((pending, track.asked))
             track.asked = self.engine.now
-            return self._asked_again(track, track.task.react(cast(Event, pending)))
+            return self._asked_again(track, track.task.react(cast(effects.Event, pending)))
         budget = min(budget, self._left_now(track))
         if budget <= 0:
-            return Budget()
+            return effects.Budget()
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
         looked_at = track.stepping is not None or self.tasks.breakpoints or self.tasks.watches
@@ -594,9 +590,9 @@ class Driver:
         """Return how many more steps a task may do at the present instant; after that, time must advance."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
-        return BUDGET - (track.task.steps_done - track.before)
+        return runtime.BUDGET - (track.task.steps_done - track.before)
 
-    def _step_by_step(self, track: tasks.Track, answer: str | None) -> Event | tasks.Stopped | tasks.Onward:
+    def _step_by_step(self, track: tasks.Track, answer: str | None) -> effects.Event | tasks.Stopped | tasks.Onward:
         """Carry out the present step of a task. Return its request, or whether the program stops before the next
         step.
         """
@@ -607,7 +603,7 @@ class Driver:
             if stepping is not None and not stepping.begun:
                 stepping.begun, stepping.depth = True, len(task.stack)
         event = task.resume(answer, 1)
-        if not isinstance(event, Budget):
+        if not isinstance(event, effects.Budget):
             return event
         changes = [change for watch in self.tasks.watches if (change := watch.change())]
         if changes:

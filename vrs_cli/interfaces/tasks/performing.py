@@ -13,11 +13,10 @@ from msgspec import structs
 from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, NoDataReceived, TaskNotActive, VrsError
-from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.interfaces import dialogue, users
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
-from vrs_cli.interfaces.users import HolderTimes
 from vrs_cli.language.run import effects, memory, runtime, variables
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.trajectory.instant import LATEST, on_grid
@@ -45,7 +44,7 @@ class TypedLine(NamedTuple):
 class TypedLines:
     """The output that programs type. `lines` are the complete lines since the run began."""
 
-    def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
+    def __init__(self, engine: Engine, terminal: dialogue.Terminal, advice: Advice) -> None:
         self.lines: list[TypedLine] = []
         self._engine, self._terminal = engine, terminal
         self._line = ""
@@ -257,7 +256,7 @@ class Performer:
         )
 
 
-def by_robot_clock(request: commands.Request, times: HolderTimes) -> commands.Request:
+def by_robot_clock(request: commands.Request, times: users.HolderTimes) -> commands.Request:
     """Return a request with its time converted from the clock of the user who typed the prompt line to the robot's
     clock."""
     if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):

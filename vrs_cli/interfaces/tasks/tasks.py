@@ -14,8 +14,7 @@ from vrs_cli.errors import IllegalValue, RobotNotAttached, TaskActive, TaskNotAc
 from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.users import THE_ROBOTS, HolderTimes
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics import joints, transform
 from vrs_cli.language.run import effects, memory, operations
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values import commands, numbers, questions, results
@@ -194,7 +193,9 @@ class Tasks(memory.System):
         self.failed: list[results.StoppedTask] = []
         self.breakpoints = set[tuple[str, int]]()
         self.watches = list[Watch]()
-        self._latch: tuple[Transform, Joints] | None = None  # robot's position at the last LATCH.SIGNAL
+        self._latch: tuple[transform.Transform, joints.Joints] | None = (
+            None  # robot's position at the last LATCH.SIGNAL
+        )
         self._latched = False
         self.told: Callable[[results.StoppedTask], None] = lambda _beside: None
         self.observed: Callable[[Track, int, bool], None] = lambda _track, _signal, _on: None
@@ -411,7 +412,7 @@ class Tasks(memory.System):
         came, self._latched = self._latched, False
         return came
 
-    def latch(self) -> tuple[Transform, Joints] | None:
+    def latch(self) -> tuple[transform.Transform, joints.Joints] | None:
         return self._latch
 
     def task(self) -> int:
