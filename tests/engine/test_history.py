@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from random import Random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.engine import wandering
+from benchmarks.engine import MODEL, wander, wandering
+from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.errors import UsageError
-from vrs_cli.trajectory.timeline import PART, Cause, PackedSegments, TimelineDelta
+from vrs_cli.trajectory.segment import PackedMotion
+from vrs_cli.trajectory.timeline import PART, Cause, DeltaColumns, PackedSegments, TimelineDelta
 from vrs_cli.values.commands import Motion, MotionKind, Start
 
 VERSIONS = st.lists(st.integers(0, 40), unique=True, min_size=1, max_size=12).map(sorted)
@@ -76,6 +79,22 @@ def test_as_many_steps_are_taken_back_as_there_are(count: int) -> None:
     assert list(history.last_done(2)) == done[::-1]
     with pytest.raises(UsageError):
         history.last_done(count)
+
+
+def test_old_deltas_and_motions_are_small_and_as_they_were_committed() -> None:
+    engine, source, told = Engine(MODEL), Random(3), list[TimelineDelta]()
+    engine.book.told = told.extend
+    for _ in range(4 * PART):
+        wander(engine, source)
+    row = next(engine.timeline.parts())[2].row
+    assert isinstance(engine.book.deltas._parts[0], DeltaColumns)
+    assert engine.book.deltas._parts[0]._segments is row  # it is in memory once
+    assert isinstance(row.motions[1], PackedMotion)
+    assert repr(list(engine.book.deltas)) == repr(told)  # to the sign of a zero
+    assert repr(list(row)[1:]) == repr([segment for delta in told for segment in delta.segments])
+    assert repr(row[1]) == repr(told[0].segments[0])
+    assert [step.number for step in engine.book.history.done] == [delta.motion.number for delta in told]
+    assert [step.version for step in engine.book.history.done] == [delta.version for delta in told]
 
 
 def test_old_steps_share_their_segments_with_the_log_and_can_be_undone_and_done_again() -> None:

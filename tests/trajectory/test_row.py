@@ -56,6 +56,18 @@ def test_a_path_is_packed_once_however_a_row_grows(monkeypatch: pytest.MonkeyPat
     assert 6 * UNPACKED_SEGMENTS <= len(packed) == len({id(path) for path in packed})
 
 
+def test_packed_motions_are_the_same_to_the_bit() -> None:
+    like = Motion(1, MotionKind.JOINT, Start.AT, (0.0, -0.0), speed=0.5, text="MOVE a")
+    others = [like._replace(number=2, goal=(1.0, 2.0)), like._replace(hand=-0.0), Motion(4, MotionKind.REST, Start.AT)]
+    motions = [like, like, *others]
+    row = Row([rest((0.0, 0.0), 1.0, float(k), motion) for k, motion in enumerate(motions)])
+    packed = row.pack_motions(0, len(row))
+    assert repr([segment.motion for segment in row]) == repr([row[k].motion for k in range(5)]) == repr(motions)
+    assert len(packed) == 3  # motions without a goal stay as they are
+    assert packed[id(others[0])].like is like
+    assert packed[id(others[1])].like is others[1]
+
+
 def test_takes_a_part_of_another_row_later() -> None:
     row, other = Row(segments(2)), Row(segments(9))
     row.take(other, 4, 6, 10.0)

@@ -189,8 +189,8 @@ class Book:
         self.initial, self.timeline = initial, timeline
         self.history = history or History()
         self.deltas = deltas.copy() if isinstance(deltas, DeltaLog) else DeltaLog()
-        for columns in () if isinstance(deltas, DeltaLog) else self.deltas.extend(deltas):
-            self.history.share(columns)
+        for packed in () if isinstance(deltas, DeltaLog) else self.deltas.extend(deltas, timeline):
+            self.history.share(*packed)
         self.number = number
         self.stream: Motion | None = None
         self.journal: JournalWriter | None = None
@@ -220,9 +220,10 @@ class Book:
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
         """Return a function that lists all motion commands in force now. The function may be slow; any thread may call
         it."""
-        timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
-        forgotten = self.history.forgotten
-        return lambda: records(timeline, commands_in_force(deltas) if forgotten else done)
+        timeline, deltas, history = self.timeline, self.deltas.copy(), self.history.copy()
+        return lambda: records(
+            timeline, commands_in_force(deltas) if history.forgotten else [step.delta for step in history.done]
+        )
 
     # --- changing the timeline ---
 
@@ -368,8 +369,8 @@ class Book:
         if not goes_on:
             self.end_stream()
         self.timeline, self.marks_events = timeline, self.marks_events and not deltas
-        for columns in self.deltas.extend(deltas):
-            self.history.share(columns)
+        for packed in self.deltas.extend(deltas, timeline):
+            self.history.share(*packed)
         return wrong
 
 
@@ -384,7 +385,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         return None
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
-    commands = {step.delta.motion.number: step.delta for step in book.history.known_commands}
+    commands = {step.number: step for step in book.history.known_commands}
     old = [*islice(_begins(before, since), MAX_MOTIONS_COMPARED + 1), *_event_times(before, since, commands)]
     stamped = [
         (one.motion, one.executed)
@@ -401,7 +402,11 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     ]
     if all(then is not None and abs(then - begin) <= SAME_TIME for _, begin, then in rows):
         return None
-    asked = {number: delta.executed for number, delta in commands.items() if delta.motion.start is Start.AT}
+    asked = {
+        number: delta.executed
+        for number in {motion.number for motion, _, _ in rows} & commands.keys()
+        if (delta := commands[number].delta).motion.start is Start.AT
+    }
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
     return _sorted_out(moved, more=len(old) > MAX_MOTIONS_COMPARED)
 
@@ -428,16 +433,16 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
 
 
 def _event_times(
-    timeline: Timeline, since: float, commands: Mapping[int, TimelineDelta]
+    timeline: Timeline, since: float, commands: Mapping[int, HistoryStep]
 ) -> Iterator[tuple[Motion, float]]:
     """Yield the first commands that set channels later than `since`, at most MAX_MOTIONS_COMPARED, each with its
     time.
     """
     first = timeline.events_by(since)
     for event in timeline.event_slice(first, min(first + MAX_MOTIONS_COMPARED, timeline.event_count)):
-        delta = commands.get(event.number)
-        if delta is not None and delta.motion.kind is MotionKind.EVENT:
-            yield delta.motion, event.time
+        step = commands.get(event.number)
+        if step is not None and (motion := step.delta.motion).kind is MotionKind.EVENT:
+            yield motion, event.time
 
 
 def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:

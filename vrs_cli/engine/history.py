@@ -33,17 +33,20 @@ class HistoryStep(Struct, frozen=True, gc=False):
     """A command that took effect: its delta, the inverse delta, the clock before the command [s], the policy INSERT,
     and the displacement of ALTER.
 
-    `back` is the inverse of the delta; or, if the inverse would be long, the timeline before the delta; or None if the
-    delta only adds segments at the end or events. `earlier`: the number of events that were later inserted before the
-    events of this step.
+    `_source` is the delta, or the packed deltas that have it at `_index`. `back` is the inverse of the delta; or, if
+    the inverse would be long, the timeline before the delta; or None if the delta only adds segments at the end or
+    events. `earlier`: the number of events that were later inserted before the events of this step. `is_record`: the
+    step records events and is not a command.
     """
 
-    delta: TimelineDelta
+    _source: TimelineDelta | DeltaColumns
     back: TimelineDelta | Timeline | None
     clock: float
     insert: bool = True
     altered: Altered | None = None
     earlier: int = 0
+    is_record: bool = False
+    _index: int = 0
 
     @staticmethod
     def of(
@@ -57,12 +60,25 @@ class HistoryStep(Struct, frozen=True, gc=False):
             adds = alone and (delta.keep, delta.drop, delta.shift, delta.cut) == (len(before), 0, 0.0, before.end)
         if not adds:
             back = before if delta.drop > WIDE_DROP else before.inverse(delta)
-        return HistoryStep(delta, back, clock, insert, altered)
+        is_record = delta.motion.kind is MotionKind.RECORDED
+        return HistoryStep(delta, back, clock, insert, altered, is_record=is_record)
 
     @property
-    def is_record(self) -> bool:
-        """Whether the step records events and is not a command."""
-        return self.delta.motion.kind is MotionKind.RECORDED
+    def delta(self) -> TimelineDelta:
+        """The delta of the command. It is made on demand if it is packed."""
+        source = self._source
+        return source[self._index] if isinstance(source, DeltaColumns) else source
+
+    @property
+    def number(self) -> int:
+        """The number of the motion of the command."""
+        source = self._source
+        return (source.motion(self._index) if isinstance(source, DeltaColumns) else source.motion).number
+
+    @property
+    def version(self) -> int:
+        """The version of the timeline before the command."""
+        return self._source.version + self._index
 
     def taking_back(self, version: int) -> TimelineDelta:
         """Return the delta that undoes this command, for the timeline `version`."""
@@ -141,23 +157,22 @@ class History:
     def forget(self, version: int) -> None:
         """Forget the commands that were given before timeline `version`. They can no longer be undone or redone."""
         old = 0
-        while old < len(self.done) and self.done[old].delta.version < version:
+        while old < len(self.done) and self.done[old].version < version:
             old += 1
         if old:
             self.forgotten += sum(not step.is_record for step in self.done[:old])
             del self.done[:old]
-        if self.undone and ((last := self.undone[-1]) is None or last.step.delta.version < version):
+        if self.undone and ((last := self.undone[-1]) is None or last.step.version < version):
             self.undone.clear()
 
-    def share(self, columns: DeltaColumns) -> None:
-        """Let the steps of packed deltas refer to the packed segments, which saves memory."""
-        first = bisect_left(self.done, columns.version, key=lambda step: step.delta.version)
-        for step in self.done[first : first + len(columns)]:
-            index = step.delta.version - columns.version
-            if 0 <= index < len(columns) and columns.segments(index) == step.delta.segments:
-                issued, executed, cut = (step.clock if t == step.clock else t for t in step.delta[3:6])  # one object
-                delta = step.delta._replace(issued=issued, executed=executed, cut=cut, segments=columns.segments(index))
-                structs.force_setattr(step, "delta", delta)  # the same object, because branches compare it
+    def share(self, columns: DeltaColumns, deltas: Sequence[TimelineDelta]) -> None:
+        """Let the steps of packed deltas refer to the columns, which saves memory."""
+        first = bisect_left(self.done, columns.version, key=lambda step: step.version)
+        for step in self.done[first : first + len(deltas)]:
+            index = step.version - columns.version
+            if 0 <= index < len(deltas) and step.delta is deltas[index]:
+                structs.force_setattr(step, "_index", index)  # the step stays one object: branches compare steps
+                structs.force_setattr(step, "_source", columns)
 
     def add(self, step: HistoryStep) -> None:
         """Add a new command, after which earlier undone commands cannot be redone. Recorded events keep them redoable
@@ -181,9 +196,9 @@ class History:
         them, unless UNDO `leaves_recorded`. Raises UsageError if there are fewer commands, TooLate for a command that
         had begun before events that stay.
         """
-        hint = f"at most {{UNDO {len(self.known_commands)}}}"
+        known = len(self.known_commands)
         older = "what is older cannot be taken back any more" if self.forgotten else ""
-        _check_count(len(self.known_commands), count, "undo", hint, older)
+        _check_count(known, count, "undo", f"at most {{UNDO {known}}}", older)
         taken: list[HistoryStep] = []
         stay: list[HistoryStep] = []
         for step in reversed(self.done):
@@ -212,7 +227,7 @@ class History:
         Raises UsageError if there is no step.
         """
         place = len(self.done) - 1
-        while motion is not None and place >= 0 and self.done[place].delta.motion.number != motion.number:
+        while motion is not None and place >= 0 and self.done[place].number != motion.number:
             place -= 1
         if place >= 0:
             step, stay = _below(self.done[place], self.done[place + 1 :])
@@ -239,10 +254,11 @@ class History:
         if not self.done:  # the command is so old that it is forgotten
             return
         step = self.done[-1]
-        segments, back = Row(islice(timeline, step.delta.keep, None)), step.back
+        delta, back = step.delta, step.back
+        segments = Row(islice(timeline, delta.keep, None))
         if isinstance(back, TimelineDelta):
-            back = back._replace(drop=back.drop + len(segments) - len(step.delta.segments))
-        self.done[-1] = structs.replace(step, delta=step.delta._replace(segments=segments), back=back)
+            back = back._replace(drop=back.drop + len(segments) - len(delta.segments))
+        self.done[-1] = structs.replace(step, _source=delta._replace(segments=segments), back=back, _index=0)
 
 
 def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:

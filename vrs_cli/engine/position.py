@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import BlockTable
-from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment, Turn
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Frames
@@ -80,7 +80,7 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     """
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
-    moving = _moves(timeline, segment, t)
+    moving = segment.moves(s)
     velocity, acceleration = rates_in(arm, segment, s, joints) if moving else ((0.0,) * len(joints),) * 2
     pose = world_pose(arm, segment.motion.frames, joints)
     hand = timeline.value_at(HAND, t)
@@ -92,14 +92,10 @@ def joint_state_at(arm: RobotArm, timeline: Timeline, t: float) -> JointState:
     often."""
     segment, s = timeline.locate(t)
     joints = segment_joints(arm, segment, s)
-    if _moves(timeline, segment, t):
+    if segment.moves(s):
         return JointState(joints, *rates_in(arm, segment, s, joints))
     still = (0.0,) * len(joints)
     return JointState(joints, still, still)
-
-
-def _moves(timeline: Timeline, segment: Segment, t: float) -> bool:
-    return segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:

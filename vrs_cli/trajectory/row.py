@@ -3,8 +3,9 @@ parts of rows.
 
 A segment object is made only on demand; the position function g reads the columns directly. A row grows only at its
 end. Paths are shared with whoever else holds them (other rows, deltas, UNDO). Paths far from the end of a row are
-packed, since they are seldom read: an hour of steering has 180,000 segments. A row that is stored elsewhere may be
-removed from memory. It is read back on demand, for every timeline that has a part of it.
+packed, since they are seldom read: an hour of steering has 180,000 segments. Motions are packed after old deltas have
+been stored as parts of the row. A row that is stored elsewhere may be removed from memory. It is read back on demand,
+for every timeline that has a part of it.
 
 To read many times at once, a block of a row becomes a table of arrays. The table is made when the block is first read
 this way, and kept with the row. Rows are shared by all versions of a timeline that have a part of them, so after an
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Protocol, overload
 
 from msgspec import Struct
 
-from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.trajectory.segment import JointPath, PackedMotion, Path, Phase, Segment
 from vrs_cli.values.commands import Frames, Motion
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Row(Sequence[Segment]):
         self.starts, self.finishes = array("d"), array("d")
         self.paths: list[Path] = []
         self.phases = bytearray()
-        self.motions: list[Motion] = []
+        self.motions: list[Motion | PackedMotion] = []
         self.tables: dict[int, Any] = {}
         self._packed = self._count = 0
         self.closed = self.away = False
@@ -103,12 +104,13 @@ class Row(Sequence[Segment]):
     def __getitem__(self, index: int | slice) -> Segment | list[Segment]:
         if isinstance(index, slice):
             return list(self.between(*index.indices(len(self))[:2]))
+        motion = self.motions[index]
         return Segment(
             self.starts[index],
             self.finishes[index],
             self.paths[index],
             PHASES[self.phases[index]],
-            self.motions[index],
+            motion.unpack() if isinstance(motion, PackedMotion) else motion,
         )
 
     def __iter__(self) -> Iterator[Segment]:
@@ -118,7 +120,7 @@ class Row(Sequence[Segment]):
         """Yield the segments from `first` up to, but not including, `last`."""
         phases = map(PHASES.__getitem__, self.phases[first:last])
         columns = self.starts[first:last], self.finishes[first:last], self.paths[first:last], phases
-        return map(Segment, *columns, self.motions[first:last])
+        return map(Segment, *columns, _unpacked(self.motions[first:last]))
 
     # --- growing ---
 
@@ -148,7 +150,7 @@ class Row(Sequence[Segment]):
         finishes: array[float],
         paths: list[Path],
         phases: bytes | bytearray,
-        motions: list[Motion],
+        motions: Sequence[Motion | PackedMotion],
     ) -> None:
         """Append columns. Ctrl-C may have interrupted an earlier append: the length of `motions`, which grow last,
         counts.
@@ -168,6 +170,47 @@ class Row(Sequence[Segment]):
             if isinstance(path, JointPath):
                 path.pack()
         self._packed = last
+
+    def pack_motions(self, first: int, last: int) -> dict[int, PackedMotion]:
+        """Pack the motions with a goal from index `first` up to, but not including, `last`. Return the packed motions
+        by the identities of the motions.
+        """
+        made: dict[int, PackedMotion] = {}
+        packed = None
+        for place, motion in enumerate(self.motions[first:last], first):
+            if isinstance(motion, Motion) and motion.goal is not None:
+                if id(motion) not in made:
+                    made[id(motion)] = packed = PackedMotion.of(motion, packed)
+                self.motions[place] = made[id(motion)]
+        return made
+
+    def same_columns(self, place: int, other: Row) -> bool:
+        """Return whether the row has the segments of another row from index `place` on, with the same path and motion
+        objects.
+        """
+        part = slice(place, place + len(other))
+        return (
+            (self.starts[part], self.finishes[part]) == (other.starts, other.finishes)
+            and self.phases[part] == other.phases
+            and _identities(self.paths[part]) == _identities(other.paths)
+            and _identities(self.motions[part]) == _identities(other.motions)
+        )
+
+
+def _unpacked(motions: Iterable[Motion | PackedMotion]) -> Iterator[Motion]:
+    """Unpack motions; the same packed motions in sequence give one motion."""
+    packed = None
+    for motion in motions:
+        if not isinstance(motion, PackedMotion):
+            yield motion
+            continue
+        if motion is not packed:
+            packed, found = motion, motion.unpack()
+        yield found
+
+
+def _identities(values: Iterable[object]) -> list[int]:
+    return list(map(id, values))
 
 
 def later(times: array[float], shift: float) -> array[float]:

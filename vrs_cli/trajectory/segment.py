@@ -39,7 +39,7 @@ from vrs_cli.trajectory.polynomial import (
     value,
     value_and_rate,
 )
-from vrs_cli.values.commands import Motion
+from vrs_cli.values.commands import Frames, Motion, MotionKind
 
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -130,7 +130,7 @@ class JointPath(Struct, eq=False, gc=False):
     @property
     def joint_count(self) -> int:
         rows = self._rows
-        return len(rows) // (_doubles(1).size * self._length) if isinstance(rows, bytes) else len(rows)
+        return len(rows) // (DOUBLE_BYTES * self._length) if isinstance(rows, bytes) else len(rows)
 
     @property
     def degree(self) -> int:
@@ -181,8 +181,9 @@ def _doubles(count: int) -> struct.Struct:
     return struct.Struct(f"{count}d")
 
 
-_SIX = 6 * 3 * 8  # bytes of the parabolas of six joints
-_six_parabolas = _doubles(_SIX // 8).unpack
+DOUBLE_BYTES = 8
+_SIX = 6 * 3 * DOUBLE_BYTES  # bytes of the parabolas of six joints
+_six_parabolas = _doubles(6 * 3).unpack
 
 
 class Turn(NamedTuple):
@@ -354,6 +355,41 @@ def _orientations(R: Transform, turns: tuple[Turn, ...]) -> Callable[[float], tu
 Path = JointPath | CartesianPath
 
 
+class PackedMotion(Struct, frozen=True, gc=False):
+    """A motion with a goal in joint space, in a third of its memory: its own `number` and `goal`; all else is as in the
+    motion `like`.
+    """
+
+    number: int
+    goal: bytes
+    like: Motion
+
+    @classmethod
+    def of(cls, motion: Motion, before: PackedMotion | None) -> PackedMotion:
+        """Pack a motion. `before`: the one packed before it, which often has the same objects in all other fields."""
+        goal = motion.goal or ()
+        known = before is not None and _other_fields(motion) == _other_fields(before.like)
+        return cls(motion.number, _doubles(len(goal)).pack(*goal), before.like if before and known else motion)
+
+    @property
+    def kind(self) -> MotionKind:
+        return self.like.kind
+
+    @property
+    def frames(self) -> Frames:
+        return self.like.frames
+
+    def unpack(self) -> Motion:
+        _, kind, start, _, *others = self.like
+        goal = _doubles(len(self.goal) // DOUBLE_BYTES).unpack(self.goal)
+        return _new(Motion, (self.number, kind, start, goal, *others))
+
+
+def _other_fields(motion: Motion) -> list[int]:
+    """Return the identities of all fields of a motion except number and goal."""
+    return list(map(id, (*motion[1:3], *motion[4:])))
+
+
 class Segment(Struct, frozen=True, gc=False):
     """A stretch of the timeline: `start` is t_s and `finish` t_f [s]; `motion` is the motion that it belongs to.
 
@@ -369,6 +405,10 @@ class Segment(Struct, frozen=True, gc=False):
     @property
     def duration(self) -> float:
         return self.finish - self.start
+
+    def moves(self, s: float) -> bool:
+        """Return whether the robot moves at t_s + s: not at rest, and not at the end."""
+        return self.phase is not Phase.REST and s < self.finish - self.start
 
     def shift_by(self, shift: float) -> Segment:
         if not shift:

@@ -5,7 +5,8 @@ neither copied nor computed again, however long it is. Old versions stay valid f
 
 A change of the timeline exists in one form, the timeline delta. The planner f returns it, a timeline applies it, a line
 of the trajectory file and a message of a stream hold it, and UNDO takes it back. A delta log has all deltas of a
-timeline, one for each version; old deltas are columns of plain numbers, or stored elsewhere.
+timeline, one for each version; old deltas are columns of plain numbers, or stored elsewhere. If a row of the timeline
+still has their segments, it holds them for both.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, overload
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
 from vrs_cli.trajectory.row import EventRow, Row
-from vrs_cli.trajectory.segment import Path, Segment
+from vrs_cli.trajectory.segment import PackedMotion, Path, Segment
 from vrs_cli.values.commands import Event, EventEdit, Motion
 from vrs_cli.values.world import WorldState
 
@@ -269,6 +270,16 @@ class Timeline:
         """Yield the leaves of events, as `parts` does."""
         return iter(()) if self._events is None else rope.parts(self._events, index)
 
+    def row_with(self, segments: Row, index: int) -> tuple[Row, int]:
+        """Return the row in memory that also has these segments, from segment number `index` on, and the index of the
+        first of them in that row. If there is none, return `segments`, and 0.
+        """
+        for number, _, leaf in islice(self.parts(index), 1 if segments else 0):
+            place = leaf.first + index - number
+            if not leaf.row.away and leaf.row.same_columns(place, segments):
+                return leaf.row, place
+        return segments, 0
+
     def in_rows(self, most: int) -> Timeline:
         """Return the same timeline with at most `most` segments in each row that is in memory."""
         return self._of_ropes(rope.in_rows(self._rope, most), self._events, self.version, self.world)
@@ -408,8 +419,12 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     # --- changing ---
 
-    def extend(self, deltas: Iterable[TimelineDelta]) -> list[DeltaColumns]:
-        """Append deltas. Return the parts that are now packed."""
+    def extend(
+        self, deltas: Iterable[TimelineDelta], timeline: Timeline | None = None
+    ) -> list[tuple[DeltaColumns, list[TimelineDelta]]]:
+        """Append deltas. `timeline`: the one after them, with which packed deltas can share rows. Return the parts that
+        are now packed, each with its deltas.
+        """
         packed = []
         for delta in deltas:
             last = self._parts[-1]
@@ -420,8 +435,8 @@ class DeltaLog(Sequence[TimelineDelta]):
             self._parts.append([delta])
             old = len(self._parts) - 1 - UNPACKED_PARTS
             if old >= 0 and isinstance(part := self._parts[old], list):
-                self._parts[old] = columns = DeltaColumns(part)
-                packed.append(columns)
+                self._parts[old] = columns = DeltaColumns(part, timeline)
+                packed.append((columns, part))
         return packed
 
     def __setitem__(self, index: int, delta: TimelineDelta) -> None:
@@ -440,19 +455,27 @@ class DeltaColumns:
         *("_firsts", "_segments", "_events"),
     )
 
-    def __init__(self, deltas: list[TimelineDelta]) -> None:
+    def __init__(self, deltas: list[TimelineDelta], timeline: Timeline | None = None) -> None:
         self.version = deltas[0].version
-        self._causes, self._motions, which = [deltas[0].cause], [deltas[0].motion], []
+        self._causes, which = [deltas[0].cause], []
+        motions = [deltas[0].motion]
         for delta in deltas:  # deltas of steering have the cause and the motion of the previous delta
-            if delta.motion is not self._motions[-1] or delta.cause is not self._causes[-1]:
+            if delta.motion is not motions[-1] or delta.cause is not self._causes[-1]:
                 self._causes.append(delta.cause)
-                self._motions.append(delta.motion)
+                motions.append(delta.motion)
             which.append(len(self._causes) - 1)
         self._which = bytes(which)
-        self._segments = Row(chain.from_iterable(delta.segments for delta in deltas))
-        self._segments.pack(len(self._segments))
-        self._firsts = array("I", accumulate([len(delta.segments) for delta in deltas], initial=0))
-        self._issued = _as(self._segments.starts, array("d", [delta.issued for delta in deltas]))
+        segments = Row(chain.from_iterable(delta.segments for delta in deltas))
+        segments.pack(len(segments))
+        self._segments, first = segments, 0
+        packed: dict[int, PackedMotion] = {}
+        if timeline is not None:
+            self._segments, first = timeline.row_with(segments, deltas[0].keep)
+        if self._segments is not segments:
+            packed = self._segments.pack_motions(first, first + len(segments))
+        self._motions = [packed.get(id(motion), motion) for motion in motions]
+        self._firsts = array("I", accumulate([len(delta.segments) for delta in deltas], initial=first))
+        self._issued = _as(segments.starts, array("d", [delta.issued for delta in deltas]))
         self._executed = _as(self._issued, array("d", [delta.executed for delta in deltas]))
         self._cut = _as(self._executed, array("d", [delta.cut for delta in deltas]))
         self._keep = array("q", [delta.keep for delta in deltas])
@@ -467,12 +490,12 @@ class DeltaColumns:
         return map(self.__getitem__, range(len(self)))
 
     def __getitem__(self, index: int) -> TimelineDelta:
-        which = self._which[index]
+        which, motion = self._which[index], self.motion(index)
         drop, shift = (self._rest[0][index], self._rest[1][index]) if self._rest else (0, 0.0)
         return TimelineDelta(
             self.version + index,
             self._causes[which],
-            self._motions[which],
+            motion.unpack() if isinstance(motion, PackedMotion) else motion,
             self._issued[index],
             self._executed[index],
             self._cut[index],
@@ -482,6 +505,9 @@ class DeltaColumns:
             self.segments(index),
             None if self._events is None else self._events.get(index),
         )
+
+    def motion(self, index: int) -> Motion | PackedMotion:
+        return self._motions[self._which[index]]
 
     def segments(self, index: int) -> Sequence[Segment]:
         """Return the segments of a delta, which are made on demand."""
