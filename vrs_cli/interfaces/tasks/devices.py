@@ -10,7 +10,7 @@ from msgspec import Struct, field
 
 from vrs_cli import errors
 from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
-from vrs_cli.files.disk import Disk
+from vrs_cli.files.disk import Disk, Unit
 from vrs_cli.language.run import effects
 
 END_OF_LINE = "\r"  # what GETC returns at the end of a terminal line, as for the Return key
@@ -27,8 +27,7 @@ class Devices(Struct, eq=False):
     missed: Callable[[errors.DeviceNotReady], None]
     _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # devices by task and unit
     _missing: set[str] = field(default_factory=set)
-    _status: int = effects.SUCCESS
-    _length: int = 0
+    _terminal: Unit = field(default_factory=Unit)
     _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, or the end of the input
     _taken: list[int] = field(default_factory=list)  # part of that input that the present step has already read
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same by task and unit, for devices
@@ -44,7 +43,7 @@ class Devices(Struct, eq=False):
     def _attach(self, task: int, effect: effects.AttachUnit) -> str:
         unit, name = effect.unit, effect.device
         if unit == effects.TERMINAL:
-            self._status = effects.SUCCESS
+            self._terminal.status = effects.SUCCESS
         elif name is None:
             unit = self.disk.free(task) if unit == effects.ANY else unit
             if (task, unit) not in self._devices:
@@ -98,11 +97,11 @@ class Devices(Struct, eq=False):
                 return disk.read(task, effect.unit)
             case effects.WriteRecord(unit=unit) if unit == effects.TERMINAL:
                 self.show(effect.text, effect.newline)
-                self._status, self._length = effects.SUCCESS, len(effect.text)
+                self._terminal.status, self._terminal.length = effects.SUCCESS, len(effect.text)
             case effects.WriteRecord():
                 disk.write(task, effect.unit, effect.text + ("\n" if effect.newline else ""))
             case effects.RecordRefused(unit=unit) if unit == effects.TERMINAL:
-                self._status = effect.code
+                self._terminal.status = effect.code
             case effects.RecordRefused():
                 disk.attached_unit(task, effect.unit).status = effect.code
         return None
@@ -147,15 +146,10 @@ class Devices(Struct, eq=False):
         """End the wait of a task whose time limit has passed."""
         self._devices[task, effect.unit].expire(of_getc=isinstance(effect, effects.AwaitLine))
 
-    def status(self, task: int, unit: int) -> int:
-        if (device := self._devices.get((task, unit))) is not None:
-            return device.status
-        return self._status if unit == effects.TERMINAL else self.disk.unit(task, unit).status
-
-    def length(self, task: int, unit: int) -> int:
-        if (device := self._devices.get((task, unit))) is not None:
-            return device.length
-        return self._length if unit == effects.TERMINAL else self.disk.unit(task, unit).length
+    def unit(self, task: int, unit: int) -> Device | Unit:
+        """Return the unit, with the status of its last operation and the length of its last record."""
+        of_program = self._terminal if unit == effects.TERMINAL else self.disk.unit(task, unit)
+        return self._devices.get((task, unit), of_program)
 
     def connection(self, task: int, unit: int) -> int | None:
         """Return the handle of the connection of the last READ; None for a unit without connections."""
@@ -213,7 +207,8 @@ class Devices(Struct, eq=False):
         that GETC has not read."""
         come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
-        self._status, self._length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))
+        terminal = self._terminal
+        terminal.status, terminal.length = (errors.EndOfInput.code, 0) if line is None else (effects.SUCCESS, len(line))
         return line
 
     # --- endings ---

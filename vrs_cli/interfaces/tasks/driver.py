@@ -222,8 +222,7 @@ class Driver:
     def step(self) -> None:
         """Carry out the next event, or advance time towards it. The run may reach a limit here."""
         if not self._runs:
-            coming = self.peek()
-            if coming < inf:
+            if (coming := self.peek()) < inf:
                 self.engine.clock.wait(coming)
             self.settle(self.engine.now)
             return
@@ -304,8 +303,7 @@ class Driver:
     def answer(self, number: int, answer: str | VrsError | None) -> None:
         """Give a line to the task that asked this question: None at the end of the input, or an error. If the task no
         longer waits, do nothing."""
-        found = next((one for one in self.questions() if one[1].number == number), None)
-        if found is None:
+        if (found := next((one for one in self.questions() if one[1].number == number), None)) is None:
             return
         self.tasks.current = found[0].number
         try:
@@ -408,8 +406,7 @@ class Driver:
 
     def _end_at_limit(self, run: _Run, what: str, hint: str) -> None:
         """End the task of a run at a limit, together with the tasks of all other runs."""
-        foreground = self._foreground(run)
-        if foreground is None:
+        if (foreground := self._foreground(run)) is None:
             return
         error = LimitReached(f"{what}: {'; '.join(self._whereabouts(foreground))}", hint)
         self.engine.stop()
@@ -456,8 +453,7 @@ class Driver:
 
     def peek(self) -> float:
         """Return when the next event is due [s]; infinity if there is none without a new request."""
-        track = self.tasks.next()
-        if track is None:
+        if (track := self.tasks.next()) is None:
             return inf
         return min(track.wake, self._next_signal(), self.devices.outside.due(self.engine.clock))
 

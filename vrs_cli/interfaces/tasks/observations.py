@@ -36,8 +36,7 @@ class Observations:
 
     def _read(self, signal: int, on: bool) -> None:
         """Record that a step of the present task has read a signal."""
-        track = self._tasks.get(self._tasks.current)
-        if track is not None and track.in_program:
+        if (track := self._tasks.get(self._tasks.current)) is not None and track.in_program:
             self._record(track, self._signals.place, signal, on)
 
     def _record_reaction(self, track: Track, signal: int, on: bool) -> None:

@@ -108,7 +108,7 @@ class Performer:
             track.answer = answer
             if (
                 isinstance(event, effects.ReadRecord)
-                and self._devices.status(track.number, event.unit) == NoDataReceived.code
+                and self._devices.unit(track.number, event.unit).status == NoDataReceived.code
             ):
                 track.before -= VAIN_READ
             return

@@ -239,8 +239,7 @@ class Tasks(memory.System):
         """Start a task beside the running ones. `folder`: the folder of its files, if it has its own. Raises
         TaskActive.
         """
-        there = self.get(number)
-        if there is not None and there.running:
+        if (there := self.get(number)) is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "{ABORT} stops it")
         if number != PROMPT_LINE:
             self._devices.release(number)
@@ -261,8 +260,7 @@ class Tasks(memory.System):
     def proceed(self, number: int, *, retry: bool = False) -> Track:
         """Continue a stopped task at its next step; with `retry`, repeat the step at which it stopped. Raises
         TaskNotActive, TaskActive."""
-        track = self.get(number)
-        if track is None or (not track.running and track.task.is_over):
+        if (track := self.get(number)) is None or (not track.running and track.task.is_over):
             raise TaskNotActive(f"task {number}", "{EXECUTE name} starts one")
         if track.running:
             raise TaskActive(f"task {number} runs {track.task.program}")
@@ -279,8 +277,7 @@ class Tasks(memory.System):
 
     def abort(self, number: int) -> Track | None:
         """Stop a task, and the robot if this task has the robot. Return None if no task with this number is running."""
-        track = self.get(number)
-        if track is None or not track.running:
+        if (track := self.get(number)) is None or not track.running:
             return None
         if isinstance(track.pending, Aborted):
             return track
@@ -296,8 +293,7 @@ class Tasks(memory.System):
 
     def end_cycles(self, number: int) -> Track:
         """Make the present cycle of a task its last one (CYCLE.END). Raises TaskNotActive."""
-        track = self.get(number)
-        if track is None or track.task.is_over:
+        if (track := self.get(number)) is None or track.task.is_over:
             raise TaskNotActive(f"task {number}", "nothing is to be ended")
         track.task.end_cycles()
         return track
@@ -317,8 +313,7 @@ class Tasks(memory.System):
 
     def kill(self, number: int) -> None:
         """Forget a task that has stopped. Raises TaskNotActive, TaskActive."""
-        track = self.get(number)
-        if track is None:
+        if (track := self.get(number)) is None:
             raise TaskNotActive(f"task {number}", "there is nothing to clear")
         if track.running:
             raise TaskActive(f"task {number} runs {track.task.program}", f"ABORT {number} stops it")
@@ -440,8 +435,7 @@ class Tasks(memory.System):
             return NOT_IN_MEMORY
         if not stored.analysis.executable:
             return NOT_EXECUTABLE
-        track = self.uses(stored.name)
-        if track is None:
+        if (track := self.uses(stored.name)) is None:
             return NOT_EXECUTING
         return RUNS if track.running else STOPPED
 
@@ -454,10 +448,10 @@ class Tasks(memory.System):
         return parts[component]
 
     def unit_status(self, unit: int) -> int:
-        return self._devices.status(self.current, unit)
+        return self._devices.unit(self.current, unit).status
 
     def record_length(self, unit: int) -> int:
-        return self._devices.length(self.current, unit)
+        return self._devices.unit(self.current, unit).length
 
     def connection(self, unit: int) -> int | None:
         return self._devices.connection(self.current, unit)
