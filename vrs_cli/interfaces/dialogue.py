@@ -254,8 +254,7 @@ class Ticket(Generic[T]):
     def result(self, timeout: float | None = None) -> T:
         """Wait until the request ends, and return its result. Raises the error of the request, and TimeoutError after
         `timeout` [s]."""
-        error = self.error(timeout)
-        if error is not None:
+        if (error := self.error(timeout)) is not None:
             raise error
         return cast(T, self._result)
 

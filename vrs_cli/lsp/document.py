@@ -183,8 +183,7 @@ def pieces(part: Part) -> tuple[Piece, ...]:
     for line, text in enumerate(part.lines, 1):
         at = 1
         for piece, ink in scan(text, taken):
-            known = named.get((line, at))
-            if known is not None:
+            if (known := named.get((line, at))) is not None:
                 found.append(known)
             elif ink in _OF_INK:
                 modifier = Modifier.BUILT_IN if ink is Ink.FUNCTION else None

@@ -96,8 +96,7 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 def innermost(text: str) -> tuple[str, int] | None:
     """Return the function whose argument list contains the cursor, and the index of the argument at the cursor."""
     before = _BY.sub(",", text)
-    at = open_bracket(before, "([")
-    if at is None:
+    if (at := open_bracket(before, "([")) is None:
         return None
     found = _NESTED.search(before[:at].rstrip())
     name = found.group().upper() if found and before[at] == "(" else ""
@@ -241,8 +240,7 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
     rest = line[first.end() :]
     if not rest[0].isspace():
         return _items(names)
-    word = _row_of(first.group(1).upper(), in_program)
-    if word is None:
+    if (word := _row_of(first.group(1).upper(), in_program)) is None:
         return ()
     if word.name == "EXPLAIN":
         return _explain_candidates(rest.lstrip(), prefix, names)
@@ -287,8 +285,7 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     """Return the words that may come next among the arguments of a word. `before`: the line up to the cursor, with
     strings blanked out. It starts at the word, or at the closed parentheses around its `first` arguments, and ends with
     the name that is being typed."""
-    nested = innermost(before)
-    if nested is not None:
+    if (nested := innermost(before)) is not None:
         function = FUNCTIONS.get(nested[0])
         inner = _argument(function.arguments, nested[1]) if function else None
         return _of_shape(inner, names) if inner else _reals(names)
@@ -396,8 +393,7 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
     """Return the signature of the innermost unclosed function or program call at the end of the text. Without an
     unclosed call, return the signature of the first word."""
     text = blank_out(before)
-    at = open_bracket(text, "(")
-    if at is not None:
+    if (at := open_bracket(text, "(")) is not None:
         found = _BEFORE_PARENTHESIS.search(text[:at])
         return _call_signature(found[1], text[at + 1 :], programs) if found else None
     found = _FIRST_WORD.match(text)
@@ -415,8 +411,7 @@ def blank_out(line: str) -> str:
 def _call_signature(name: str, rest: str, programs: Programs) -> Signature | None:
     if (row := FUNCTIONS.get(name.upper())) is not None:
         return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
-    program = programs(key_of(name))
-    if program is None:
+    if (program := programs(key_of(name))) is None:
         return None
     names = [parameter.sigil + parameter.name for parameter in program.parameters]
     return _signature(f"{program.name}({', '.join(names)})", (program.comment or "").strip(), names, rest)
@@ -436,7 +431,6 @@ def _argument_places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int
     found = re.match(r"[#$]?[\w.]+", form)
     at = found.end() if found else 0
     for name in names:
-        begin = form.find(name, at)
-        if begin >= 0:
+        if (begin := form.find(name, at)) >= 0:
             at = begin + len(name)
             yield begin, at

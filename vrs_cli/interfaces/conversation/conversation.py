@@ -118,15 +118,13 @@ class Conversation:
         return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
     def _line(self, line: str, *, goes_on: bool, alone: bool) -> Dialogue[None]:
-        asked = self._topic_of(line)
-        if asked is not None:
+        if (asked := self._topic_of(line)) is not None:
             yield from help_on(asked)
         elif self.entry is not None:
-            if alone and self.user_state.attended and not self._refused:
-                mistake = self.entry.mistake(line, self.session.environment.kinds)
-                if mistake is not None:  # the line does not become a step of the program
-                    self._left_out += 1
-                    raise diagnostics.LineRefused(mistake)
+            checked = alone and self.user_state.attended and not self._refused
+            if checked and (mistake := self.entry.mistake(line, self.session.environment.kinds)) is not None:
+                self._left_out += 1  # the line does not become a step of the program
+                raise diagnostics.LineRefused(mistake)
             yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.user_state.editor is None and buffer.opens_entry(line):
             yield from self._open(line)
@@ -146,8 +144,7 @@ class Conversation:
 
     def _topic_of(self, line: str) -> str | None:
         """Return the topic of a help line: `?` ("" for all topics), `word?` or `?word`; None for any other line."""
-        found = _ASKED.fullmatch(line)
-        if found is None:
+        if (found := _ASKED.fullmatch(line)) is None:
             return None
         return found["behind"] or found["before"] or (EDITING if self.user_state.editor is not None else "")
 

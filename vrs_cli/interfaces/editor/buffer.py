@@ -176,8 +176,7 @@ class ProgramBuffer:
         found = analyzer.check_line(
             meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True
         )
-        wrong = diagnostics.first_error(found)
-        if wrong is not None:
+        if (wrong := diagnostics.first_error(found)) is not None:
             raise diagnostics.LineRefused(wrong)
         return step, found
 

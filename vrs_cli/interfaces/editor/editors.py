@@ -162,8 +162,7 @@ def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
     if not line.strip():
         buffer.move(buffer.at if buffer.inserting else buffer.at + 1)
         return ()
-    asked = subcommand(line)
-    if asked is not None:
+    if (asked := subcommand(line)) is not None:
         letter, argument = asked
         return SUBCOMMANDS[letter].act(_Context(buffer, memory, argument, line)) or ()
     step, warnings = buffer.check(line, memory.kinds)

@@ -239,8 +239,7 @@ def _set(station: Station, it: ast.Instruction, idle_rows: Mapping[str, settings
     """Set switches or a parameter like a program does, and report which of them have no effect."""
     yield from station.do(it)
     for argument in it.arguments:
-        row = None if argument is None else settings.idle_of(idle_rows, word(argument))
-        if row is not None:
+        if argument is not None and (row := settings.idle_of(idle_rows, word(argument))) is not None:
             yield replies.Message(f"{row.name}: {_summary(row)}")
 
 

@@ -79,8 +79,7 @@ def branch_table(station: Station) -> replies.BranchTable:
 
 def check_tasks_stand(station: Station) -> None:
     """Check that no task is running on the present branch. Raises UsageError if one is."""
-    running = next(station.tasks.running, None)
-    if running is not None:
+    if (running := next(station.tasks.running, None)) is not None:
         number = "" if running.number == tasks.ROBOT_PROGRAM else f" {running.number}"
         raise UsageError(f"{running.task.program} is running", f"{{ABORT{number}}} stops it")
 

@@ -96,8 +96,7 @@ class Session(station.Station):
         self.check_may(said, role)
         beyond = structure.line_beyond(statement, self.dialect, vplus=self.engine.settings.switch("VPLUS"))
         found = (*read.findings, *beyond)
-        wrong = diagnostics.first_error(found)
-        if wrong is not None:
+        if (wrong := diagnostics.first_error(found)) is not None:
             raise diagnostics.LineRefused(wrong)
         if found:
             yield replies.DiagnosticsReport(tuple(replies.Diagnosed(warning, read.line) for warning in found))

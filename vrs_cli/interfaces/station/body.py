@@ -86,8 +86,7 @@ class ReportNumbers:
             self._gaps.append(range(self.next, first))
             self.lost += first - self.next
         for number in range(first, min(first + count, self.next)):
-            gap = self._gap(number)
-            if gap is not None:
+            if (gap := self._gap(number)) is not None:
                 self._gaps.remove(gap)
                 self._gaps.extend(part for part in (range(gap.start, number), range(number + 1, gap.stop)) if part)
                 self.lost -= 1
@@ -353,20 +352,15 @@ class DivergenceGuard:
             from vrs_cli.twin.divergence import DivergenceWatch
 
             self._watch = DivergenceWatch(self._engine.arm)
-        timeline = self._timeline()
+        timeline, body = self._timeline(), self._body
         for report in reports:
-            alarm = self._watch.take(timeline, report, ordered=self._may_hold(report.t))
-            if alarm is not None:
+            since = max(body.ordered_at, self._entered)  # a body needs some time to start
+            holds = body.order is measured.BodyMode.HOLDS or report.t < since + DELAYS * body.clock.delay + SETTLES
+            if (alarm := self._watch.take(timeline, report, ordered=holds)) is not None:
                 self._raise(alarm)
         if self._due and reports[-1].mode is not measured.BodyMode.STOPPED:
             self._due = False
             self.ask(self._resync_by_itself(), False)
-
-    def _may_hold(self, t: float) -> bool:
-        """Return whether a body is allowed to hold at t [s]: because it was ordered to, or because it has just entered
-        or was just ordered to follow."""
-        body, since = self._body, max(self._body.ordered_at, self._entered)
-        return body.order is measured.BodyMode.HOLDS or t < since + DELAYS * body.clock.delay + SETTLES
 
     def _raise(self, alarm: measured.DivergenceAlarm) -> None:
         """Report an alarm, and carry out the reaction that is set."""

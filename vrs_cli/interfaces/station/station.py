@@ -239,8 +239,7 @@ class Station:
     def check_free(self, program: str) -> None:
         """Check that a program is not on the stack of a task, because such a program cannot be changed. Raises
         ProgramInterlocked if it is."""
-        track = self.tasks.uses(program)
-        if track is not None:
+        if (track := self.tasks.uses(program)) is not None:
             number = "" if track.number == ROBOT_PROGRAM else f" {track.number}"
             clears = f"{{ABORT{number}}}, then {{KILL{number}}}" if track.running else f"{{KILL{number}}}"
             raise errors.ProgramInterlocked(
