@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 from vrs_cli.errors import EndOfInput
@@ -65,7 +64,8 @@ def mark_of(check: str, ran: Evidence, model: Evidence | None = None, parts: tup
     """Mark a run by the first check of a text, as checks.toml has it below [[check]]."""
     text = f"[[check]]\n{check}"
     links = tuple(f"link {i}" for i in range(1, 7))
-    reader = ExerciseText("checks.toml", text, (), parts, (*parts, "floor", "base", *links, "hand"))
-    checks = read_checks(reader, tomllib.loads(text))
+    reader = ExerciseText("checks.toml", text)
+    reader.parts, reader.bodies = parts, (*parts, "floor", "base", *links, "hand")
+    checks = read_checks(reader)
     assert reader.wrong == []
     return mark_checks(checks, ran, Basis(Rounding(), {}, model))[0]

@@ -12,8 +12,7 @@ program.
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -147,35 +146,32 @@ class _ExerciseReader(SurroundingsReader):
             hint = "an exercise is a folder with the folders exercise and teacher; vrs grade --new NAME makes one"
             raise NonexistentFile(f"{self.folder} is no exercise: it has no folder teacher", hint)
         path = str(self.teacher / "checks.toml")
-        text = text_at(path, 200_000)
-        try:
-            table = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise FileDamaged(f"{path}: {str(error)[:500]}", "checks.toml is a TOML file") from None
-        reader = ExerciseText(path, text)
-        reader.check_keys(reader.whole._replace(given=table), KEYS)
-        robot = self.robot(reader, table)
+        reader = ExerciseText(path, text_at(path, 200_000))
+        whole, table = reader.whole, reader.table
+        reader.check_keys(whole, KEYS)
+        robot = self.robot(reader)
         cell, inputs = self.cell(), self._inputs()
-        dialect = self.dialect(reader, table)
-        given = None if robot is None else self.read_given(robot, dialect)
+        dialect = reader.dialect(whole, "dialect") if "dialect" in table else Dialect.VPLUS
+        given = None if robot is None else self.given(robot, dialect)
         if given is not None:
             reader.locations = frozenset(given.variables.values())
         parts, fixtures = (tuple(one.name for one in rows) for rows in (cell.scene.parts, cell.scene.fixtures))
         links = () if robot is None else tuple(f"link {i}" for i in range(1, robot.joint_count + 1))
         reader.parts, reader.bodies = parts, (*parts, *fixtures, "floor", "base", *links, "hand")
-        checks = read_checks(reader, table)
-        variants = read_variants(reader, table, Situation(cell, inputs, given))
-        whole = reader.whole._replace(given=table)
-        limits, rounding, similar = (
-            self._limits(reader, table),
-            self._rounding(reader, table),
-            self._similar(reader, table),
+        checks = read_checks(reader)
+        variants = read_variants(reader, Situation(cell, inputs, given))
+        limits = self._limits(reader)
+        steps = {unit: f"rounding_{unit}" for unit in Rounding.__struct_fields__}
+        rounding = Rounding(
+            **{unit: reader.number(whole, key, 1e-6, 10.0, unit) for unit, key in steps.items() if key in table}
         )
+        alike = reader.optional_table("similar", ("least",), "least = 0.8")
+        similar = None if alike is None else reader.number(alike, "least", 0.0, 1.0)
         program = reader.text(whole, "program") if "program" in table else None
         title = reader.text(whole, "title") if "title" in table else self.folder.name
         self.wrong = [*reader.wrong, *self.wrong]
         solution = self._program("model.v2")
-        wrong = self._wrong_submissions(_names(table))
+        wrong = self._wrong_submissions(table.get("check", []))
         if self.wrong or robot is None:
             raise FileDamaged("\n".join(self.wrong), "docs/exercises.md describes the files of an exercise")
         return Exercise(
@@ -197,37 +193,14 @@ class _ExerciseReader(SurroundingsReader):
             similar,
         )
 
-    # --- checks.toml ---
-
-    def _limits(self, reader: ExerciseText, table: Mapping[str, Any]) -> Limits:
-        given = table.get("limits", {})
-        if not isinstance(given, dict):
-            reader.fault(reader.whole, "limits", "write [limits], and below it time = 60")
+    def _limits(self, reader: ExerciseText) -> Limits:
+        entry = reader.optional_table("limits", LIMITS, "time = 60")
+        if entry is None:
             return USUAL_LIMITS
-        entry = reader.entry("limits", given, LIMITS)
-        found: dict[str, Any] = {field: getattr(USUAL_LIMITS, field) for field, _ in LIMITS.values()}
-        for key in (one for one in LIMITS if one in given):
-            field, most = LIMITS[key]
-            number = reader.number(entry, key, 1.0, most)
-            found[field] = number if field == "max_time" else int(number)
-        return Limits(**found)
-
-    def _rounding(self, reader: ExerciseText, table: Mapping[str, Any]) -> Rounding:
-        entry, usual = reader.whole._replace(given=table), Rounding()
-        steps = {}
-        for unit in ("mm", "deg", "s"):
-            key = f"rounding_{unit}"
-            steps[unit] = reader.number(entry, key, 1e-6, 10.0, unit) if key in table else getattr(usual, unit)
-        return Rounding(**steps)
-
-    def _similar(self, reader: ExerciseText, table: Mapping[str, Any]) -> float | None:
-        if "similar" not in table:
-            return None
-        given = table["similar"]
-        if not isinstance(given, dict):
-            reader.fault(reader.whole, "similar", "write [similar], and below it least = 0.8")
-            return None
-        return reader.number(reader.entry("similar", given, ("least",)), "least", 0.0, 1.0)
+        fields = ((key, *row) for key, row in LIMITS.items() if key in entry.given)
+        numbers = {field: reader.number(entry, key, 1.0, most) for key, field, most in fields}
+        counts = {field: int(number) for field, number in numbers.items() if field != "max_time"}
+        return structs.replace(USUAL_LIMITS, **numbers | counts)
 
     # --- the other files ---
 
@@ -246,9 +219,11 @@ class _ExerciseReader(SurroundingsReader):
             self.wrong.append(error.detail)
             return ""
 
-    def _wrong_submissions(self, names: Iterable[str]) -> tuple[WrongSubmission, ...]:
-        """Read the wrong submissions, wrong/*.v2. `names`: the names of all checks."""
-        found, known = [], {name.lower(): name for name in names}
+    def _wrong_submissions(self, checks: Any) -> tuple[WrongSubmission, ...]:
+        """Read the wrong submissions, wrong/*.v2. `checks`: the tables of all checks, including those with mistakes."""
+        rows = [row for row in checks if isinstance(row, dict)] if isinstance(checks, list) else []
+        names = (row.get("name", row.get("kind")) for row in rows)
+        found, known = [], {name.lower(): name for name in names if isinstance(name, str)}
         for path in sorted((self.teacher / "wrong").glob("*.v2")):
             text = self._program(f"wrong/{path.name}")
             heading = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
@@ -263,12 +238,3 @@ class _ExerciseReader(SurroundingsReader):
             fails = (known[name.lower()] for _, name in said if name.lower() in known)
             found.append(WrongSubmission(str(path), tuple(dict.fromkeys(fails)), text))
         return tuple(found)
-
-
-def _names(table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the names of all checks of a file, including checks with mistakes."""
-    rows = table.get("check", [])
-    for row in rows if isinstance(rows, list) else ():
-        name = row.get("name", row.get("kind")) if isinstance(row, dict) else None
-        if isinstance(name, str):
-            yield name

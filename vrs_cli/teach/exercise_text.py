@@ -6,14 +6,16 @@ Each mistake is recorded with its line and its correction.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from math import radians
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from msgspec import Struct
 
-from vrs_cli.errors import FileError, NonexistentFile, VrsError, did_you_mean
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError, did_you_mean
 from vrs_cli.extras import shipped_folder
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.cell_text import MAX_LENGTH_MM, UPRIGHT, CellEntry, CellText
@@ -27,7 +29,7 @@ from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.diagnostics import Dialect, Severity
+from vrs_cli.values.diagnostics import DIALECTS, Dialect, Severity
 
 
 class FixedPlace(Struct, frozen=True, tag=True):
@@ -52,6 +54,7 @@ Place = FixedPlace | GivenPlace | ModelPlace
 MODEL = "model"
 
 
+T = TypeVar("T")
 MAX_TEXT_CHARS = 2000
 MAX_LIST_ITEMS = 200
 _LOCATION = re.compile(r"(?i)\s*([A-Z][A-Z0-9._]*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+){0,2})\s*\])?\s*")
@@ -60,20 +63,31 @@ _LOCATION = re.compile(r"(?i)\s*([A-Z][A-Z0-9._]*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+){
 class ExerciseText(CellText):
     """Reads values of checks.toml; after a mistake it continues.
 
-    `locations`: the locations that the exercise gives. `parts`, `bodies`: names of the parts, and of all bodies that an
-    arm can touch.
+    `table`: the content of the file. `locations`: the locations that the exercise gives. `parts`, `bodies`: names of
+    the parts, and of all bodies that an arm can touch.
     """
 
-    def __init__(
-        self,
-        path: str,
-        text: str,
-        locations: Iterable[Item] = (),
-        parts: Sequence[str] = (),
-        bodies: Sequence[str] = (),
-    ) -> None:
+    def __init__(self, path: str, text: str) -> None:
+        """Raise FileDamaged if the text is not TOML."""
         super().__init__(path, text)
-        self.locations, self.parts, self.bodies = frozenset(locations), tuple(parts), tuple(bodies)
+        self.locations, self.parts, self.bodies = frozenset[Item](), tuple[str, ...](), tuple[str, ...]()
+        try:
+            self.table = tomllib.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise FileDamaged(f"{path}: {str(error)[:500]}", "checks.toml is a TOML file") from None
+
+    @property
+    def whole(self) -> CellEntry:
+        return super().whole._replace(given=self.table)
+
+    def optional_table(self, key: str, keys: Iterable[str], form: str) -> CellEntry | None:
+        """Return the table [key]; None if it is missing or no table. `form`: what stands below its heading."""
+        given = self.table.get(key)
+        if isinstance(given, dict):
+            return self.entry(key, given, keys)
+        if key in self.table:
+            self.fault(self.whole, key, f"write [{key}], and below it {form}")
+        return None
 
     def number(self, entry: CellEntry, key: str, least: float, most: float, unit: str = "") -> float:
         """Read a number; return `least` if the number is wrong."""
@@ -90,6 +104,11 @@ class ExerciseText(CellText):
             return given
         self.fault(entry, key, f"{self.prefix(given)}a text in quotes, at most {MAX_TEXT_CHARS} characters")
         return ""
+
+    def dialect(self, entry: CellEntry, key: str) -> Dialect:
+        """Read the name of a dialect; return V+ if it is wrong."""
+        word = self.one_of(entry, key, DIALECTS)
+        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
 
     def list_of(self, entry: CellEntry, key: str, wanted: str) -> list[Any]:
         """Read a list with at least one item."""
@@ -184,9 +203,16 @@ class BaseCheck(Struct, frozen=True, kw_only=True):
     @property
     def needs_model(self) -> bool:
         """Return whether the check compares the run with the run of the model solution."""
-        values = (getattr(self, name) for name in self.__struct_fields__)
-        rows = (value if isinstance(value, tuple) else (value,) for value in values)
-        return any(isinstance(one, ModelPlace) for row in rows for one in row)
+        return any(isinstance(place, ModelPlace) for place in self.all_places())
+
+    def all_places(self) -> Iterator[Place]:
+        """Yield the places that the check refers to."""
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            for one in value if isinstance(value, tuple) else (value,):
+                near = getattr(one, "near", one)
+                if isinstance(near, Place):
+                    yield near
 
 
 MAX_PROGRAM_BYTES = 1_000_000  # maximum size of a submission, of the model solution, and of given.v2
@@ -198,9 +224,9 @@ class SurroundingsReader:
     def __init__(self, around: Path) -> None:
         self.around, self.wrong = around, list[str]()
 
-    def robot(self, reader: ExerciseText, table: Mapping[str, Any]) -> RobotModel | None:
+    def robot(self, reader: ExerciseText) -> RobotModel | None:
         """Load the robot, which is a built-in one or a file in the folder; return None if there is none."""
-        given = table.get("robot", "puma560")
+        given = reader.table.get("robot", "puma560")
         if not isinstance(given, str):
             reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
             return None
@@ -211,38 +237,27 @@ class SurroundingsReader:
             reader.fault(reader.whole, "robot", str(error))
             return None
 
-    def dialect(self, reader: ExerciseText, table: Mapping[str, Any]) -> Dialect:
-        """Read the dialect of the session and of loaded programs."""
-        entry = reader.whole._replace(given=table)
-        if "dialect" not in table:
-            return Dialect.VPLUS
-        word = reader.one_of(entry, "dialect", (one.value for one in Dialect))
-        return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
+    def read_file(self, name: str, reading: Callable[[str], T], missing: T) -> T:
+        """Read a file of the folder; return `missing` if it does not exist or cannot be read."""
+        path = self.around / name
+        try:
+            return reading(str(path)) if path.exists() else missing
+        except FileError as error:
+            self.wrong.append(error.detail)
+            return missing
 
     def cell(self) -> Cell:
-        """Read cell.toml."""
-        path = self.around / "cell.toml"
-        try:
-            return read_cell(str(path)) if path.exists() else NO_CELL
-        except FileError as error:
-            self.wrong.append(error.detail)
-            return NO_CELL
+        return self.read_file("cell.toml", read_cell, NO_CELL)
 
-    def read_given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
+    def given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
         """Read given.v2: its programs and locations."""
-        path = self.around / "given.v2"
-        if not path.exists():
-            return None
-        try:
-            text = text_at(str(path), MAX_PROGRAM_BYTES)
-        except FileError as error:
-            self.wrong.append(error.detail)
+        text = self.read_file("given.v2", partial(text_at, most=MAX_PROGRAM_BYTES), None)
+        if text is None:
             return None
         file, unreadable = parse_file(text, dialect)
         loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
-        for one in (*unreadable, *loaded.diagnostics):
-            if one.severity is Severity.ERROR:
-                self.wrong.append(f"{path}:{one.span.line}: {one.message}")
+        wrong = (one for one in (*unreadable, *loaded.diagnostics) if one.severity is Severity.ERROR)
+        self.wrong += [f"{self.around / 'given.v2'}:{one.span.line}: {one.message}" for one in wrong]
         return loaded
 
 

@@ -4,7 +4,6 @@ mistake)."""
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import combinations, islice
 from math import dist
@@ -22,9 +21,8 @@ from vrs_cli.language.run.variables import Item, subscript
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import numbers_of, plain
-from vrs_cli.teach.checks import AnyCheck
 from vrs_cli.teach.exercise import Exercise
-from vrs_cli.teach.exercise_text import ExerciseText, FixedPlace, GivenPlace
+from vrs_cli.teach.exercise_text import ExerciseText, FixedPlace, GivenPlace, ModelPlace
 from vrs_cli.teach.grading import Mark, mark
 from vrs_cli.teach.judging.basis import Basis, Evidence
 from vrs_cli.values.commands import Frames
@@ -62,8 +60,8 @@ class _Inspection:
     def __init__(self, exercise: Exercise, run: Run) -> None:
         self.exercise, self._run = exercise, run
         self.path = str(Path(exercise.folder, "teacher", "checks.toml"))
-        text = text_at(self.path)
-        entries = ExerciseText(self.path, text).entries("check", tomllib.loads(text).get("check", []), None)
+        reader = ExerciseText(self.path, text_at(self.path))
+        entries = reader.entries("check", reader.table.get("check", []), None)
         self._lines = {
             str(one.given.get("name", one.given.get("kind"))).lower(): one.lines.start + 1 for one in entries
         }
@@ -110,14 +108,12 @@ class _Inspection:
 
     def _places(self) -> Iterator[Finding]:
         """Find places of checks, and given locations, that no arm can reach."""
-        model = self.exercise.robot
-        centre, (reach, *_) = levers(model)
+        centre, (reach, *_) = levers(self.exercise.robot)
         for variant in self.variants:
             basis = Basis(variant.rounding, variant.locations)
             for check in variant.checks:
-                for place in _places_of(check):
-                    point = basis.point(place)
-                    beyond = dist(point, centre) - reach - TOOL_REACH
+                for place in (one for one in check.all_places() if not isinstance(one, ModelPlace)):
+                    beyond = dist(basis.point(place), centre) - reach - TOOL_REACH
                     if beyond > 0.0:
                         said = f"is {1000.0 * beyond:.0f} mm farther away than the arm and a long tool reach"
                         yield Finding(
@@ -239,16 +235,6 @@ def _of(variant: Exercise) -> str:
     return "" if variant.seed is None else f" in variant {variant.seed}"
 
 
-def _places_of(check: AnyCheck) -> Iterator[FixedPlace | GivenPlace]:
-    """Yield the places that a check refers to."""
-    for name in check.__struct_fields__:
-        value = getattr(check, name)
-        for one in value if isinstance(value, tuple) else (value,):
-            near = getattr(one, "near", one)
-            if isinstance(near, FixedPlace | GivenPlace):
-                yield near
-
-
 def _place_label(place: FixedPlace | GivenPlace) -> str:
     if isinstance(place, GivenPlace):
         return place.text
@@ -306,29 +292,19 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
 def _of_step(lines: Sequence[str], step: ast.Step) -> Iterator[Mutant]:
     """Yield mutants of one line."""
     it, number = step.statement, step.span.line
-    if not isinstance(it, ast.Instruction | ast.Assignment) or (
-        isinstance(it, ast.Instruction) and it.word in ("AUTO", "LOCAL", "GLOBAL")
-    ):
+    word = it.word if isinstance(it, ast.Instruction) else ""
+    if not isinstance(it, ast.Instruction | ast.Assignment) or word in ("AUTO", "LOCAL", "GLOBAL"):
         return
     source = lines[number - 1].split(";")[0].strip()
     label = f"{step.label} " if step.label is not None else ""
     yield Mutant(f"without line {number}, {source}", _with_line(lines, number, label))
-    if not isinstance(it, ast.Instruction):
-        return
-    if (other := OTHER_WORD.get(it.word)) is not None:
+    if (other := OTHER_WORD.get(word)) is not None:
         changed = re.sub(r"(?i)\b[A-Z.]+\b", other, source.removeprefix(label), count=1)
         yield Mutant(f"with {changed} in line {number}", _with_line(lines, number, label + changed))
-    if it.word == "SIGNAL":
-        yield Mutant(f"with SIGNAL reversed in line {number}", _with_line(lines, number, _opposite_signal(source)))
-
-
-def _opposite_signal(source: str) -> str:
-    """Return a SIGNAL line that sets the opposite states."""
-
-    def other(found: re.Match[str]) -> str:
-        return found[1] if found[0].startswith("-") else f"-{found[1]}"
-
-    return re.sub(r"-?\s*\b(\d+)\b", other, source, count=1)
+    if word == "SIGNAL":
+        pattern = re.compile(r"(-?)\s*\b(\d+)\b")
+        other_state = pattern.sub(lambda found: f"{'' if found[1] else '-'}{found[2]}", source, count=1)
+        yield Mutant(f"with SIGNAL reversed in line {number}", _with_line(lines, number, other_state))
 
 
 def _begins(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
@@ -398,10 +374,11 @@ def copied_numbers(text: str, dialect: Dialect, locations: Mapping[Item, Value])
     main = next((part for part in file.parts if isinstance(part, ast.Program)), None)
     if main is None:
         return None
-    copies = []
-    for item, value in locations.items():
-        if isinstance(value, Transform):
-            copies.append(f"SET {item_text(item)} = TRANS({', '.join(map(plain, numbers_of(value)))})")
+    copies = [
+        f"SET {item_text(item)} = TRANS({', '.join(map(plain, numbers_of(value)))})"
+        for item, value in locations.items()
+        if isinstance(value, Transform)
+    ]
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return Mutant("with the numbers of the given locations copied", _after(lines, main.span.line, "\n".join(copies)))
 

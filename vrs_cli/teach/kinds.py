@@ -23,7 +23,7 @@ from vrs_cli.teach.judging.basis import JudgedRun, Verdict
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.commands import MotionKind
-from vrs_cli.values.diagnostics import DIALECTS, Dialect
+from vrs_cli.values.diagnostics import DIALECTS
 
 MAX_SPEED = 1e6  # [mm/s], [mm/s2] maximum speed and acceleration
 MAX_REAL = 1e9
@@ -104,11 +104,6 @@ def _words(text: ExerciseText, entry: CellEntry, key: str) -> tuple[str, ...]:
             hint = did_you_mean(word, WORDS, "HELP lists them")
             text.fault(entry, key, f"{one[:40]!r} is no word of the language; {hint}")
     return found
-
-
-def _dialect(text: ExerciseText, entry: CellEntry, key: str) -> Dialect:
-    word = text.one_of(entry, key, DIALECTS)
-    return next((one for one in Dialect if one.value == word), Dialect.VPLUS)
 
 
 def _span(text: ExerciseText, entry: CellEntry) -> tuple[float, float]:
@@ -414,7 +409,7 @@ KINDS: Mapping[str, CheckKind] = {
         outcomes.judge_dialect,
         "that all words are of a dialect",
         "",
-        (Key("dialect", _dialect, f"one of {', '.join(DIALECTS)}", REQUIRED),),
+        (Key("dialect", ExerciseText.dialect, f"one of {', '.join(DIALECTS)}", REQUIRED),),
     ),
     "like_model": CheckKind(
         checks.LikeModelCheck,
@@ -546,10 +541,10 @@ COMMON_KEYS = (
 # --- reading checks --------------------------------------------------------------------------------------------------
 
 
-def read_checks(text: ExerciseText, table: Mapping[str, Any]) -> tuple[checks.AnyCheck, ...]:
+def read_checks(text: ExerciseText) -> tuple[checks.AnyCheck, ...]:
     """Read each [[check]] of a file; record mistakes in `text`. The names of checks must be unique."""
     found, entries = dict[str, checks.AnyCheck](), dict[str, CellEntry]()
-    given = table.get("check", [])
+    given = text.table.get("check", [])
     for entry in text.entries("check", given, None):
         check = read_check(text, entry)
         if check is None:

@@ -8,11 +8,9 @@ programs (optional).
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 from msgspec import Struct, structs
 
@@ -181,32 +179,29 @@ class _LessonReader(SurroundingsReader):
             missing = self.text_file if path.is_file() else path
             hint = "a lesson is a folder with lesson.md and checks.toml: docs/learn.md describes them"
             raise NonexistentFile(f"{self.folder} is no lesson: it has no {missing.name}", hint)
-        text = text_at(str(path), MAX_CHARS)
-        try:
-            table = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise FileDamaged(f"{path}: {str(error)[:500]}", "checks.toml is a TOML file") from None
-        reader = ExerciseText(str(path), text)
-        whole = reader.whole._replace(given=table)
+        reader = ExerciseText(str(path), text_at(str(path), MAX_CHARS))
+        whole, table = reader.whole, reader.table
         reader.check_keys(whole, KEYS)
-        robot, dialect, cell = self.robot(reader, table), self.dialect(reader, table), self.cell()
-        given = None if robot is None else self.read_given(robot, dialect)
+        robot = self.robot(reader)
+        dialect = reader.dialect(whole, "dialect") if "dialect" in table else Dialect.VPLUS
+        cell = self.cell()
+        given = None if robot is None else self.given(robot, dialect)
         locations = {} if given is None else given.variables.values()
         reader.locations = frozenset(locations)
-        parts = tuple(one.name for one in cell.scene.parts)
-        reader.parts = parts
-        reader.bodies = (*parts, *(one.name for one in cell.scene.fixtures))
+        reader.parts = tuple(one.name for one in cell.scene.parts)
+        reader.bodies = (*reader.parts, *(one.name for one in cell.scene.fixtures))
         title, intro, tasks = sections(text_at(str(self.text_file), MAX_CHARS))
         if not title:
             self.wrong.append(f"{self.text_file}:1: the lesson has no title: begin with a line `# Title`")
         summary = reader.text(whole, "summary") if "summary" in table else title
-        delays = self._delays(reader, table)
-        steps = tuple(self._steps(reader, table, tasks))
+        delays = self._delays(reader)
+        steps = tuple(self._steps(reader, tasks))
         self.wrong = [*reader.wrong, *self.wrong]
         if self.wrong or robot is None:
             raise FileDamaged("\n".join(self.wrong), "docs/learn.md describes the files of a lesson")
         folder = self.folder.resolve()
         cell_file = self.folder / "cell.toml"
+        cell_path = str(cell_file) if cell_file.exists() else None
         return Lesson(
             folder.name,
             number_of(folder.name),
@@ -217,7 +212,7 @@ class _LessonReader(SurroundingsReader):
             robot,
             dialect,
             cell,
-            str(cell_file) if cell_file.exists() else None,
+            cell_path,
             given,
             locations,
             delays,
@@ -226,26 +221,21 @@ class _LessonReader(SurroundingsReader):
 
     # --- checks.toml ---
 
-    def _delays(self, reader: ExerciseText, table: Mapping[str, Any]) -> tuple[Delays, Delays] | None:
-        if "delay" not in table:
+    def _delays(self, reader: ExerciseText) -> tuple[Delays, Delays] | None:
+        ways, found = ("forward", "backward"), list[Delays]()
+        entry = reader.optional_table("delay", ways, 'forward = "300ms" and backward = "300ms"')
+        if entry is None:
             return None
-        given = table["delay"]
-        if not isinstance(given, dict):
-            reader.fault(reader.whole, "delay", 'write [delay], and below it forward = "300ms" and backward = "300ms"')
-            return None
-        entry, found = reader.entry("delay", given, ("forward", "backward")), list[Delays]()
-        for key in ("forward", "backward"):
+        for key in ways:
             try:
                 found.append(parse_delays(reader.text(entry, key) or "0"))
             except VrsError as error:
                 reader.fault(entry, key, f"{error.detail} ({error.hint})" if error.hint else error.detail)
         return (found[0], found[1]) if len(found) == 2 else None
 
-    def _steps(
-        self, reader: ExerciseText, table: Mapping[str, Any], tasks: Mapping[str, tuple[int, str]]
-    ) -> Iterator[LessonStep]:
+    def _steps(self, reader: ExerciseText, tasks: Mapping[str, tuple[int, str]]) -> Iterator[LessonStep]:
         """Read each [[step]]. The task of a step is in lesson.md, below a heading with the name of the step."""
-        given = table.get("step", [])
+        given = reader.table.get("step", [])
         if not given:
             reader.fault(reader.whole, "step", "there is none: write [[step]], and below it name = ...")
         steps = list(reader.entries("step", given, STEP_KEYS))

@@ -12,10 +12,9 @@ bring the parts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import degrees, radians
 from random import Random
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from msgspec import Struct, structs
 
@@ -248,10 +247,10 @@ def _signals(cell: Cell, names: frozenset[str]) -> frozenset[int]:
 # --- reading --------------------------------------------------------------------------------------------------------
 
 
-def read_variants(text: ExerciseText, table: Mapping[str, Any], around: Situation) -> tuple[Variant, ...]:
+def read_variants(text: ExerciseText, around: Situation) -> tuple[Variant, ...]:
     """Read each [[variant]]; record mistakes in `text`."""
     variants = list[Variant]()
-    for entry in text.entries("variant", table.get("variant", []), ("seed", "group", *GROUP_KEYS)):
+    for entry in text.entries("variant", text.table.get("variant", []), ("seed", "group", *GROUP_KEYS)):
         seeds = _seeds(text, entry)
         given = entry.given.get("group", [])
         own = {key: value for key, value in entry.given.items() if key in GROUP_KEYS}
