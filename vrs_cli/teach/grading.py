@@ -294,7 +294,11 @@ def mark_checks(wanted: Sequence[checks.AnyCheck], evidence: Evidence, basis: Ba
         missing = [name for name in check.needs if name.lower() in verdicts and verdicts[name.lower()].share <= 0.0]
         if missing and verdict.share > 0.0:
             verdict = Verdict(0.0, f"it does not count while {missing[0]!r} earns nothing ({verdict.reason})")
-        marks.append(_mark(check, verdict, basis.rounding.s))
+        share = verdict.share if check.partial or verdict.share >= 1.0 else 0.0
+        points = check.points if share >= 1.0 else min(round_to(check.points * share, POINT_STEP), check.points)
+        at = None if verdict.at is None else round_to(verdict.at, basis.rounding.s)
+        hint = check.hint if share < 1.0 else ""
+        marks.append(Mark(check.name, points, check.points, verdict.reason, at, hint, check.hidden))
     return tuple(marks)
 
 
@@ -303,11 +307,3 @@ def _verdict(check: checks.AnyCheck, run: JudgedRun) -> Verdict:
         return JUDGES[type(check)](check, run)
     except (ValueError, VrsError) as error:
         return Verdict(0.0, f"it cannot be checked: {error}")
-
-
-def _mark(check: checks.AnyCheck, verdict: Verdict, time_step: float) -> Mark:
-    share = verdict.share if check.partial or verdict.share >= 1.0 else 0.0
-    points = check.points if share >= 1.0 else min(round_to(check.points * share, POINT_STEP), check.points)
-    at = None if verdict.at is None else round_to(verdict.at, time_step)
-    hint = check.hint if share < 1.0 else ""
-    return Mark(check.name, points, check.points, verdict.reason, at, hint, check.hidden)

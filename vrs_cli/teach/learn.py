@@ -84,14 +84,13 @@ class LearnerRecord:
     def _read(self) -> None:
         if self._path is None or not self._path.exists():
             return
-        hint = "vrs learn --reset begins a new one"
         try:
             found = json.loads(text_at(str(self._path), 1_000_000))
         except (ValueError, RecursionError):
-            raise FileDamaged(f"{self._path} is no record of lessons", hint) from None
+            found = None
         lessons = found.get("lessons") if isinstance(found, dict) else None
         if not isinstance(lessons, dict) or not all(map(_is_standing, lessons.values())):
-            raise FileDamaged(f"{self._path} is no record of lessons", hint)
+            raise FileDamaged(f"{self._path} is no record of lessons", "vrs learn --reset begins a new one")
         self._kept = {name: LessonStanding(one["passed"], one["of"]) for name, one in lessons.items()}
         latest = found.get("latest")
         self.latest = latest if isinstance(latest, str) else ""
@@ -198,8 +197,8 @@ class Learner:
             self._show("Nothing is left to do here.")
             return
         lines = f"{'This line passes' if len(step.model) == 1 else 'These lines pass'} the step:\n\n{_code(step.model)}"
-        missing = _missing(self._marks(step))
-        self._show(f"{(step.nudge, step.idea, lines)[min(self._hints, 2)]}\n\nSo far: {missing}.")
+        hint = (step.nudge, step.idea, lines)[min(self._hints, 2)]
+        self._show(f"{hint}\n\nSo far: {_missing(self._marks(step))}.")
         self._hints += 1
 
     def _skip(self) -> None:
@@ -265,7 +264,11 @@ class Learner:
         number = f"Lesson {lesson.number}: " if lesson.number else ""
         self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
         if self._at:
-            self._quietly([line for step in lesson.steps[: self._at] for line in step.model])
+            terminal, self._front_end.terminal = self._front_end.terminal, Notes()  # which shows no replies
+            try:
+                self._carry_out([line for step in lesson.steps[: self._at] for line in step.model])
+            finally:
+                self._front_end.terminal = terminal
             self._show(f"You go on at step {self._at + 1}. What the steps before it ask for is done.")
         self._keep()
         self._present()
@@ -277,23 +280,19 @@ class Learner:
         self._told = "" if self._step is None else _missing(self._marks(self._step))
 
     def _task(self) -> None:
-        step, of = self._step, len(self.lesson.steps)
-        if step is None:
-            self._show(f"That was the lesson. {self._after()}")
-        else:
+        step, of, folder = self._step, len(self.lesson.steps), self._next_lesson
+        if step is not None:
             self._show(f"## Step {self._at + 1} of {of}: {step.name}\n\n{step.task}")
+        elif folder is not None:
+            self._show(f"That was the lesson. LESSON goes on with the next one, {self._course[folder]}; EXIT leaves.")
+        else:
+            self._show("That was the lesson. LESSONS lists all lessons, EXIT leaves.")
 
     @property
     def _next_lesson(self) -> Path | None:
         """Return the lesson after this one; None after the last."""
         rest = dropwhile(lambda folder: progress_key(folder) != self.lesson.key, self._course)
         return next(islice(rest, 1, None), None)
-
-    def _after(self) -> str:
-        folder = self._next_lesson
-        if folder is None:
-            return "LESSONS lists all lessons, EXIT leaves."
-        return f"LESSON goes on with the next one, {self._course[folder]}; EXIT leaves."
 
     def look(self) -> None:
         """Check the current step after a line, and the steps after it for as long as they pass."""
@@ -357,14 +356,6 @@ class Learner:
                 self._front_end.take(line)
         finally:
             self._busy = False
-
-    def _quietly(self, lines: list[str]) -> None:
-        """Carry out lines without showing their replies."""
-        terminal, self._front_end.terminal = self._front_end.terminal, Notes()
-        try:
-            self._carry_out(lines)
-        finally:
-            self._front_end.terminal = terminal
 
 
 def marks_of(lesson: Lesson, step: LessonStep, evidence: Evidence, started: float) -> tuple[Mark, ...]:

@@ -20,6 +20,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from multiprocessing import get_all_start_methods, get_context
@@ -129,8 +130,7 @@ class _Process(NamedTuple):
         shutil.rmtree(self.folder, ignore_errors=True)
         if sent[:1] == RESULT:
             return Worked(self.number, sent[1:])
-        why = sent[1:].decode(errors="replace") or _why(self.process.exitcode, late, limits)
-        return Worked(self.number, b"", why)
+        return Worked(self.number, b"", sent[1:].decode(errors="replace") or _why(self.process.exitcode, late, limits))
 
     def end(self) -> None:
         """Kill the process and its process group."""
@@ -159,16 +159,14 @@ def _why(status: int | None, late: bool, limits: ProcessLimits) -> str:
 def _shared_memory() -> Iterator[None]:
     """Keep the current memory shared with forked processes: the garbage collector must not touch its objects. Objects
     that the caller froze stay frozen."""
-    if not FORK:
-        yield
-        return
     frozen_by_caller = gc.get_freeze_count()
-    gc.collect()
-    gc.freeze()
+    if FORK:
+        gc.collect()
+        gc.freeze()
     try:
         yield
     finally:
-        if not frozen_by_caller:
+        if FORK and not frozen_by_caller:
             gc.unfreeze()
 
 
@@ -251,17 +249,12 @@ class Graded(NamedTuple):
     replay: Replay | None = None
 
 
-class GradingWork:
-    """Grades one submission in its own process. `replays`: also make replays for pages."""
-
-    def __init__(self, grader: Grader, *, replays: bool) -> None:
-        self._grader, self._replays = grader, replays
-
-    def __call__(self, submission: Submission) -> bytes:
-        """Grade a submission in the current folder, which is empty; return JSON for `graded_from`."""
-        grading, runs = self._grader.runs(submission)
-        replay = replay_of(self._grader.exercise, grading, runs) if self._replays else None
-        return json.dumps(object_of(Graded(grading, replay))).encode()
+def grade_one(grader: Grader, replays: bool, submission: Submission) -> bytes:
+    """Grade a submission in the current folder, which is empty; return JSON for `graded_from`. `replays`: also make a
+    replay for its page."""
+    grading, runs = grader.runs(submission)
+    replay = replay_of(grader.exercise, grading, runs) if replays else None
+    return json.dumps(object_of(Graded(grading, replay))).encode()
 
 
 def object_of(one: Graded) -> dict[str, object]:
@@ -290,11 +283,8 @@ def grade_many(
     generator ends all processes."""
     yield from (Graded(lost_grading(one, one.unread)) for one in submissions if one.unread)
     readable = [one for one in submissions if not one.unread]
-    for worked in work_apart(GradingWork(grader, replays=replays), readable, jobs, limits):
-        if worked.lost:
-            yield Graded(lost_grading(readable[worked.number], worked.lost))
-        else:
-            yield graded_from(worked.result)
+    for one in work_apart(partial(grade_one, grader, replays), readable, jobs, limits):
+        yield Graded(lost_grading(readable[one.number], one.lost)) if one.lost else graded_from(one.result)
 
 
 SCHEDULER_TIMEOUT_S = 15  # [s] maximum wait for the scheduler, and for its first worker
@@ -314,10 +304,12 @@ def grade_on_cluster(
     yield from (Graded(lost_grading(one, one.unread)) for one in submissions if one.unread)
     readable = [one for one in submissions if not one.unread]
     with _client(address) as client:
-        cores = _cores(client)
-        size = max(MIN_BATCH, min(MAX_BATCH, len(readable) // (4 * cores)))
+        size = max(MIN_BATCH, min(MAX_BATCH, len(readable) // (4 * _cores(client))))
         batches = [readable[first : first + size] for first in range(0, len(readable), size)]
-        files = client.scatter(_files_of(Path(exercise.folder)), broadcast=True, hash=False)
+        folder = Path(exercise.folder)  # a worker may not have it, and gets the contents of its files
+        paths = (path for part in ("exercise", "teacher") for path in sorted((folder / part).rglob("*")))
+        contents = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths if path.is_file()}
+        files = client.scatter(contents, broadcast=True, hash=False)
         futures = {
             client.submit(grade_batch, files, exercise.name, [*map(structs.asdict, one)], replays, pure=False): one
             for one in batches
@@ -366,17 +358,6 @@ def _cores(client: Any) -> int:
 
 def _version() -> str:
     return __version__
-
-
-def _files_of(folder: Path) -> dict[str, bytes]:
-    """Return the contents of all files of an exercise by their paths in its folder, because a worker may not have that
-    folder."""
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for part in ("exercise", "teacher")
-        for path in sorted((folder / part).rglob("*"))
-        if path.is_file()
-    }
 
 
 # --- on a worker -----------------------------------------------------------------------------------------------------

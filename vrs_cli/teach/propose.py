@@ -48,7 +48,7 @@ STEPS = (
     "[10, 10, 0]\nturn = 5",
 )  # shifts and turns of a variant, in the order in which they are tried
 SEEDS = (1, 2, 3)
-NUMBER = re.compile(r"\s*-?\d+(\.\d+)?")
+NUMBER = r"\s*-?\d+(\.\d+)?"  # the pattern of a number
 
 
 class Proposed(NamedTuple):
@@ -129,16 +129,13 @@ class _Proposal:
                 fails = "".join(f"; fails: {name}\n" for name in lost)
                 self._put(self.teacher / "wrong" / f"mistake_{number}.v2", f"; The solution {what}.\n{fails}{text}")
         self._write_text(self._read())
-        told = [f"{count(len(checks), 'check')} proposed: remove those that are not wanted from teacher/checks.toml"]
-        told.append(
+        return [
+            f"{count(len(checks), 'check')} proposed: remove those that are not wanted from teacher/checks.toml",
             f"{count(len(SEEDS), 'variant')} move {', '.join(name for group in groups for name in group)}"
             if variants
-            else "no variants: the solution fails when what it uses is moved, or there is nothing to move"
-        )
-        told += [
-            f"{one} is set by the program: give it in .LOCATIONS if variants are to move it" for one in self._set()
+            else "no variants: the solution fails when what it uses is moved, or there is nothing to move",
+            *(f"{one} is set by the program: give it in .LOCATIONS if variants are to move it" for one in self._set()),
         ]
-        return told
 
     def _read(self) -> Exercise:
         return read_exercise(self.folder)
@@ -248,13 +245,11 @@ class _Proposal:
 
     def _set(self) -> Iterator[str]:
         """Yield the locations to which programs assign numbers."""
-        for program in self.programs:
-            for statement in program.statements:
-                if isinstance(statement, ast.BadLine):
-                    continue
-                line = self.text.split("\n")[statement.span.line - 1]
-                found = re.match(r"(?i)\s*SET\s+(#?[a-z][\w.]*)\s*=\s*TRANS\s*\(\s*-?\d", line)
-                if found is not None:
+        lines = self.text.split("\n")
+        for statement in (one for program in self.programs for one in program.statements):
+            if not isinstance(statement, ast.BadLine):
+                line = lines[statement.span.line - 1]
+                if found := re.match(r"(?i)\s*SET\s+(#?[a-z][\w.]*)\s*=\s*TRANS\s*\(\s*-?\d", line):
                     yield found[1]
 
     def _put(self, path: Path, text: str) -> None:
@@ -361,10 +356,9 @@ def _ends(run: Evidence, needs: tuple[str, ...]) -> Iterator[Proposed]:
         said = "the hand is empty" if held is None else f"the hand holds {held}"
         line = () if held is None else (f"part = {_quote(held)}",)
         yield Proposed(said, "What the hand holds in the end.", ('kind = "held"', *line, *needs))
-    last = _tool(run, run.end)
     yield Proposed(
         "the tool ends where it should",
-        f"It ended at {_numbers(last)}.",
+        f"It ended at {_numbers(_tool(run, run.end))}.",
         ('kind = "tool_at"', 'at = "model"', "mm = 1", "deg = 1", *needs),
     )
 
@@ -373,8 +367,7 @@ def _outputs(judged: JudgedRun) -> Iterator[Proposed]:
     changes = output_changes(judged)[:MAX_CHANGES]
     if changes:
         times = ", ".join(f"{one.t:.2f} s" for one in changes)
-        listed = ", ".join(str(one.signal) for one in changes)
-        lines = ('kind = "signals"', f"changes = [{listed}]")
+        lines = ('kind = "signals"', f"changes = [{', '.join(str(one.signal) for one in changes)}]")
         yield Proposed("the outputs change in order", f"They changed at {times}.", lines)
 
 
@@ -388,18 +381,9 @@ def _typed_lines(run: Evidence) -> Iterator[Proposed]:
 
 def _typed_line(line: str) -> str:
     """Return a typed line as a check requires it: as an exact text, or as a pattern if it contains numbers."""
-    if NUMBER.search(line) is None:
-        return _quote(line)
-    pieces, last = [], 0
-    for found in NUMBER.finditer(line):
-        pieces += [_escape(line[last : found.start()]), r"\s*-?\d+(\.\d+)?"]
-        last = found.end()
-    return f"{{pattern = {_quote(''.join(pieces) + _escape(line[last:]))}}}"
-
-
-def _escape(text: str) -> str:
-    """Return a pattern that matches a text; blanks stay unchanged."""
-    return re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", text)
+    words = re.split(NUMBER, line)[::2]  # without the group of each number
+    escaped = (re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", one) for one in words)  # blanks stay unchanged
+    return f"{{pattern = {_quote(NUMBER.join(escaped))}}}" if len(words) > 1 else _quote(line)
 
 
 def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
@@ -413,8 +397,7 @@ def _rates(judged: JudgedRun, needs: tuple[str, ...]) -> Iterator[Proposed]:
             continue
         most = 1000.0 * greatest(pieces, length, judged.precision).value
         limit = step * ceil(SPARE_SPEED * most / step)
-        unit = key.replace("mm_", "mm/")
-        what = f"The solution reached {most:.0f} {unit}; a tenth more is allowed."
+        what = f"The solution reached {most:.0f} {key.replace('mm_', 'mm/')}; a tenth more is allowed."
         yield Proposed(name, what, (f'kind = "{kind}"', f"{key} = {max(limit, step)}", *needs))
     run = judged.evidence
     took = run.end - run.started
@@ -477,8 +460,7 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
 
 def _footprint(run: Evidence, name: str) -> float:
     """Return the largest diameter of a fixture [m]."""
-    solids = WorldSettings(run.arm, run.cell).solids[name]
-    return 2.0 * max(solid.radius for solid in solids)
+    return 2.0 * max(solid.radius for solid in WorldSettings(run.arm, run.cell).solids[name])
 
 
 # --- texts -----------------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from vrs_cli.language.words.values import key_of
 from vrs_cli.teach.exercise_text import ExerciseText, item_of_text
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import LIMIT, Value
-from vrs_cli.values.world import Beam, Feeder, Sensor, Zone
+from vrs_cli.values.world import Beam, Feeder, Proximity, Sensor, Zone
 
 GROUP_KEYS = ("move", "by", "turn", "later", "value", "shuffle")
 MM_STEP, DEG_STEP, S_STEP, VALUE_STEP = 0.01, 0.01, 0.001, 0.001
@@ -47,6 +47,10 @@ class Group(Struct, frozen=True):
     value: float = 0.0
     whole: bool = False
     shuffle: bool = False
+
+    @property
+    def keys(self) -> frozenset[str]:
+        return frozenset(name.lower() for name in self.names)
 
 
 class Variant(Struct, frozen=True):
@@ -76,23 +80,18 @@ def move(around: Situation, variant: Variant) -> Situation:
     """Return the situation after all changes of a variant."""
     draws = Random(variant.seed)
     for group in variant.groups:
-        shares = [2.0 * draws.random() - 1.0 for _ in range(6)]
-        around = _change(around, group, shares)
+        around = _change(around, group, [2.0 * draws.random() - 1.0 for _ in range(6)])
         if group.shuffle:
-            around = structs.replace(around, cell=_shuffle(around.cell, group, draws))
+            signals = _signals(around.cell, group.keys)
+            feeders = tuple(
+                structs.replace(one, parts=tuple(sorted(one.parts, key=lambda _: draws.random())))
+                if abs(one.when) in signals
+                else one
+                for one in around.cell.scene.feeders
+            )
+            scene = structs.replace(around.cell.scene, feeders=feeders)
+            around = structs.replace(around, cell=structs.replace(around.cell, scene=scene))
     return around
-
-
-def _shuffle(cell: Cell, group: Group, draws: Random) -> Cell:
-    """Return a cell in which the feeders of a group bring their parts in another order."""
-    signals = _signals(cell, frozenset(name.lower() for name in group.names))
-    feeders = tuple(
-        structs.replace(one, parts=tuple(sorted(one.parts, key=lambda _: draws.random())))
-        if abs(one.when) in signals
-        else one
-        for one in cell.scene.feeders
-    )
-    return structs.replace(cell, scene=structs.replace(cell.scene, feeders=feeders))
 
 
 def _change(around: Situation, group: Group, shares: list[float]) -> Situation:
@@ -110,10 +109,14 @@ def _change(around: Situation, group: Group, shares: list[float]) -> Situation:
         _in_steps(group.later * later, S_STEP),
         _in_steps(group.value * value, 1.0 if group.whole else VALUE_STEP),
     )
-    names = frozenset(name.lower() for name in group.names)
+    signals = _signals(around.cell, group.keys) if change.later else ()
+    inputs = (
+        structs.replace(one, time=_later(one.time, change.later)) if one.signal in signals else one
+        for one in around.inputs.left
+    )
     return Situation(
-        _changed_cell(around.cell, names, change),
-        _changed_inputs(around.inputs, _signals(around.cell, names), change.later),
+        _changed_cell(around.cell, group.keys, change),
+        Inputs.of(inputs) if signals else around.inputs,
         None if around.given is None else _changed_given(around.given, group.names, change),
     )
 
@@ -125,22 +128,18 @@ def _in_steps(value: float, step: float) -> float:
 def place_of(around: Situation, name: str) -> transform.Vector | None:
     """Return the position of a named thing [m]; None if it has none."""
     scene, key = around.cell.scene, name.lower()
-    for part in scene.parts:
-        if part.name == key:
-            return transform.position(part.T_world_part)
-    for item in items_named(around.given, name):
-        value = around.given.variables.value(item) if around.given is not None else None
-        if isinstance(value, transform.Transform):
-            return transform.position(value)
-    for fixture in scene.fixtures:
-        if fixture.name == key:
-            return transform.position(fixture.T_world_fixture)
-    for sensor in scene.sensors:
-        if sensor.name == key:
-            region = sensor.region
-            if isinstance(region, Zone):
-                return transform.position(region.T_world_zone)
-            return region.begin if isinstance(region, Beam) else region.place
+    poses = (
+        *(part.T_world_part for part in scene.parts if part.name == key),
+        *(value for value in values_named(around.given, name) if isinstance(value, transform.Transform)),
+        *(fixture.T_world_fixture for fixture in scene.fixtures if fixture.name == key),
+    )
+    if poses:
+        return transform.position(poses[0])
+    match next((sensor.region for sensor in scene.sensors if sensor.name == key), None):
+        case Zone(T_world_zone=T):
+            return transform.position(T)
+        case Beam(begin=place) | Proximity(place=place):
+            return place
     return None
 
 
@@ -150,6 +149,11 @@ def items_named(given: LoadedFile | None, name: str) -> tuple[Item, ...]:
         return ()
     known = given.variables.values()
     return (item,) if item in known else tuple(one for one in known if one[0] == item[0] and item[1] is None)
+
+
+def values_named(given: LoadedFile | None, name: str) -> list[Value | None]:
+    """Return the values of the given variables that a name means."""
+    return [] if given is None else [given.variables.value(item) for item in items_named(given, name)]
 
 
 def _changed_given(given: LoadedFile, names: tuple[str, ...], change: Change) -> LoadedFile:
@@ -224,14 +228,6 @@ def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[in
     return feeder
 
 
-def _changed_inputs(inputs: Inputs, signals: frozenset[int], later: float) -> Inputs:
-    if not signals or not later:
-        return inputs
-    return Inputs.of(
-        structs.replace(one, time=_later(one.time, later)) if one.signal in signals else one for one in inputs.left
-    )
-
-
 def _later(time: float, seconds: float) -> float:
     return on_grid(max(time + seconds, 0.0))
 
@@ -286,7 +282,12 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
         text.fault(entry, "move", 'each is a name in quotes, such as "box", or the number of a signal')
     placed = {name for name in group.names if place_of(around, name) is not None}
     timed = {name for name in group.names if _signals(around.cell, frozenset((name.lower(),)))}
-    valued = {name for name in group.names if _is_valued(around, name)}
+    in_tables = {key_of(one) for rule in around.cell.follows for one in rule.variables}
+    valued = {
+        name
+        for name in group.names
+        if key_of(name) in in_tables or any(isinstance(one, float | int) for one in values_named(around.given, name))
+    }
     for name in group.names:
         if name not in placed | timed | valued:
             what = f"{name[:40]!r} is nothing that can be moved"
@@ -302,7 +303,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
         group = structs.replace(group, turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")))
     if "shuffle" in changes:
         group = structs.replace(group, shuffle=text.switch(entry, "shuffle"))
-        signals = _signals(around.cell, frozenset(name.lower() for name in group.names))
+        signals = _signals(around.cell, group.keys)
         if not any(abs(one.when) in signals for one in around.cell.scene.feeders):
             text.fault(entry, "shuffle", "no feeder of the cell has one of these signals: name the signal in its when")
     if "later" in changes:
@@ -311,12 +312,3 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
         value = text.number(entry, "value", 0.0, LIMIT)
         group = structs.replace(group, value=value, whole=type(given["value"]) is int)
     return group
-
-
-def _is_valued(around: Situation, name: str) -> bool:
-    """Return whether a name is a real variable that the exercise gives or that a rule of the cell sets."""
-    values: list[Value | None] = []
-    if around.given is not None:
-        values = [around.given.variables.value(item) for item in items_named(around.given, name)]
-    in_tables = (key_of(one) for rule in around.cell.follows for one in rule.variables)
-    return any(isinstance(one, float | int) for one in values) or key_of(name) in in_tables

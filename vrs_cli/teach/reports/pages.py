@@ -86,8 +86,7 @@ class Pages:
 
     def name(self, students: Iterable[str]) -> None:
         """Choose the file name of each student's page, in this order."""
-        for student in students:
-            self._files[student] = file_stem(student, self._taken)
+        self._files |= {student: file_stem(student, self._taken) for student in students}
 
     def add(self, grading: Grading, replay: Replay | None) -> None:
         """Write the page and the recording of a student. Raises FileError."""
@@ -99,8 +98,7 @@ class Pages:
     def finish(self, gradings: Sequence[Grading], alike: Sequence[Likeness], digest: str, arm: RobotArm) -> None:
         """Write the viewer and the teacher's page. Raises FileError."""
         write_atomically(self._folder / STUDENTS / VIEWER, viewer(robot(arm)))
-        page = teacher_page(self._exercise, gradings, alike, digest, self._files)
-        write_atomically(self._folder / TEACHER, page)
+        write_atomically(self._folder / TEACHER, teacher_page(self._exercise, gradings, alike, digest, self._files))
 
 
 # --- pages as text ---------------------------------------------------------------------------------------------------
@@ -176,18 +174,18 @@ def teacher_page(
 
 def _grading_row(exercise: Exercise, grading: Grading, stem: str) -> str:
     name = f'<a href="{STUDENTS}/{stem}.html"><bdi>{escape(plain(grading.student))}</bdi></a>'
+    width = len(exercise.checks) + 1
     if grading.lost:
-        why = f'<td class="lost" colspan="{len(exercise.checks) + 1}">not graded: {escape(plain(grading.lost))}</td>'
+        why = f'<td class="lost" colspan="{width}">not graded: {escape(plain(grading.lost))}</td>'
         return f"<tr><td>{name}</td>{why}</tr>"
     cells = "".join(
         f'<td class="n{" lost" * (not one.passed)}" title="{escape(plain(one.reason))}">{points_text(one.points)}</td>'
         for _, one in grading.marks
     )
     row = f'<tr><td>{name}</td><td class="n"><b>{points_text(grading.points)}</b></td>{cells}</tr>'
-    if not grading.stopped:
-        return row
-    width = len(exercise.checks) + 1
-    return f'{row}<tr><td></td><td class="hint" colspan="{width}">{escape(plain(grading.stopped))}</td></tr>'
+    if grading.stopped:
+        row += f'<tr><td></td><td class="hint" colspan="{width}">{escape(plain(grading.stopped))}</td></tr>'
+    return row
 
 
 def _page(title: str, body: str) -> str:

@@ -112,7 +112,20 @@ def results_object(exercise: Exercise, gradings: Sequence[Grading], alike: Itera
             "checks": [{"name": one.name, "points": one.points, "hidden": one.hidden} for one in exercise.checks],
             "seeds": list(exercise.seeds),
         },
-        "submissions": [_summary(one, exercise) for one in gradings],
+        "submissions": [
+            {
+                "student": one.student,
+                "file": one.file,
+                "sha256": one.sha256,
+                "status": "not graded" if one.lost else "graded",
+                "reason": one.lost or one.stopped,
+                "points": None if one.lost else one.points,
+                "of": total_of(exercise),
+                "marks": [{**structs.asdict(found), "seed": seed} for seed, found in one.marks],
+                "variants": grading_object(one)["variants"],
+            }
+            for one in gradings
+        ],
         "similar": [{"students": [one.first, one.second], "similarity": one.similarity} for one in alike],
     }
     return found | {"digest": hashlib.sha256(canonical_json(found).encode()).hexdigest()}
@@ -125,23 +138,6 @@ def canonical_json(found: Object) -> str:
 
 def written_json(found: object) -> str:
     return json.dumps(found, indent=2, ensure_ascii=True) + "\n"
-
-
-def _summary(grading: Grading, exercise: Exercise) -> Object:
-    """Return a submission with the totals of its marks."""
-    checks = [{**structs.asdict(found), "seed": seed} for seed, found in grading.marks]
-    graded = not grading.lost
-    return {
-        "student": grading.student,
-        "file": grading.file,
-        "sha256": grading.sha256,
-        "status": "graded" if graded else "not graded",
-        "reason": grading.lost or grading.stopped,
-        "points": grading.points if graded else None,
-        "of": total_of(exercise),
-        "marks": checks,
-        "variants": grading_object(grading)["variants"],
-    }
 
 
 # --- a grading sent between processes --------------------------------------------------------------------------------
@@ -166,14 +162,14 @@ def gradebook(exercise: Exercise, gradings: Sequence[Grading]) -> str:
     """Return a CSV table (RFC 4180) with a row per student and the points of each check, including hidden ones."""
     stream = StringIO()
     table = csv.writer(stream)
-    names = (cell(one.name) for one in exercise.checks)
-    table.writerow(("student", "file", "status", "points", "of", *names, "reason"))
+    table.writerow(
+        ("student", "file", "status", "points", "of", *(cell(one.name) for one in exercise.checks), "reason")
+    )
     of = points_text(total_of(exercise))
     for one in gradings:
         status, points = ("not graded", "") if one.lost else ("graded", points_text(one.points))
         marks = [points_text(found.points) for _, found in one.marks] or [""] * len(exercise.checks)
-        row = (cell(one.student), cell(one.file), status, points, of, *marks, cell(one.lost or one.stopped))
-        table.writerow(row)
+        table.writerow((cell(one.student), cell(one.file), status, points, of, *marks, cell(one.lost or one.stopped)))
     return stream.getvalue()
 
 
@@ -184,7 +180,10 @@ def junit(exercise: Exercise, gradings: Sequence[Grading]) -> str:
     lines, tests, failed, errors = list[str](), 0, 0, 0
     for one in gradings:
         wrong = [found for _, found in one.marks if not found.passed]
-        cases = [_case(exercise, one, *pair) for pair in one.marks] or [_lost_case(exercise, one)]
+        class_name = f"classname={_attribute(f'{exercise.name}.{one.student}')}"
+        lost = f'<error type="not graded" message={_attribute(one.lost)}/>'
+        cases = [_case(exercise, class_name, *pair) for pair in one.marks]
+        cases = cases or [f'    <testcase name="graded" {class_name}>{lost}</testcase>']
         counts = f'tests="{len(cases)}" failures="{len(wrong)}" errors="{int(bool(one.lost))}"'
         lines += [f"  <testsuite name={_attribute(one.student)} {counts}>", *cases, "  </testsuite>"]
         tests, failed, errors = tests + len(cases), failed + len(wrong), errors + bool(one.lost)
@@ -193,19 +192,14 @@ def junit(exercise: Exercise, gradings: Sequence[Grading]) -> str:
     return "\n".join(('<?xml version="1.0" encoding="UTF-8"?>', head, *lines, "</testsuites>", ""))
 
 
-def _case(exercise: Exercise, grading: Grading, seed: int | None, found: Mark) -> str:
-    names = f"name={_attribute(found.name)} classname={_attribute(f'{exercise.name}.{grading.student}')}"
+def _case(exercise: Exercise, class_name: str, seed: int | None, found: Mark) -> str:
+    names = f"name={_attribute(found.name)} {class_name}"
     if found.passed:
         return f"    <testcase {names}/>"
     variant = exercise.seeds.index(seed)
     where = f" (variant {variant}, seed {seed})" if variant else ""
     said = f"{points_text(found.points)} of {points_text(found.of)} points: {found.reason}{where}"
     return f'    <testcase {names}><failure type="check" message={_attribute(said)}/></testcase>'
-
-
-def _lost_case(exercise: Exercise, grading: Grading) -> str:
-    names = f'name="graded" classname={_attribute(f"{exercise.name}.{grading.student}")}'
-    return f'    <testcase {names}><error type="not graded" message={_attribute(grading.lost)}/></testcase>'
 
 
 def _attribute(text: str) -> str:
@@ -282,16 +276,16 @@ class ShownMark(Struct, frozen=True):
 def shown_marks(exercise: Exercise, grading: Grading) -> tuple[ShownMark, ...]:
     """Return the marks of a grading that its student may see."""
     seeds = exercise.seeds
-    open_marks = tuple(
+    marks = [
         ShownMark(plain(one.name), one.points, one.of, plain(one.reason), plain(one.hint), one.at, seeds.index(seed))
         for seed, one in grading.marks
         if not one.hidden
-    )
+    ]
     hidden = [one for _, one in grading.marks if one.hidden]
-    if not hidden:
-        return open_marks
-    points, of = sum(one.points for one in hidden), sum(one.of for one in hidden)
-    return (*open_marks, ShownMark("other checks", round_to(points, POINT_STEP), round_to(of, POINT_STEP)))
+    if hidden:
+        points, of = sum(one.points for one in hidden), sum(one.of for one in hidden)
+        marks.append(ShownMark("other checks", round_to(points, POINT_STEP), round_to(of, POINT_STEP)))
+    return tuple(marks)
 
 
 def gradescope(exercise: Exercise, grading: Grading) -> Object:
