@@ -4,7 +4,6 @@ module has the experiment `delays`; `other_experiments.py` has the others."""
 from __future__ import annotations
 
 import gc
-import json
 from argparse import Namespace
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,35 +12,31 @@ from itertools import groupby, product
 from operator import attrgetter
 from typing import NamedTuple
 
-from msgspec import Struct, structs
+from msgspec import Struct
 
 from vrs_cli.cli import commands, main, other_experiments
 from vrs_cli.cli.command_line import CommandLineError, chosen_robot
-from vrs_cli.cli.other_experiments import lines_of, outcomes
+from vrs_cli.cli.other_experiments import lines_of, outcomes, print_rows
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.lab.delays import Error, Strategy, Trial, TrialOutcome, outcome_of, together
 from vrs_cli.net.delay_line import DelayWays
-from vrs_cli.render.blocks import PIPE, Block, Column, Grid, line, number_column, number_columns, text_of
+from vrs_cli.render.blocks import PIPE, Block, Column, Grid, line, number_column, number_columns
 from vrs_cli.render.chart import WIDTH, chart
 from vrs_cli.render.plots import Curves, check_plot, plot_panels
 from vrs_cli.values import numbers, replies
 
-LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s] leads that are tried if --lead is not given
-POLICIES = ("ABORT", "POSTPONE")
-
 
 class Experiment(NamedTuple):
-    """An experiment. The function `run_NAME(options)` of `other_experiments.py` runs it (None: this module). `options`:
-    its own options. `defaults`: default values that differ from the usual ones."""
+    """An experiment. `options`: its own options. `defaults`: default values that differ from the usual ones."""
 
-    name: str | None
+    run: Callable[[Namespace], int]
     options: tuple[str, ...]
     defaults: Mapping[str, object]
 
 
 OWN_DEFAULTS: dict[str, object] = {  # default values of options that only some experiments have
-    "lead": LEADS,
-    "policy": POLICIES,
+    "lead": (0.0, 0.2, 0.4, 0.6, 0.8),  # [s]
+    "policy": ("ABORT", "POSTPONE"),
     "seeds": 20,
     "seconds": 200.0,
     "rate": 25.0,
@@ -53,20 +48,6 @@ OWN_DEFAULTS: dict[str, object] = {  # default values of options that only some 
     "participant": None,
     "out": None,
     "dry_run": False,
-}
-EXPERIMENTS: dict[str, Experiment] = {
-    "delays": Experiment(None, ("lead", "policy", "seeds", "seconds", "rate", "plot"), {}),
-    "methods": Experiment(
-        "methods",
-        ("viewer", "controller", "scenario", "seeds", "seconds", "rate"),
-        {"seeds": 5, "seconds": 30.0},
-    ),
-    "twin": Experiment(
-        "twin",
-        ("lead", "policy", "scenario", "seeds", "seconds", "plot"),
-        {"lead": (0.2, 0.6), "policy": ("ABORT",), "seeds": 2, "seconds": 40.0},
-    ),
-    "study": Experiment("study", ("file", "participant", "out", "dry_run"), {}),
 }
 CHARTED = {
     "predicted": "p",
@@ -93,9 +74,7 @@ def experiment(options: Namespace) -> int:
                 raise CommandLineError(f"--{name.replace('_', '-')} is of vrs lab experiment {others}", "leave it out")
         elif given is None:
             setattr(options, name, kind.defaults.get(name, default))
-    if kind.name is None:
-        return _delays(options)
-    return int(getattr(other_experiments, f"run_{kind.name}")(options))
+    return kind.run(options)
 
 
 def _delays(options: Namespace) -> int:
@@ -103,14 +82,19 @@ def _delays(options: Namespace) -> int:
     picture = options.plot if options.plot != commands.STANDARD_STREAM else None
     if picture is not None:
         check_plot(picture)
-    rows = _rows(options)
-    if options.json:
-        tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
-        print(json.dumps({**tried, "rows": [*map(_row_object, rows)]}, indent=2))
-    else:
-        print(text_of(_report(options, rows)), end="")
+    robot = chosen_robot(options)
+    cases = [
+        (name, Trial(robot, DelayWays(forward, backward, options.seed), lead, policy, options.seconds, options.rate))
+        for (name, forward, backward), policy, lead in product(lines_of(options), options.policy, options.lead)
+    ]
+    found = outcomes(_outcome, [trial for _, trial in cases], options)
+    rows = [ExperimentRow(name, trial, together(part)) for (name, trial), part in zip(cases, found, strict=True)]
+    print_rows(options, rows, _row_object, _report)
     if picture is not None:
-        _draw(picture, rows)
+        panels = [one._replace(title=f"{one.title} [deg]") for one in _drawings(rows)]
+        if not panels:
+            raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")
+        plot_panels(picture, "lead [s]", panels, "Mean error of what is seen")
     return main.OK if all(row.sound for row in rows) else main.FAILED
 
 
@@ -134,26 +118,6 @@ class ExperimentRow(Struct, frozen=True):
     def has_moved(self) -> bool:
         """Return whether the robot has moved, that is, whether at least one command was not aborted."""
         return self.outcome.aborted < self.outcome.commands
-
-
-def _rows(options: Namespace) -> list[ExperimentRow]:
-    """Try each case with all seeds."""
-    cases = list(_cases(options))
-    trials = [
-        structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
-        for _, trial in cases
-        for number in range(options.seeds)
-    ]
-    found = outcomes(_outcome, trials, options.jobs)
-    parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
-    return [ExperimentRow(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
-
-
-def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
-    robot = chosen_robot(options)
-    for (name, forward, backward), policy, lead in product(lines_of(options), options.policy, options.lead):
-        ways = DelayWays(forward, backward, options.seed)
-        yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)
 
 
 def _outcome(trial: Trial) -> TrialOutcome:
@@ -252,15 +216,6 @@ def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: 
     return values[right - 1] + part * (values[right] - values[right - 1])
 
 
-def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
-    """Draw the curves. Raises UsageError if the robot moved at fewer than two leads, or FileError."""
-    drawings = list(_drawings(rows))
-    if not drawings:
-        raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")
-    panels = [one._replace(title=f"{one.title} [deg]") for one in drawings]
-    plot_panels(path, "lead [s]", panels, "Mean error of what is seen")
-
-
 def _row_object(row: ExperimentRow) -> dict[str, object]:
     it = row.outcome
     errors = {
@@ -281,3 +236,19 @@ def _row_object(row: ExperimentRow) -> dict[str, object]:
         "flags_agree": it.agreed,
         "unflagged_error": {"max_deg": it.outside.most_degrees, "max_mm": it.outside.most_mm},
     }
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    "delays": Experiment(_delays, ("lead", "policy", "seeds", "seconds", "rate", "plot"), {}),
+    "methods": Experiment(
+        other_experiments.run_methods,
+        ("viewer", "controller", "scenario", "seeds", "seconds", "rate"),
+        {"seeds": 5, "seconds": 30.0},
+    ),
+    "twin": Experiment(
+        other_experiments.run_twin,
+        ("lead", "policy", "scenario", "seeds", "seconds", "plot"),
+        {"lead": (0.2, 0.6), "policy": ("ABORT",), "seeds": 2, "seconds": 40.0},
+    ),
+    "study": Experiment(other_experiments.run_study, ("file", "participant", "out", "dry_run"), {}),
+}

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from itertools import product
@@ -58,26 +58,15 @@ def run_methods(options: Namespace) -> int:
         methods.load_method(name, methods.Predictor)
     for name in options.controller:
         methods.load_method(name, methods.RemoteController)
-    rows = list(_rows_methods(options))
-    if options.json:
-        tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
-        print(json.dumps({**tried, "rows": [_row_object_methods(row) for row in rows]}, indent=2))
-    else:
-        print(text_of(_report_methods(options, rows)), end="")
+    print_rows(options, list(_rows_methods(options)), _row_object_methods, _report_methods)
     return main.OK
 
 
 def _rows_methods(options: Namespace) -> Iterator[MethodRows]:
     cases = list(_cases_methods(options))
-    trials = [
-        structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
-        for _, trial in cases
-        for number in range(options.seeds)
-    ]
-    found = outcomes(method_outcome, trials, options.jobs)
+    found = outcomes(method_outcome, [trial for _, trial in cases], options)
     parts: dict[tuple[str, str], list[tuple[MethodTrial, Sequence[MethodOutcome]]]] = {}
-    for k, (name, trial) in enumerate(cases):
-        some = found[k * options.seeds : (k + 1) * options.seeds]
+    for (name, trial), some in zip(cases, found, strict=True):
         parts.setdefault((name, trial.scenario), []).append((trial, some))
     for (name, scenario), tried in parts.items():
         viewed = tried[0][1]
@@ -153,7 +142,6 @@ def _row_object_methods(row: MethodRows) -> dict[str, object]:
     }
 
 
-LOOK = 0.05  # [s] time between two samples of the robot
 MAX_PARTICIPANTS = 1000
 ENDS_WITH_PARENT = """\
 import os, sys, threading
@@ -188,7 +176,7 @@ def run_study(options: Namespace) -> int:
     tell(f"{pseudonym(participant)}: {len(left)} of {total} trials to do; results: {path}")
     with ExitStack() as stack:
         if left:
-            do = DryRun(study, participant).do if options.dry_run else stack.enter_context(_live(study, total, tell))
+            do = DryRun(study, participant).do if options.dry_run else _People(study, total, tell, stack).do
             for trial in left:
                 results.add(participant, trial, do(trial))
     _tell_results(path, as_json=options.json)
@@ -207,43 +195,30 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
         )
         return
 
-    def grid() -> Iterator[Block]:
-        columns = (Column("condition"), *number_columns("trials", "reached %", "time s", "error mm"))
-        cells = (
-            (name, str(count), f"{100 * reached:.0f}", "-" if time is None else f"{time:.2f}", f"{error:.1f}")
-            for name, count, reached, time, error in rows
-        )
-        yield Grid(columns, tuple(cells))
-
-    print(text_of(grid()), end="")
+    columns = (Column("condition"), *number_columns("trials", "reached %", "time s", "error mm"))
+    cells = (
+        (name, str(count), f"{100 * reached:.0f}", "-" if time is None else f"{time:.2f}", f"{error:.1f}")
+        for name, count, reached, time, error in rows
+    )
+    print(text_of([Grid(columns, tuple(cells))]), end="")
 
 
 # --- people ----------------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def _live(study: Study, total: int, tell: Callable[[str], None]) -> Iterator[Callable[[StudyTrial], StudyResult]]:
-    """Serve the robot, and yield a function that lets a person do one trial. The server and the delay line stop when
-    the block ends."""
-    with ExitStack() as stack:
+class _People:
+    """Lets people drive a served robot at a page or a prompt, one trial after the other, with the delays of each
+    condition. The server and the delay line stop when the stack is closed."""
+
+    def __init__(self, study: Study, total: int, tell: Callable[[str], None], stack: ExitStack) -> None:
+        self._study, self._total, self._tell = study, total, tell
         pages = ("--pages",) if BUILT_PAGE.exists() else ()
         server = stack.enter_context(
             _child("serve", "--port", "0", "--realtime", "--robot", f"arm={study.robot}", *pages)
         )
-        address = _first_line(server).split("ws://")[-1].split(",")[0].split("/")[0].strip()
-        watched = vrs.connect(f"ws://{address}", name="study", units="SI")
-        stack.callback(watched.leave)
-        yield _People(study, total, tell, address, watched, stack).do
-
-
-class _People:
-    """Lets people drive at a page or a prompt, one trial after the other, with the delays of each condition."""
-
-    def __init__(
-        self, study: Study, total: int, tell: Callable[[str], None], server: str, watched: object, stack: ExitStack
-    ) -> None:
-        self._study, self._total, self._tell, self._server = study, total, tell, server
-        self._watched: Any = watched
+        self._server = _first_line(server).split("ws://")[-1].split(",")[0].split("/")[0].strip()
+        self._watched: Any = vrs.connect(f"ws://{self._server}", name="study", units="SI")
+        stack.callback(self._watched.leave)
         self._line = stack.enter_context(ExitStack())
         self._at = "0"
         self._condition: Condition | None = None
@@ -273,7 +248,7 @@ class _People:
             here = self._watched.where(self._watched.now)
             x, y, z = here.xyz.tolist()
             judge.take(float(here.t), (x, y, z), float(here.hand))
-            sleep(LOOK)
+            sleep(0.05)
         found = judge.result()
         self._tell(f"Reached in {found.time:.1f} s" if found.reached else "Time is over")
         return found
@@ -342,27 +317,24 @@ def run_twin(options: Namespace) -> int:
 
         check_writable(options.plot)
     cases = list(_cases_twin(options))
-    trials = [_with_seed(trial, number) for _, _, trial in cases for number in range(options.seeds)]
-    found = outcomes(twin_outcome, trials, options.jobs)
-    parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
+    found = outcomes(twin_outcome, [trial for _, _, trial in cases], options)
     rows = [
         TwinRows(delays, scenario, trial, part[0].curves, twin_row(part))
-        for (delays, scenario, trial), part in zip(cases, parts, strict=True)
+        for (delays, scenario, trial), part in zip(cases, found, strict=True)
     ]
-    if options.json:
-        tried = {"seeds": options.seeds, "seconds": options.seconds}
-        print(json.dumps({**tried, "rows": [*map(_row_object_twin, rows)]}, indent=2))
-    else:
-        print(text_of(_report_twin(options, rows)), end="")
+    print_rows(options, rows, _row_object_twin, _report_twin)
     if options.plot is not None:
-        _draw(options.plot, rows)
+        panels = [  # the errors of each case over time, for its first seed
+            Curves(
+                "{0}, lead {2} s, {1}: error [deg]".format(*_case_names(it)),
+                twin.SEEN,
+                [getattr(it.curves, name) for name in twin.SEEN],
+                it.curves.times,
+            )
+            for it in rows[:PANELS]
+        ]
+        write_atomically(options.plot, curves_svg(panels, "t [s]") + "\n")
     return main.OK if all(it.row.excess == 0.0 for it in rows) else main.FAILED
-
-
-def _with_seed(it: TwinTrial, number: int) -> TwinTrial:
-    """Return the trial with another seed."""
-    ways = structs.replace(it.trial.ways, seed=it.trial.ways.seed + number)
-    return structs.replace(it, trial=structs.replace(it.trial, ways=ways))
 
 
 def _cases_twin(options: Namespace) -> Iterator[tuple[str, str, TwinTrial]]:
@@ -434,27 +406,10 @@ def _row_object_twin(it: TwinRows) -> dict[str, object]:
     return {**named, **row, "alarm": alarm}
 
 
-def _draw(path: str, rows: Sequence[TwinRows]) -> None:
-    """Draw the errors of each case over time, for its first seed. Raises FileError."""
-    panels = [
-        Curves(
-            f"{scenario}, lead {lead} s, {policy}: error [deg]",
-            twin.SEEN,
-            [getattr(it.curves, name) for name in twin.SEEN],
-            it.curves.times,
-        )
-        for it in rows[:PANELS]
-        for scenario, policy, lead in (_case_names(it),)
-    ]
-    write_atomically(path, curves_svg(panels, "t [s]") + "\n")
+# --- what all experiments share ---------------------------------------------------------------------------------------
 
-
-A = TypeVar("A")
-
-
-B = TypeVar("B")
-
-
+AnyTrial = TypeVar("AnyTrial", Trial, MethodTrial, TwinTrial)
+T = TypeVar("T")
 USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s] mean and deviation of the delay in each direction
 
 
@@ -475,18 +430,44 @@ def lines_of(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
         yield f"Gamma {1e3 * mean:g}ms {1e3 * deviation:g}ms each way{lost}", each, each
 
 
-def outcomes(outcome: Callable[[A], B], trials: Sequence[A], jobs: int | None) -> list[B]:
-    """Return the outcome of each trial. The trials run in `jobs` processes (None: one for each core)."""
+def outcomes(outcome: Callable[[AnyTrial], T], trials: Sequence[AnyTrial], options: Namespace) -> list[list[T]]:
+    """Return the outcomes of each trial, one for each of `--seeds` seeds. They are computed in `--jobs` processes
+    (default: one for each core)."""
+    seeded = [_with_seed(trial, number) for trial in trials for number in range(options.seeds)]
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    jobs = min(jobs or cores, len(trials))
+    jobs = min(options.jobs or cores, len(seeded))
     if jobs == 1:
-        return list(map(outcome, trials))
-    with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
-        try:
-            return list(pool.map(outcome, trials))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+        found = list(map(outcome, seeded))
+    else:
+        with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
+            try:
+                found = list(pool.map(outcome, seeded))
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+    return [found[first : first + options.seeds] for first in range(0, len(found), options.seeds)]
+
+
+def _with_seed(it: AnyTrial, number: int) -> AnyTrial:
+    """Return the trial with a seed that is greater by `number`."""
+    if isinstance(it, TwinTrial):
+        return structs.replace(it, trial=_with_seed(it.trial, number))
+    return structs.replace(it, ways=structs.replace(it.ways, seed=it.ways.seed + number))
+
+
+def print_rows(
+    options: Namespace,
+    rows: Sequence[T],
+    as_object: Callable[[T], dict[str, object]],
+    report: Callable[[Namespace, Sequence[T]], Iterable[Block]],
+) -> None:
+    """Print the results of an experiment as tables, or with `--json` as an object."""
+    if options.json:
+        tried = {name: getattr(options, name) for name in ("seeds", "seconds", "rate")}
+        given = {name: value for name, value in tried.items() if value is not None}  # twin has no --rate
+        print(json.dumps({**given, "rows": [*map(as_object, rows)]}, indent=2))
+    else:
+        print(text_of(report(options, rows)), end="")
 
 
 def _leave_signals() -> None:
