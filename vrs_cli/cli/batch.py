@@ -35,7 +35,7 @@ from vrs_cli.render.plain import for_stream, sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl import interrupt, piped
 from vrs_cli.trajectory.instant import round_to_ns
-from vrs_cli.values import questions, replies, world
+from vrs_cli.values import questions, replies
 from vrs_cli.values.diagnostics import Diagnostic, Severity, did_you_mean
 from vrs_cli.values.numbers import count
 from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask, Untrue
@@ -50,7 +50,6 @@ Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one output file: allowed only for one run
 MAIN = "main"  # name of the program of a project that is executed
 BROKEN = "not executed"
-NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
 
 
 class BatchTerminal(Struct, frozen=True):
@@ -84,8 +83,7 @@ class BatchTerminal(Struct, frozen=True):
         EndOfInput, which names the PROMPT."""
         if not isinstance(question, questions.LineWanted) or (question.wrong and not sys.stdin.isatty()):
             return None
-        self._write(f"{question.wrong}\n" if question.wrong else "")
-        self._write(question.text)
+        self._write(f"{question.wrong}\n{question.text}" if question.wrong else question.text)
         line = next(self.lines, "")
         if not sys.stdin.isatty():
             self._write("\n")  # end the line, because no terminal has echoed the input
@@ -102,24 +100,19 @@ class BatchTerminal(Struct, frozen=True):
 # --- one run ---
 
 
-class Heard(Struct, frozen=True):
-    """Callbacks of one run among several. `ended` receives the result of the run, `printed` the object of --json."""
-
-    ended: Callable[[RunResult], None]
-    printed: Callable[[Object], None]
-
-
 class Batch(Struct, frozen=True):
     """One run.
 
-    The fields are the options, the files to load (which share one name space), and the callbacks if there are several
-    runs. `owners`: the file of each program, by the program's key.
+    The fields are the options, the files to load (which share one name space), and the callbacks of one run among
+    several: `ended` receives the result of the run, `printed` the object of --json. `owners`: the file of each program,
+    by the program's key.
     """
 
     options: Namespace
     outputs: Outputs
     sources: tuple[Source, ...]
-    heard: Heard | None = None
+    ended: Callable[[RunResult], None] | None = None
+    printed: Callable[[Object], None] | None = None
     owners: dict[str, Source] = field(default_factory=dict)
 
     @property
@@ -228,61 +221,54 @@ class Batch(Struct, frozen=True):
             yield folder
 
     def _station(self, terminal: BatchTerminal, folder: opening.Folder) -> Station:
-        model = chosen_robot(self.options, robot_of(self.options.prog, self.source))
-        outside = chosen_outside(self.options)
-        clock, limits = clock_of(self.options.realtime), self._limits()
-        station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
-        station.dialect = chosen_dialect(self.options)
-        station.tasks.told = partial(self._tell_beside, terminal)
-        if (cell := cell_file(self.options, self.source)) is not None:
-            from vrs_cli.files.cell_file import read_cell
-
-            station.driver.surround(read_cell(cell[0]))
-            if not self.options.quiet:
-                teller(self.options.prog)("the cell is {} ({})".format(*cell))
-        if self.options.signals is not None:
-            from vrs_cli.files.timed_lines import read_signals
-
-            station.driver.inputs = read_signals(self.options.signals)
-        return station
-
-    def _limits(self) -> Limits:
-        """Return the limits that the options set; options that are not given set the usual limits."""
         options = self.options
-        own = OWN if options.realtime is None else ATTENDED
+        model = chosen_robot(options, robot_of(options.prog, self.source))
+        outside = chosen_outside(options)
+        clock = clock_of(options.realtime)
+        own = OWN if clock is None else ATTENDED
         if options.allow_net or options.serial:
             own = structs.replace(own, max_time=None)  # a program with devices runs until it is stopped
         usual = Limits() if options.apart or options.sandbox is not None else own
-        return structs.replace(
-            usual, **{name: most for name in COUNTED if (most := getattr(options, name)) is not None}
-        )
+        given = {name: most for name in COUNTED if (most := getattr(options, name)) is not None}
+        limits = structs.replace(usual, **given)
+        station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
+        station.dialect = chosen_dialect(options)
+        station.tasks.told = partial(self._tell_beside, terminal)
+        if (cell := cell_file(options, self.source)) is not None:
+            from vrs_cli.files.cell_file import read_cell
+
+            station.driver.surround(read_cell(cell[0]))
+            if not options.quiet:
+                teller(options.prog)("the cell is {} ({})".format(*cell))
+        if options.signals is not None:
+            from vrs_cli.files.timed_lines import read_signals
+
+            station.driver.inputs = read_signals(options.signals)
+        return station
 
     def _program(self, station: Station) -> str:
-        """Return the program that the options name, or the first one of the file. Raises CommandLineError."""
+        """Return the program that the options name, or the first one of the file. Of a project return main, or else the
+        only program that no other program calls. Raises CommandLineError."""
         environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
+        programs = environment.programs
         if self.options.program is None and self.options.project:
-            return self._main(station)
+            called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
+            free = [one.name for key, one in programs.items() if key not in called]  # no other program calls them
+            if MAIN in programs or len(free) == 1:
+                return programs[MAIN].name if MAIN in programs else free[0]
+            listed = ", ".join(free[:MAX_DIAGNOSTICS])
+            raise CommandLineError("which program of the project?", f"name one behind the folder: {listed}")
         if self.options.program is None:
-            return next(iter(environment.programs.values())).name
+            return next(iter(programs.values())).name
         try:
             return environment.program(self.options.program).name
         except UndefinedName as error:
-            known = [program.name for program in environment.programs.values()]
+            known = [program.name for program in programs.values()]
             what = f"{self.source.path} holds no {error.detail}"
             hint = did_you_mean(self.options.program, known) or f"it holds {', '.join(known)}"
             raise CommandLineError(what, hint) from None
-
-    def _main(self, station: Station) -> str:
-        """Return the program main, or else the only program that no other program calls. Raises CommandLineError."""
-        programs = station.environment.programs
-        called = frozenset[str]().union(*(one.analysis.calls - {key} for key, one in programs.items()))
-        free = [one.name for key, one in programs.items() if key not in called]
-        if MAIN in programs or len(free) == 1:
-            return programs[MAIN].name if MAIN in programs else free[0]
-        listed = ", ".join(free[:MAX_DIAGNOSTICS])
-        raise CommandLineError("which program of the project?", f"name one behind the folder: {listed}")
 
     # --- messages ---------------------------------------------------------------------------------------
 
@@ -309,8 +295,8 @@ class Batch(Struct, frozen=True):
     def _finish(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Report how the run ended, and write the files. After an error the files contain the trajectory up to the
         error."""
-        if self.heard is not None:
-            self.heard.ended(result)
+        if self.ended is not None:
+            self.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         wrong = tuple(untrue(station.engine.book, station.environment.signals))
         if self.options.json:
@@ -324,10 +310,14 @@ class Batch(Struct, frozen=True):
             terminal.show(replies.Message(result.outcome.value))
         else:
             print(for_stream(self._fault_text(result.fault), sys.stderr), file=sys.stderr)
-        if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
-            for sentence in sentences(displaced):  # name the motions that begin at other times than requested
-                print(sentence, file=sys.stderr)
-        self._tell_world(station, wrong)
+        if not self.options.quiet:
+            if (displaced := displacement_of(station.engine.book.records())) is not None:
+                for sentence in sentences(displaced):  # name the motions that begin at other times than requested
+                    print(sentence, file=sys.stderr)
+            events = () if station.driver.course is None else station.driver.course.notes
+            around = (f"at {t:.3f} s {text}" for t, _, text in events)
+            for text in (*around, *map(untrue_sentence, wrong)):  # with readings that later edits made wrong
+                print(for_stream(text, sys.stderr), file=sys.stderr)
         try:
             self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path, station.driver.world)
         except FileError as error:  # probably the disk is full: the path was checked at the start
@@ -335,18 +325,14 @@ class Batch(Struct, frozen=True):
             return FAILED
         return FAILED if faults else OK
 
-    def _tell_world(self, station: Station, wrong: Iterable[Untrue]) -> None:
-        """Report the events around the robot, and readings of programs that later edits made wrong (`wrong`)."""
-        if self.options.quiet:
-            return
-        course = station.driver.course
-        for t, _, text in () if course is None else course.notes:
-            print(for_stream(f"at {t:.3f} s {text}", sys.stderr), file=sys.stderr)
-        for reading in wrong:
-            print(for_stream(untrue_sentence(reading), sys.stderr), file=sys.stderr)
-
     def _fault_text(self, fault: ProgramFault) -> str:
-        return fault_text(self._owner(fault.program).path, fault)
+        """Describe where and why a program stopped, with the line and a caret below it."""
+        place = f"{self._owner(fault.program).path}:{fault.line}: " if fault.line else ""
+        source = fault.source.strip()
+        lines = [f"{place}{fault.message}"]
+        if source:
+            lines += [f"    {source}", f"    {'^' * len(source)}"]
+        return "\n".join([*lines, f"Program {fault.program} stopped at step {fault.step}"])
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
         """Report that another task stopped with an error."""
@@ -359,10 +345,10 @@ class Batch(Struct, frozen=True):
         import json
 
         found = run_object(station.engine, result, errors) | world_object(station, wrong)
-        if self.heard is None:
+        if self.printed is None:
             print(json.dumps(found, indent=2))
         else:
-            self.heard.printed(found)
+            self.printed(found)
 
 
 def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
@@ -382,9 +368,8 @@ def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[
 
 def _advice(option: str) -> str:
     """Return the hint for a program that reached the limit of an option."""
-    if option == "signals":
-        return "--signals FILE says when inputs change"
-    return f"give it more with --{option.replace('_', '-')}"
+    given = f"give it more with --{option.replace('_', '-')}"
+    return "--signals FILE says when inputs change" if option == "signals" else given
 
 
 # --- reports ------------------------------------------------------------------------------------------------------
@@ -426,7 +411,17 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
         found["parts"] = {name: _part_object(course, name, end) for name in course.parts()}
         found["notes"] = [{"t": round_to_ns(t), "kind": kind, "text": text} for t, kind, text in course.notes]
     if "parts" in found or station.contacts.contacts:
-        found["contacts"] = [_contact_object(*one) for one in station.contacts.contacts]
+        found["contacts"] = [
+            {
+                "motion": motion,
+                "t": round_to_ns(contact.t),
+                "between": [contact.first, contact.second],
+                "xyz_mm": [tidy(1000.0 * x) for x in contact.place],
+                "depth_mm": tidy(1000.0 * contact.depth),
+                "needed_mm": tidy(1000.0 * contact.needed),
+            }
+            for motion, contact in station.contacts.contacts
+        ]
     if wrong:
         found["no_longer_true"] = [
             {
@@ -440,18 +435,6 @@ def world_object(station: Station, wrong: Sequence[Untrue]) -> Object:
             for one in wrong
         ]
     return found
-
-
-def _contact_object(motion: str, contact: world.Contact) -> Object:
-    """Return a contact, with the text of its motion, for `--json`."""
-    return {
-        "motion": motion,
-        "t": round_to_ns(contact.t),
-        "between": [contact.first, contact.second],
-        "xyz_mm": [tidy(1000.0 * x) for x in contact.place],
-        "depth_mm": tidy(1000.0 * contact.depth),
-        "needed_mm": tidy(1000.0 * contact.needed),
-    }
 
 
 def _part_object(course: WorldCourse, name: str, t: float) -> Object:
@@ -469,21 +452,11 @@ def _object(
     program: str | None = None,
     step: int | None = None,
     line: int | None = None,
-    numbers: Mapping[str, object] = NO_NUMBERS,
+    numbers: Mapping[str, object] = MappingProxyType({}),
 ) -> Object:
     """Return an error or a warning for `--json`, with its numbers [m, rad] if it has any."""
     place = {"program": program, "step": step, "line": line}
     return {"severity": severity.value, "code": code, "message": message, **place, **numbers}
-
-
-def fault_text(path: str, fault: ProgramFault) -> str:
-    """Describe where and why a program stopped, with the line and a caret below it."""
-    place = f"{path}:{fault.line}: " if fault.line else ""
-    source = fault.source.strip()
-    lines = [f"{place}{fault.message}"]
-    if source:
-        lines += [f"    {source}", f"    {'^' * len(source)}"]
-    return "\n".join([*lines, f"Program {fault.program} stopped at step {fault.step}"])
 
 
 # --- several files: each runs by itself, one after the other; one summary of all ----------------------------------
@@ -513,8 +486,13 @@ def run_many(options: Namespace, files: Sequence[str]) -> int:
         import json
 
         print(json.dumps({"files": objects}, indent=2))
-    elif not options.quiet:
-        _tell(rows)
+    elif not options.quiet:  # print the summary on standard error, separate from the output of programs
+        width = max(len(row.path) for row in rows)
+        for row in rows:
+            seconds = "" if row.seconds is None else f"{row.seconds:.3f} s"
+            print(f"{row.path:{width}}  {seconds:>12}  {row.said}", file=sys.stderr)
+        wrong = sum(row.status != OK for row in rows)
+        print(f"{count(len(rows), 'file')}, {count(wrong, 'failure')}", file=sys.stderr)
     return max(row.status for row in rows)
 
 
@@ -522,9 +500,15 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
     results = list["RunResult"]()
     try:
         options.file = path
-        heard = Heard(results.append, lambda found: objects.append({"file": path, **found}))
         sources = sources_of((path,), closed=options.sandbox is not None)
-        status = Batch(options, Outputs.of(options), sources, heard).run()
+        run = Batch(
+            options,
+            Outputs.of(options),
+            sources,
+            results.append,
+            lambda found: objects.append({"file": path, **found}),
+        )
+        status = run.run()
     except VrsError as error:  # the other files are still executed
         print(f"{options.prog}: {error}", file=sys.stderr)
         return FileSummary(path, status_of(error), BROKEN)
@@ -536,13 +520,3 @@ def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
         fault, where = result.beside[0].fault, f" of task {result.beside[0].number}"
     said = result.outcome.value if fault is None else f"{fault.message} at step {fault.step}{where}"
     return FileSummary(path, status, said, result.ended - result.started)
-
-
-def _tell(rows: Sequence[FileSummary]) -> None:
-    """Print the summary on standard error, separate from the output of programs."""
-    width = max(len(row.path) for row in rows)
-    for row in rows:
-        seconds = "" if row.seconds is None else f"{row.seconds:.3f} s"
-        print(f"{row.path:{width}}  {seconds:>12}  {row.said}", file=sys.stderr)
-    wrong = sum(row.status != OK for row in rows)
-    print(f"{count(len(rows), 'file')}, {count(wrong, 'failure')}", file=sys.stderr)

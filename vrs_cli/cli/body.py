@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from vrs_cli.bodies.scenario import Disturbance, Release, Scenario, load_scenario, read_command
 from vrs_cli.cli import main, remote
-from vrs_cli.cli.command_line import CommandLineError, teller
+from vrs_cli.cli.command_line import CommandLineError, errors_of_options, teller
 from vrs_cli.errors import IllegalValue, UsageError, VrsError
 from vrs_cli.interfaces.station.body import check_time
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.net.body_client import BodyClient
 from vrs_cli.repl.interrupt import ENDINGS, Ended
-from vrs_cli.trajectory.state import JointState
 from vrs_cli.wire.reports import LineFormat, heading, read_report, setpoint_line
 
 if TYPE_CHECKING:
@@ -60,10 +59,8 @@ async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
 def _client(options: Namespace) -> BodyClient:
     """Return the client of the body. Raises CommandLineError for a wrong address, or FileError."""
     token, tell = remote.token_of(options.token_file), teller(options.prog)
-    try:
+    with errors_of_options(UsageError, IllegalValue):
         return BodyClient(options.url, token, options.rate, name=options.name or "body", ca=options.ca, told=tell)
-    except (UsageError, IllegalValue) as error:
-        raise CommandLineError(error.detail, error.hint) from None
 
 
 def _tell_begun(tell: Tell, body: BodyClient, what: str) -> None:
@@ -135,10 +132,6 @@ async def _move(
 ) -> None:
     """Let an arm follow the timeline, and report its measurements. If the robot's clock jumps, for instance because the
     server has changed, the arm continues from its present pose."""
-
-    def setpoint(t: float) -> JointState:
-        return body.setpoint(t)
-
     order = body.order
     async for t in body.ticks():
         if not -MAX_JUMP < t - arm.time < MAX_JUMP:
@@ -149,7 +142,7 @@ async def _move(
             arm.order(order.mode)
         while not commands.empty():
             arm.disturb(commands.get_nowait())
-        for one in arm.advance(t, setpoint):
+        for one in arm.advance(t, body.setpoint):
             body.report(one.t, one.joints, one.velocity, one.effort, one.mode)
 
 
@@ -219,10 +212,8 @@ async def _follow_by_ros(options: Namespace) -> int:
         )
     tell = teller(options.prog)
     async with _client(options) as body:
-        try:
+        with errors_of_options(IllegalValue):
             joints = read_joints(options.joints, [link.kind for link in body.model.links])
-        except IllegalValue as error:
-            raise CommandLineError(error.detail, error.hint) from None
         settings = RosSettings(
             options.rosbridge,
             joints,

@@ -32,8 +32,7 @@ from vrs_cli.values.numbers import count
 if TYPE_CHECKING:
     from vrs_cli.interfaces.inspection import Beside, Inspector
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.run.signals import Cell
-    from vrs_cli.values.diagnostics import Diagnostic, Dialect
+    from vrs_cli.values.diagnostics import Diagnostic
 
 
 LOOKED_EVERY = 0.25  # [s] time between two checks for changed files, with --watch
@@ -71,10 +70,7 @@ def _text(findings: Sequence[Finding]) -> None:
 def _json(findings: Sequence[Finding]) -> None:
     import json
 
-    files = [
-        {"path": finding.source.path, "diagnostics": [_object(one) for one in finding.diagnostics]}
-        for finding in findings
-    ]
+    files = [{"path": finding.source.path, "diagnostics": [*map(_object, finding.diagnostics)]} for finding in findings]
     print(json.dumps({"files": files}, indent=2))
 
 
@@ -127,10 +123,16 @@ FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "js
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
     """Correct a text; return the text and the remaining diagnostics. A correction may uncover another mistake, so
     `find` is called again."""
+    from vrs_cli.values.diagnostics import in_order
+
     now = finding
     for _ in range(ROUNDS):
         mends = tuple(_apart(now.diagnostics))
-        text = _mended_text(now.source.text, mends)
+        lines = now.source.text.split("\n")
+        for one in reversed(in_order(mends)):
+            line, span = lines[one.span.line - 1], one.span
+            lines[span.line - 1] = f"{line[: span.column - 1]}{one.mend}{line[span.end - 1 :]}"
+        text = "\n".join(lines)
         now = Finding(Source(now.source.path, text), find(text), now.mended + len(mends)) if mends else now
     return now
 
@@ -143,16 +145,6 @@ def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
         if one.mend and (span.line, span.column) >= (line, end):
             yield one
             line, end = span.line, span.end
-
-
-def _mended_text(text: str, mends: Iterable[Diagnostic]) -> str:
-    from vrs_cli.values.diagnostics import in_order
-
-    lines = text.split("\n")
-    for one in reversed(in_order(mends)):
-        line, span = lines[one.span.line - 1], one.span
-        lines[span.line - 1] = f"{line[: span.column - 1]}{one.mend}{line[span.end - 1 :]}"
-    return "\n".join(lines)
 
 
 # --- vrs check ----------------------------------------------------------------------------------------------------
@@ -170,18 +162,6 @@ def check(options: Namespace) -> int:
     return _check(options, model)
 
 
-def _cell(options: Namespace, source: Source) -> Cell:
-    """Return the cell of a program, or an empty cell if the program names none."""
-    found = cell_file(options, source)
-    if found is None:
-        from vrs_cli.language.run.signals import NO_CELL
-
-        return NO_CELL
-    from vrs_cli.files.cell_file import read_cell
-
-    return read_cell(found[0])
-
-
 def _check(options: Namespace, model: RobotModel) -> int:
     """Check all files once; return the exit status."""
     findings, before, status = list[Finding](), dict[str, str](), main.OK
@@ -195,12 +175,13 @@ def _check(options: Namespace, model: RobotModel) -> int:
         new = [source for source in group if source.path not in before]
         before |= {source.path: source.text for source in new}
         findings += _findings(group, new, options, model)
-    if options.diff:
-        _show_mends(findings, before)
-    else:
+    if not options.diff:
         FORMATS[options.format](findings)
-    if options.fix and not options.diff:
-        _write_mends(findings)
+    for one in findings:
+        if one.mended and options.diff:
+            _show(_difference(one.source.path, before[one.source.path], one.source.text))
+        elif one.mended:
+            _write(one.source.path, one.source.text)
     wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
     return max(status, main.FAILED if wrong or (options.diff and any(one.mended for one in findings)) else main.OK)
 
@@ -241,17 +222,22 @@ def _findings(
     """Yield the findings of the files in a name space that are to be checked."""
     from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
+    from vrs_cli.language.run.signals import NO_CELL
 
     robots = () if options.robot else (robot_of(options.prog, source) for source in group)
     named = next((name for name in robots if name), None)
-    its, cell = load_robot(named) if named else model, _cell(options, group[0])
+    its, cell, found = load_robot(named) if named else model, NO_CELL, cell_file(options, group[0])
+    if found is not None:
+        from vrs_cli.files.cell_file import read_cell
+
+        cell = read_cell(found[0])
     inspectors = [Inspector(its, chosen_dialect(options), cell) for _ in group]
     read = [one.read(source.text, source.name) for one, source in zip(inspectors, group, strict=True)]
     for source, inspector, beside in zip(group, inspectors, beside_each(read), strict=True):
         if source in wanted:
             find = partial(_find, source, inspector, beside, options)
-            found = Finding(source, find(source.text))
-            yield mend(found, find) if options.fix else found
+            finding = Finding(source, find(source.text))
+            yield mend(finding, find) if options.fix else finding
 
 
 def _find(
@@ -271,21 +257,6 @@ def _find(
         for one in everything
         if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
     )
-
-
-def _show_mends(findings: Iterable[Finding], before: Mapping[str, str]) -> None:
-    for one in findings:
-        if one.mended:
-            _show(_difference(one.source.path, before[one.source.path], one.source.text))
-
-
-def _write_mends(findings: Iterable[Finding]) -> None:
-    """Write the corrected files. Raises FileError."""
-    from vrs_cli.files.atomic import write_atomically
-
-    for one in findings:
-        if one.mended:
-            write_atomically(one.source.path, one.source.text)
 
 
 # --- --watch -----------------------------------------------------------------------------------------------------
@@ -334,33 +305,38 @@ def fmt(options: Namespace) -> int:
     --diff)."""
     if options.write and commands.STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
+    from vrs_cli.language.analysis.structure import canonical_text
+
     dialect = chosen_dialect(options)
-    sources = (read_source(path, samples=False) for path in program_files(options.files))
-    formatted = [(source, _canonical(source, dialect)) for source in sources]
+    formatted, wrong = list[tuple[Source, str]](), False
+    for path in program_files(options.files):
+        source = read_source(path, samples=False)
+        text = canonical_text(source.text, dialect, source.name)
+        if isinstance(text, str):
+            formatted.append((source, text))
+        else:
+            print(source.diagnostics_text(text), end="", file=sys.stderr)
+            wrong = True
     for source, text in formatted:
-        if text is None:
-            continue
         if not (options.check or options.write or options.diff):
             print(text, end="")
+        elif text != source.text and options.diff:
+            _show(_difference(source.path, source.text, text))
+        elif text != source.text and options.check:
+            print(f"{source.path} would change")
         elif text != source.text:
-            _tell(source, text, options)
+            _write(source.path, text)
+            print(f"{source.path} rewritten")
     compared = options.check or options.diff
-    wrong = any(text is None or (compared and text != source.text) for source, text in formatted)
-    return main.FAILED if wrong else main.OK
+    would_change = compared and any(text != source.text for source, text in formatted)
+    return main.FAILED if wrong or would_change else main.OK
 
 
-def _tell(source: Source, text: str, options: Namespace) -> None:
-    """Print, report or rewrite a file that is not in canonical form."""
-    path = source.path
-    if options.diff:
-        _show(_difference(path, source.text, text))
-    elif options.check:
-        print(f"{path} would change")
-    else:
-        from vrs_cli.files.atomic import write_atomically
+def _write(path: str, text: str) -> None:
+    """Write a file. Raises FileError."""
+    from vrs_cli.files.atomic import write_atomically
 
-        write_atomically(path, text)
-        print(f"{path} rewritten")
+    write_atomically(path, text)
 
 
 def _difference(path: str, before: str, after: str) -> Iterable[str]:
@@ -385,14 +361,3 @@ def _show(lines: Iterable[str]) -> None:
     console, inks = TerminalRenderer(sys.stdout).console, {"-": Ink.ERROR, "+": Ink.STRING, "@": Ink.INSTRUCTION}
     for text in lines:
         console.print(rich_text(line(text, inks.get(text[0], Ink.TEXT))), soft_wrap=True)
-
-
-def _canonical(source: Source, dialect: Dialect) -> str | None:
-    """Return the canonical text. For a file with mistakes print them on standard error and return None."""
-    from vrs_cli.language.analysis.structure import canonical_text
-
-    text = canonical_text(source.text, dialect, source.name)
-    if isinstance(text, str):
-        return text
-    print(source.diagnostics_text(text), end="", file=sys.stderr)
-    return None

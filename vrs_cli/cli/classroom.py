@@ -22,8 +22,6 @@ from vrs_cli.net.tokens import (
 )
 from vrs_cli.values.numbers import count
 
-ACTIONS = ("new", "links", "collect", "forget")
-
 
 def class_(options: Namespace) -> None:
     """Carry out an action on a class. Raises CommandLineError, FileError, UsageError."""
@@ -40,7 +38,8 @@ def class_(options: Namespace) -> None:
 
 def _make(folder: ClassFolder, options: Namespace) -> None:
     """Make a class, or add students to it."""
-    names = [*options.students, *([] if options.names is None else _names_in(Path(options.names)))]
+    listed = "" if options.names is None else opening.text_at(str(Path(options.names)), 100_000)
+    names = [*options.students, *filter(None, map(str.strip, listed.splitlines()))]
     for name in names:
         if not good_name(name) or name.casefold() == TEACHER_NAME:
             raise CommandLineError(f"{name!r} is no name for a student", NAME_RULE)
@@ -59,11 +58,6 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
             atomic.write_atomically(folder.tokens, before.decode())
         raise CommandLineError(error.detail, error.hint) from None
     print(f"{folder.root}: {count(len(folder.students()), 'student')}; vrs class links {folder.root} tells their links")
-
-
-def _names_in(path: Path) -> list[str]:
-    """Read the names in a file with one name per line. Raises FileError."""
-    return [line.strip() for line in opening.text_at(str(path), 100_000).splitlines() if line.strip()]
 
 
 def _print_links(folder: ClassFolder, options: Namespace) -> None:

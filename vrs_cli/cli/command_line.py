@@ -7,13 +7,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import takewhile
 from math import inf, isnan
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from vrs_cli.cli import commands, kinds
-from vrs_cli.errors import UsageError, nearest
+from vrs_cli.errors import UsageError, VrsError, nearest
 
 if TYPE_CHECKING:
     from vrs_cli.devices.device import Outside
@@ -31,6 +32,15 @@ class CommandLineError(UsageError):
 
     def __str__(self) -> str:
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
+
+
+@contextmanager
+def errors_of_options(*kinds: type[VrsError]) -> Iterator[None]:
+    """Raise errors of these kinds in the block as a CommandLineError."""
+    try:
+        yield
+    except kinds as error:
+        raise CommandLineError(error.detail, error.hint) from None
 
 
 class HelpAll(argparse.Action):

@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import PurePath
 
 from vrs_cli.cli import batch, commands, main, outputs, system_limits
-from vrs_cli.cli.command_line import CommandLineError, Parser, teller
+from vrs_cli.cli.command_line import CommandLineError, Parser, errors_of_options, teller
 from vrs_cli.cli.sources import sources_of
 from vrs_cli.convert import as_written, steps, writers
 from vrs_cli.errors import UsageError, did_you_mean
@@ -28,10 +28,8 @@ class Conversion(batch.Batch, frozen=True):
     def _station(self, terminal: batch.BatchTerminal, folder: opening.Folder) -> Station:
         """Return the station. Raises CommandLineError for a robot that the target language does not support."""
         station = super()._station(terminal, folder)
-        try:
+        with errors_of_options(UsageError):
             writers.TARGETS[self.options.to].check(station.engine.model)
-        except UsageError as error:
-            raise CommandLineError(error.detail, error.hint) from None
         return station
 
     def _execute(

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from vrs_cli.cli.command_line import CommandLineError, teller
+from vrs_cli.cli.command_line import CommandLineError, errors_of_options, teller
 from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.errors import FileExists, UsageError
 from vrs_cli.files import atomic, opening
@@ -30,10 +30,8 @@ def client_of(options: Namespace, *, attended: bool = False, behind: float = 0.0
     """Return a client that is not open yet. Messages about its connection go to standard error. Raises CommandLineError
     for a wrong address, or FileError."""
     hello = hello_of(token_of(options.token_file), name=options.name, behind=behind, attended=attended)
-    try:
+    with errors_of_options(UsageError):
         return Client(options.url, hello, ca=options.ca, told=teller(options.prog))
-    except UsageError as error:
-        raise CommandLineError(error.detail, error.hint) from None
 
 
 def ask_once(options: Namespace, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
@@ -85,9 +83,6 @@ async def signal_comes() -> int:
     finally:
         for number in heard:
             loop.remove_signal_handler(number)
-
-
-# --- how a line delays ------------------------------------------------------------------------------------------------
 
 
 # --- vrs connect ------------------------------------------------------------------------------------------------------

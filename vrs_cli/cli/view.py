@@ -9,8 +9,7 @@ import json
 import os
 import webbrowser
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, suppress
 from math import inf
 from pathlib import Path
 from threading import Thread
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from vrs_cli.cli import remote, run
-from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot, clock_of, teller
+from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot, clock_of, errors_of_options, teller
 from vrs_cli.cli.sources import cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import NonexistentFile, UsageError, VrsError
 from vrs_cli.extras import shipped_folder
@@ -158,25 +157,13 @@ def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: Local
     return status
 
 
-DATA = "?recording"  # path in the address of a page that shows data instead of a robot
-
-
-@contextmanager
-def said_of_command_line() -> Iterator[None]:
-    """Raise errors of options as CommandLineError."""
-    try:
-        yield
-    except UsageError as error:
-        raise CommandLineError(error.detail, error.hint) from None
-
-
 def page_place(options: Namespace) -> PagePlace:
     """Return the address and the secret of a page, from the options `--host` and `--port`. A port that the user chooses
     keeps its secret, so that an open page stays valid. Raises CommandLineError, or NonexistentFile if the page is not
     built."""
     from vrs_cli.net.local_server import PagePlace, checked_host, kept_secret, new_secret
 
-    with said_of_command_line():
+    with errors_of_options(UsageError):
         address = ListenAddress(checked_host(options.host), options.port)
     secret = new_secret()
     with suppress(RuntimeError):  # there is no home folder
@@ -207,7 +194,7 @@ def host_robot(
     """Serve a new robot with its page until the stack is closed. Raises the errors of the program."""
     from vrs_cli.net.local_server import LocalRobot
 
-    with said_of_command_line():
+    with errors_of_options(UsageError):
         local_robot = LocalRobot(
             model,
             at,
@@ -247,10 +234,10 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
     name = Path(options.url).name
     shown = page_data.recorded_page(recording.arm, recording.timeline, title=name, rate=options.rate, cell=cell)
     at.pages.add(f"/recording/{quote(name, safe='')}.json", "application/json", json.dumps(shown).encode())
-    with said_of_command_line():
+    with errors_of_options(UsageError):
         server = LocalServer(at, tell=teller(options.prog))
     stack.callback(server.close)
-    tell_page(options, server.page(name, DATA))
+    tell_page(options, server.page(name, "?recording"))
 
 
 def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
@@ -259,7 +246,7 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
     from vrs_cli.net.local_server import BROWSER, LocalServer
 
     token, called = remote.token_of(options.token_file), options.name or BROWSER
-    with said_of_command_line():
+    with errors_of_options(UsageError):
         found = socket_port.SocketPort.connect(options.url, hello_of(token, name=called), ca=options.ca, window=0.0)
     name, world = found.welcome.robot, found.far.world
     found.close()
@@ -278,7 +265,7 @@ def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell 
         window=options.window,
         cell=told,
     )
-    with said_of_command_line():
+    with errors_of_options(UsageError):
         server = LocalServer(at, relays={name: relay}, tell=teller(options.prog))
     stack.callback(server.close)
     tell_page(options, server.page(name))
