@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
-from vrs_cli.cli.tools import SHELLS
+from vrs_cli.cli.commands import SUBCOMMANDS
 
 TRIED = {  # words before the Tab key, and what completes the last of them
     "ch": ["check"],
@@ -41,7 +41,7 @@ def test_a_shell_completes_what_is_typed(vrs: Vrs, tmp_path: Path, shell: str, w
     assert done.stdout.split() == TRIED[words], done.stderr
 
 
-@pytest.mark.parametrize("shell", SHELLS)
+@pytest.mark.parametrize("shell", SUBCOMMANDS["tools completion"].options[0].choices)
 def test_every_subcommand_is_there(vrs: Vrs, shell: str) -> None:
     ended = vrs("tools", "completion", shell)
     assert (ended.status, ended.err) == (0, "")

@@ -13,18 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, structs
 
-from vrs_cli.cli import commands, main
+from vrs_cli.cli import commands, main, sources
 from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_robot
-from vrs_cli.cli.sources import (
-    Source,
-    are_together,
-    cell_file,
-    has_errors,
-    program_files,
-    read_source,
-    robot_of,
-    sources_of,
-)
 from vrs_cli.errors import FileError, UndefinedName
 from vrs_cli.files.opening import stamp
 from vrs_cli.values.numbers import count
@@ -42,7 +32,7 @@ ROUNDS = 10  # maximum number of rounds of corrections; a correction may uncover
 class Finding(Struct, frozen=True):
     """The diagnostics of a file, sorted by line, and the number of mistakes that were corrected before."""
 
-    source: Source
+    source: sources.Source
     diagnostics: tuple[Diagnostic, ...]
     mended: int = 0
 
@@ -60,7 +50,7 @@ def _text(findings: Sequence[Finding]) -> None:
         else:
             print(finding.source.diagnostics_text(finding.diagnostics), end="")
     everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
-    errors = sum(has_errors([diagnostic]) for diagnostic in everything)
+    errors = sum(sources.has_errors([diagnostic]) for diagnostic in everything)
     mended = sum(finding.mended for finding in findings)
     if everything or mended:
         told = f"{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}"
@@ -133,7 +123,7 @@ def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Fin
             line, span = lines[one.span.line - 1], one.span
             lines[span.line - 1] = f"{line[: span.column - 1]}{one.mend}{line[span.end - 1 :]}"
         text = "\n".join(lines)
-        now = Finding(Source(now.source.path, text), find(text), now.mended + len(mends)) if mends else now
+        now = Finding(sources.Source(now.source.path, text), find(text), now.mended + len(mends)) if mends else now
     return now
 
 
@@ -182,7 +172,9 @@ def _check(options: Namespace, model: RobotModel) -> int:
             _show(_difference(one.source.path, before[one.source.path], one.source.text))
         elif one.mended:
             _write(one.source.path, one.source.text)
-    wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
+    wrong = any(
+        finding.diagnostics if options.strict else sources.has_errors(finding.diagnostics) for finding in findings
+    )
     return max(status, main.FAILED if wrong or (options.diff and any(one.mended for one in findings)) else main.OK)
 
 
@@ -197,36 +189,36 @@ class Unreadable(Struct, frozen=True):
         from vrs_cli.values.diagnostics import Span, error
 
         found = error(type(self.error), Span(1, 1, 2), self.error.detail, self.error.hint)
-        return Finding(Source(self.path, ""), (found,))
+        return Finding(sources.Source(self.path, ""), (found,))
 
 
-def _groups(options: Namespace) -> Iterable[tuple[Source, ...] | Unreadable]:
+def _groups(options: Namespace) -> Iterable[tuple[sources.Source, ...] | Unreadable]:
     """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together."""
-    files = program_files(options.files)
-    groups, unreadable = list[tuple[Source, ...]](), list[Unreadable]()
+    files = sources.program_files(options.files)
+    groups, unreadable = list[tuple[sources.Source, ...]](), list[Unreadable]()
     for path in files:
         try:
-            groups.append(sources_of((path,), samples=False))
+            groups.append(sources.sources_of((path,), samples=False))
         except FileError as error:
             unreadable.append(Unreadable(path, error))
-    if are_together(options.files, files, options.project):
-        sources = {source.path: source for group in groups for source in group}
-        groups = [tuple(sources.values())] if sources else []
+    if sources.are_together(options.files, files, options.project):
+        together = {source.path: source for group in groups for source in group}
+        groups = [tuple(together.values())] if together else []
     named = {source.path for group in groups for source in group[1:]}
     return (*unreadable, *(group for group in groups if len(group) > 1 or group[0].path not in named))
 
 
 def _findings(
-    group: Sequence[Source], wanted: Sequence[Source], options: Namespace, model: RobotModel
+    group: Sequence[sources.Source], wanted: Sequence[sources.Source], options: Namespace, model: RobotModel
 ) -> Iterator[Finding]:
     """Yield the findings of the files in a name space that are to be checked."""
     from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.language.run.signals import NO_CELL
 
-    robots = () if options.robot else (robot_of(options.prog, source) for source in group)
+    robots = () if options.robot else (sources.robot_of(options.prog, source) for source in group)
     named = next((name for name in robots if name), None)
-    its, cell, found = load_robot(named) if named else model, NO_CELL, cell_file(options, group[0])
+    its, cell, found = load_robot(named) if named else model, NO_CELL, sources.cell_file(options, group[0])
     if found is not None:
         from vrs_cli.files.cell_file import read_cell
 
@@ -241,7 +233,7 @@ def _findings(
 
 
 def _find(
-    source: Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
+    source: sources.Source, inspector: Inspector, beside: Beside, options: Namespace, text: str
 ) -> tuple[Diagnostic, ...]:
     """Return the errors in a text, and the warnings that the options select. Programs of files in the same folder may
     be called."""
@@ -255,7 +247,8 @@ def _find(
     return tuple(
         one
         for one in everything
-        if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
+        if sources.has_errors([one])
+        or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
     )
 
 
@@ -282,7 +275,7 @@ def _watch(options: Namespace, model: RobotModel) -> int:
 def _state(named: Sequence[str]) -> object:
     """Return a value that changes when one of the files changes."""
     try:
-        files = [(path, stamp(Path(path))) for path in program_files(named)]
+        files = [(path, stamp(Path(path))) for path in sources.program_files(named)]
         return [(path, stamp(Path(path))) for file in files for path in (file[0], *_files_named_in(*file))]
     except FileError as error:
         return str(error)
@@ -293,7 +286,7 @@ def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
     """Return the files that a file names (`; with: lib.v2`). If the file has changed (`_stamp`), its text is read
     again."""
     with suppress(FileError):
-        return tuple(source.path for source in sources_of((path,), samples=False)[1:])
+        return tuple(source.path for source in sources.sources_of((path,), samples=False)[1:])
     return ()
 
 
@@ -308,9 +301,9 @@ def fmt(options: Namespace) -> int:
     from vrs_cli.language.analysis.structure import canonical_text
 
     dialect = chosen_dialect(options)
-    formatted, wrong = list[tuple[Source, str]](), False
-    for path in program_files(options.files):
-        source = read_source(path, samples=False)
+    formatted, wrong = list[tuple[sources.Source, str]](), False
+    for path in sources.program_files(options.files):
+        source = sources.read_source(path, samples=False)
         text = canonical_text(source.text, dialect, source.name)
         if isinstance(text, str):
             formatted.append((source, text))

@@ -10,22 +10,13 @@ from urllib.parse import quote, urlsplit
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files import atomic, opening
-from vrs_cli.net.tokens import (
-    NAME_RULE,
-    OWN_ROBOTS,
-    TEACHER_NAME,
-    ClassFolder,
-    TokenFile,
-    add_tokens,
-    good_name,
-    take_out,
-)
+from vrs_cli.net import tokens
 from vrs_cli.values.numbers import count
 
 
 def class_(options: Namespace) -> None:
     """Carry out an action on a class. Raises CommandLineError, FileError, UsageError."""
-    folder = ClassFolder(Path(options.folder))
+    folder = tokens.ClassFolder(Path(options.folder))
     own = {"names": "new", "at": "links", "to": "collect"}
     if wrong := next(
         (name for name, action in own.items() if getattr(options, name) and options.action != action), None
@@ -36,13 +27,13 @@ def class_(options: Namespace) -> None:
     {"new": _make, "links": _print_links, "collect": _collect, "forget": _forget}[options.action](folder, options)
 
 
-def _make(folder: ClassFolder, options: Namespace) -> None:
+def _make(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Make a class, or add students to it."""
     listed = "" if options.names is None else opening.text_at(str(Path(options.names)), 100_000)
     names = [*options.students, *filter(None, map(str.strip, listed.splitlines()))]
     for name in names:
-        if not good_name(name) or name.casefold() == TEACHER_NAME:
-            raise CommandLineError(f"{name!r} is no name for a student", NAME_RULE)
+        if not tokens.good_name(name) or name.casefold() == tokens.TEACHER_NAME:
+            raise CommandLineError(f"{name!r} is no name for a student", tokens.NAME_RULE)
         if [one.casefold() for one in names].count(name.casefold()) > 1:
             raise CommandLineError(f"{name} is there twice", "give each a name of its own")
     if not names:
@@ -50,7 +41,7 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
     before = folder.tokens.read_bytes() if folder.tokens.exists() else None
     folder.make(names)
     try:
-        TokenFile(folder.tokens, (), OWN_ROBOTS)
+        tokens.TokenFile(folder.tokens, (), tokens.OWN_ROBOTS)
     except FileDamaged as error:  # undo, because two students would share a robot
         if before is None:
             folder.tokens.unlink()
@@ -60,7 +51,7 @@ def _make(folder: ClassFolder, options: Namespace) -> None:
     print(f"{folder.root}: {count(len(folder.students()), 'student')}; vrs class links {folder.root} tells their links")
 
 
-def _print_links(folder: ClassFolder, options: Namespace) -> None:
+def _print_links(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Print a line for each person: the name and the link to the robot."""
     at = urlsplit(options.at or "http://127.0.0.1:8765")
     if at.scheme not in ("http", "https") or not at.netloc or at.path.strip("/") or at.query or at.fragment:
@@ -74,7 +65,7 @@ def _print_links(folder: ClassFolder, options: Namespace) -> None:
         print(f"{name} {at.scheme}://{at.netloc}/{where}#token={quote(token, safe='')}")
 
 
-def _collect(folder: ClassFolder, options: Namespace) -> None:
+def _collect(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Copy the newest program of each student, and print the names of students without a program."""
     if options.students:
         raise CommandLineError("collect takes the programs of all", f"vrs class collect {folder.root}")
@@ -86,7 +77,7 @@ def _collect(folder: ClassFolder, options: Namespace) -> None:
     print(f"{count(len(found), 'program')} in {target}" + (f"; nothing of {', '.join(missing)}" if missing else ""))
 
 
-def _forget(folder: ClassFolder, options: Namespace) -> None:
+def _forget(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Remove students, with their tokens and all their files."""
     if not options.students:
         raise CommandLineError("whom to forget?", f"vrs class forget {folder.root} NAME")
@@ -100,13 +91,13 @@ def _forget(folder: ClassFolder, options: Namespace) -> None:
 
 def token(options: Namespace) -> None:
     """Print a line for each name: the name and its token. With --revoke remove the tokens instead."""
-    wrong = next((name for name in options.names if not good_name(name)), None)
+    wrong = next((name for name in options.names if not tokens.good_name(name)), None)
     if wrong is not None:
-        raise CommandLineError(f"{wrong!r} is no name", NAME_RULE)
+        raise CommandLineError(f"{wrong!r} is no name", tokens.NAME_RULE)
     path = Path(options.file)
     if options.revoke:
-        take_out(path, options.names)
+        tokens.take_out(path, options.names)
         return
     robots = None if options.robots is None else tuple(filter(None, options.robots.split(",")))
-    for name, token in add_tokens(path, options.names, options.role, robots, options.expires).items():
+    for name, token in tokens.add_tokens(path, options.names, options.role, robots, options.expires).items():
         print(f"{name} {token}")

@@ -25,22 +25,9 @@ from vrs_cli.teach.exercise import Exercise, read_exercise
 from vrs_cli.teach.grading import Grader, Grading, Submission, SubmissionRuns, by_student, total_of
 from vrs_cli.teach.many import Graded, core_count, grade_many, grade_on_cluster
 from vrs_cli.teach.propose import propose
+from vrs_cli.teach.reports import results
 from vrs_cli.teach.reports.pages import Pages
-from vrs_cli.teach.reports.results import (
-    FOR_STUDENTS,
-    Likeness,
-    file_stem,
-    gradebook,
-    junit,
-    plain,
-    points_text,
-    results_object,
-    similar,
-    written_json,
-)
 from vrs_cli.values.numbers import count
-
-MAX_NAME_CHARS = 200
 
 
 def find_submissions(named: Iterable[str]) -> tuple[Submission, ...]:
@@ -55,13 +42,8 @@ def find_submissions(named: Iterable[str]) -> tuple[Submission, ...]:
         for path in _places(name):
             found.setdefault(os.path.abspath(path), path)
     paths = [Path(path) for path in found]
-    return tuple(
-        sorted((_read(student, path) for student, path in zip(_students(paths), paths, strict=True)), key=_order)
-    )
-
-
-def _order(one: Submission) -> tuple[str, str]:
-    return one.student.casefold(), one.student
+    read = (_read(student, path) for student, path in zip(_students(paths), paths, strict=True))
+    return tuple(sorted(read, key=lambda one: (one.student.casefold(), one.student)))
 
 
 def _places(name: str) -> Iterable[Path]:
@@ -95,9 +77,10 @@ def _programs_below(folder: Path) -> list[Path]:
 
 def _students(paths: list[Path]) -> list[str]:
     """Return a name for each path. The names are as short as possible, and no two are equal."""
+    own = [path.stem if sources.is_program(path.name) else path.name for path in paths]
     depth, names = 1, list[str]()
     while depth <= 64:
-        names = ["/".join((*path.parts[-depth:-1], _own_name(path))) for path in paths]
+        names = ["/".join((*path.parts[-depth:-1], name)) for path, name in zip(paths, own, strict=True)]
         if len({name.casefold() for name in names}) == len(names):
             break
         depth += 1
@@ -107,13 +90,9 @@ def _students(paths: list[Path]) -> list[str]:
     return [_text_of_name(name) for name in names]
 
 
-def _own_name(path: Path) -> str:
-    return path.stem if sources.is_program(path.name) else path.name
-
-
 def _text_of_name(name: str) -> str:
-    """Return a file name as text; bytes that are not valid characters are escaped."""
-    return os.fsencode(name).decode(errors="backslashreplace")[-MAX_NAME_CHARS:]
+    """Return the end of a file name as text; bytes that are not valid characters are escaped."""
+    return os.fsencode(name).decode(errors="backslashreplace")[-200:]
 
 
 def _read(student: str, path: Path) -> Submission:
@@ -204,8 +183,7 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
     if options.html is not None:
         pages = Pages(Path(options.html), exercise)
         pages.name(one.student for one in submissions)
-    found = list["Grading"]()
-    total = len(submissions)
+    found, total = list[Grading](), len(submissions)
     told = RunProgress("grading", total, told=lambda done: f"{done:.0f} of {total}")
     try:
         with told as progress, closing(_gradings(options, grader, submissions)) as arriving:
@@ -222,14 +200,16 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
         )
         raise
     gradings = by_student(found)
-    alike = similar({one.student: one.text for one in submissions}, _texts_of_exercise(exercise), exercise.similar)
-    results = results_object(exercise, gradings, alike)
-    _write(options, exercise, gradings, results)
+    given = (Path(exercise.folder, "exercise", name) for name in ("given.v2", "start.v2"))  # texts that all receive
+    texts = [path.read_text(encoding="utf-8", errors="replace") for path in given if path.is_file()]
+    alike = results.similar({one.student: one.text for one in submissions}, texts, exercise.similar)
+    contents = results.results_object(exercise, gradings, alike)
+    _write(options, exercise, gradings, contents)
     if pages is not None:
-        pages.finish(gradings, alike, results["digest"], next(iter(grader.models.values())).arm)
+        pages.finish(gradings, alike, contents["digest"], next(iter(grader.models.values())).arm)
     if not options.quiet and commands.STANDARD_STREAM not in (getattr(options, name) for name in FILES):
         _show(exercise, gradings, alike)
-        print(f"digest {results['digest']}")
+        print(f"digest {contents['digest']}")
     return gradings
 
 
@@ -240,14 +220,6 @@ def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submissi
         return grade_many(grader, submissions, options.jobs or core_count(), replays=replays)
 
     return grade_on_cluster(options.dask, grader.exercise, submissions, replays=replays)
-
-
-def _texts_of_exercise(exercise: Exercise) -> Iterator[str]:
-    """Yield the program texts that students receive with an exercise."""
-    for name in ("given.v2", "start.v2"):
-        path = Path(exercise.folder, "exercise", name)
-        if path.is_file():
-            yield path.read_text(encoding="utf-8", errors="replace")
 
 
 # --- outputs ---------------------------------------------------------------------------------------------------------
@@ -270,24 +242,24 @@ def _check_outputs(options: Namespace, several: bool) -> None:
         check_page()
 
 
-def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], results: dict[str, object]) -> None:
+def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], contents: dict[str, object]) -> None:
     """Write all files. Raises FileError."""
     if options.json is not None:
-        _write_text(options.json, written_json(results))
+        _write_text(options.json, results.written_json(contents))
     if options.csv is not None:
-        _write_text(options.csv, gradebook(exercise, gradings))
+        _write_text(options.csv, results.gradebook(exercise, gradings))
     if options.junit is not None:
-        _write_text(options.junit, junit(exercise, gradings))
+        _write_text(options.junit, results.junit(exercise, gradings))
     for name in FOR_ONE:
         path = getattr(options, name)
         if path is not None and len(gradings) == 1:
-            _write_text(path, written_json(FOR_STUDENTS[name](exercise, gradings[0])))
+            _write_text(path, results.written_json(results.FOR_STUDENTS[name](exercise, gradings[0])))
         elif path is not None:
-            _make_folder(path)
+            outputs.make_folder(Path(path), path, "name another folder")
             taken = set[str]()
             for one in gradings:
-                file = Path(path, f"{file_stem(one.student, taken)}.json")
-                _write_text(str(file), written_json(FOR_STUDENTS[name](exercise, one)))
+                file = Path(path, f"{results.file_stem(one.student, taken)}.json")
+                _write_text(str(file), results.written_json(results.FOR_STUDENTS[name](exercise, one)))
 
 
 def _write_text(path: str, text: str) -> None:
@@ -297,15 +269,7 @@ def _write_text(path: str, text: str) -> None:
         atomic.write_atomically(path, text)
 
 
-def _make_folder(path: str) -> None:
-    """Make a folder. Raises FileError."""
-    try:
-        os.makedirs(path, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{path}: {error.strerror}", "name another folder") from None
-
-
-def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> None:
+def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[results.Likeness]) -> None:
     """Print a table of all gradings, and the pairs of similar submissions."""
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else PIPE.width
     for block in _blocks(exercise, gradings, alike):
@@ -314,18 +278,26 @@ def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Liken
                 print(row.text.rstrip())
 
 
-def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[Likeness]) -> Iterator[Block]:
-    of = points_text(total_of(exercise))
+def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[results.Likeness]) -> Iterator[Block]:
+    of = results.points_text(total_of(exercise))
     columns = (Column("student"), number_column("points", 6), number_column("of", 4), Column("why", fold=True))
     rows = (
-        (plain(one.student), "-" if one.lost else points_text(one.points), of, plain(_reason(one))) for one in gradings
+        (
+            results.plain(one.student),
+            "-" if one.lost else results.points_text(one.points),
+            of,
+            results.plain(_reason(one)),
+        )
+        for one in gradings
     )
     yield Grid(columns, tuple(rows))
     graded = [one.points for one in gradings if not one.lost]
-    mean = f", {points_text(round(sum(graded) / len(graded), 2))} of {of} points on the average" if graded else ""
+    mean = (
+        f", {results.points_text(round(sum(graded) / len(graded), 2))} of {of} points on the average" if graded else ""
+    )
     lost = len(gradings) - len(graded)
     yield line(f"{count(len(graded), 'submission')} graded{f', {lost} not' if lost else ''}{mean}")
-    pairs = tuple((plain(one.first), plain(one.second), f"{one.similarity:.0%}") for one in alike)
+    pairs = tuple((results.plain(one.first), results.plain(one.second), f"{one.similarity:.0%}") for one in alike)
     if pairs:
         yield line()
         yield Grid((Column("similar"), Column(""), number_column("by", 5)), pairs)

@@ -26,7 +26,6 @@ T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
 MAX_PORT = 65535
 MAX_RATE = 100_000.0  # [Hz] maximum sampling rate
-FACTORS = {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}
 
 
 def float_of(text: str) -> float:
@@ -64,7 +63,7 @@ def whole(text: str) -> int:
 def size(text: str) -> int:
     """Read a number of things or of bytes above zero: 500, 64K, 1.5M, 2G."""
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
-    value = positive(digits) * FACTORS[factor]
+    value = positive(digits) * {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}[factor]
     if value != int(value) or value > 2**62:
         raise ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
     return int(value)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,29 +14,23 @@ from vrs_cli.cli.command_line import teller
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.render.console import draw_lesson_text
 from vrs_cli.repl import config, shell
+from vrs_cli.teach import lessons
 from vrs_cli.teach.learn import Learner, LearnerRecord, LessonStanding
-from vrs_cli.teach.lessons import (
-    Lesson,
-    chosen_folder,
-    lesson_folders,
-    lessons_folder,
-    progress_key,
-    read_lesson,
-    sections,
-)
 
 if TYPE_CHECKING:
     from vrs_cli.net.local_server import PagePlace
 
 OK, FAILED = 0, 1
-PROGRESS = "learn.json"
 
 
 def learn(options: Namespace) -> int:
     """Lead a learner through lessons until the learner leaves; return the exit status. Raises VrsError."""
     if options.check is not None:
         return _check(Path(options.check))
-    course = _Course(options.lesson, _progress_file())
+    file = None  # with the learner's progress
+    with suppress(RuntimeError):  # the user has no home folder
+        file = config.state_folder(os.environ) / "learn.json"
+    course = _Course(options.lesson, file)
     if options.reset:
         course.reset()
         return OK
@@ -44,14 +38,6 @@ def learn(options: Namespace) -> int:
         course.list()
         return OK
     return course.run(options)
-
-
-def _progress_file() -> Path | None:
-    """Return the file with the learner's progress; None if the user has no home folder."""
-    try:
-        return config.state_folder(os.environ) / PROGRESS
-    except RuntimeError:
-        return None
 
 
 class _Course:
@@ -64,10 +50,10 @@ class _Course:
         if folder is not None and (folder / "lesson.md").exists():
             self.folders: tuple[Path, ...] = (folder,)
         else:
-            self.folders = lesson_folders(folder or lessons_folder())
+            self.folders = lessons.lesson_folders(folder or lessons.lessons_folder())
         if not self.folders:
             raise NonexistentFile(f"{folder} has no lessons", "a lesson is a folder, as 01_first: docs/learn.md")
-        self._asked = None if word is None or folder is not None else chosen_folder(word, self.folders)
+        self._asked = None if word is None or folder is not None else lessons.chosen_folder(word, self.folders)
 
     def reset(self) -> None:
         """Delete the learner's progress."""
@@ -77,13 +63,13 @@ class _Course:
             self._file.unlink()
             print("All lessons begin anew")
         else:
-            LearnerRecord(self._file).keep(progress_key(self._asked), LessonStanding())
+            LearnerRecord(self._file).keep(lessons.progress_key(self._asked), LessonStanding())
             print(f"{self._asked.name} begins anew")
 
     def list(self) -> None:
         """Print the lessons, with the learner's progress in each."""
         progress = self._progress()
-        for number, lesson in enumerate(map(_read, self.folders), 1):
+        for number, lesson in enumerate(map(lessons.read_lesson, self.folders), 1):
             standing = progress.of(lesson.key)
             print(f"{number:3}  {lesson.title:40} {standing.summary():>8}  {lesson.summary}")
 
@@ -95,13 +81,13 @@ class _Course:
             print("All lessons are done. vrs learn 1 begins the first again, vrs learn --list shows them")
             return OK
         while folder is not None:
-            status, folder = self._lesson(options, _read(folder), progress, first=first)
+            status, folder = self._lesson(options, lessons.read_lesson(folder), progress, first=first)
             first = False
         return status
 
     def _next(self, progress: LearnerRecord) -> Path | None:
         """Return the first unfinished lesson, searching from the latest one on; None if all are finished."""
-        keys = [progress_key(folder) for folder in self.folders]
+        keys = [lessons.progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]
         return next((one for key, one in order[start:] + order[:start] if not progress.of(key).is_finished), None)
@@ -115,7 +101,7 @@ class _Course:
             return LearnerRecord(None)
 
     def _lesson(
-        self, options: Namespace, lesson: Lesson, progress: LearnerRecord, *, first: bool
+        self, options: Namespace, lesson: lessons.Lesson, progress: LearnerRecord, *, first: bool
     ) -> tuple[int, Path | None]:
         """Lead the learner through one lesson. Return the exit status, and the next lesson that the learner has
         chosen."""
@@ -132,7 +118,8 @@ class _Course:
             classroom = Classroom(lesson, stack, tell, page=self._page, attended=attended)
             begin = 0 if standing.is_finished else standing.passed
             course = {folder: _title(folder) for folder in self.folders}
-            learner = Learner(lesson, classroom.look, _text_shower(attended), progress, course, begin)
+            show = draw_lesson_text if attended else _print_lesson_text
+            learner = Learner(lesson, classroom.look, show, progress, course, begin)
             if self._page is not None and classroom.local_robot is not None:
                 self._page = self._page.at_port(classroom.local_robot.port)  # later lessons use the same port
                 if first:
@@ -150,21 +137,13 @@ class _Course:
 
 def _title(folder: Path) -> str:
     try:
-        return sections((folder / "lesson.md").read_text(encoding="utf-8"))[0]
+        return lessons.sections((folder / "lesson.md").read_text(encoding="utf-8"))[0]
     except (OSError, UnicodeError):
         return folder.name
 
 
-def _read(folder: Path) -> Lesson:
-    return read_lesson(folder)
-
-
-def _text_shower(attended: bool) -> Callable[[str], None]:
-    """Return a function that shows the Markdown of a lesson: in colours on a terminal, as plain text in a pipe."""
-    if not attended:
-        return lambda text: print(f"{text}\n", flush=True)
-
-    return draw_lesson_text
+def _print_lesson_text(text: str) -> None:
+    print(f"{text}\n", flush=True)
 
 
 def _check(folder: Path) -> int:
@@ -173,11 +152,11 @@ def _check(folder: Path) -> int:
 
     if not folder.is_dir():
         raise NonexistentFile(str(folder), "name the folder of a lesson, or of several")
-    several: Sequence[Path] = () if (folder / "checks.toml").exists() else lesson_folders(folder)
+    several: Sequence[Path] = () if (folder / "checks.toml").exists() else lessons.lesson_folders(folder)
     found = 0
     for one in several or (folder,):
         try:
-            lesson = _read(one)
+            lesson = lessons.read_lesson(one)
             wrong = list(faults(lesson))
         except FileDamaged as error:
             wrong, lesson = error.detail.splitlines(), None

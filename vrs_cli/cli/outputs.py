@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError
 from vrs_cli.cli.commands import STANDARD_STREAM
-from vrs_cli.errors import FileError, UsageError
+from vrs_cli.errors import FileError, UsageError, VrsError
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 
-PAGES = (".html", ".htm")
 MAX_COMMANDS = 1000  # maximum number of rows in the table of a report
 HALF_DIGIT = 0.0005  # [s] tolerance: messages round the end of a trajectory to three decimals, possibly up
 STYLE = (
@@ -73,7 +72,9 @@ class Outputs(Struct, frozen=True):
 
             check_plot(outputs.plot)
         if outputs.report is not None:
-            _check_report(outputs.report)
+            if Path(outputs.report).suffix.lower() not in (".html", ".htm"):
+                raise UsageError(f"{outputs.report} is no page", "its name ends in .html")
+            check_writable(outputs.report)
         if outputs.save is not None:
             check_writable(outputs.save)
         return outputs
@@ -116,6 +117,15 @@ def check_moment(option: str, t: float, timeline: Timeline) -> None:
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
+def make_folder(folder: Path, named: str, hint: str, error: type[VrsError] = FileError) -> Path:
+    """Make a folder, if it is not there, and return its full path. Raises `error`, which names it as `named`."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        raise error(f"{named}: {reason.strerror}", hint) from None
+    return folder.resolve()
+
+
 def check_distinct(paths: Iterable[str]) -> None:
     """Raise CommandLineError if two paths are the same file; a device may be named twice."""
     for one, other in combinations(paths, 2):
@@ -151,15 +161,6 @@ def journal(
 # --- `--report OUT.html`: a page about a trajectory -------------------------------------------------------------------
 
 
-def _check_report(path: str) -> None:
-    """Raise the errors that `_write_report` would raise later: UsageError, FileError."""
-    if Path(path).suffix.lower() not in PAGES:
-        raise UsageError(f"{path} is no page", f"its name ends in {PAGES[0]}")
-    from vrs_cli.files.atomic import check_writable
-
-    check_writable(path)
-
-
 def _write_report(
     path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None, world: World | None
 ) -> None:
@@ -182,7 +183,7 @@ def _write_report(
     more = f"<p>{len(rows) - MAX_COMMANDS} more are not shown.</p>" if len(rows) > MAX_COMMANDS else ""
     parts = (
         f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
-        _or_why("picture of the arm", lambda: _picture(arm, timeline, moment, world)),
+        _picture(arm, timeline, moment, world),
         curves_svg(trajectory_panels(arm, timeline), TIME),
         f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}",
     )
@@ -193,25 +194,19 @@ def _write_report(
     write_atomically(path, page)
 
 
-def _or_why(what: str, make: Callable[[], str]) -> str:
-    """Return a part of the page, or a sentence that says why this machine cannot make the part."""
-    from html import escape
-
-    try:
-        return make()
-    except UsageError as error:
-        return f"<p>No {what}: {escape(error.detail)} ({escape(error.hint)}).</p>"
-
-
 def _picture(arm: RobotArm, timeline: Timeline, t: float, world: World | None) -> str:
-    """Return a picture of the arm as HTML. Raises PictureError."""
+    """Return a picture of the arm as HTML, or a sentence that says why this machine cannot make it."""
     from base64 import b64encode
+    from html import escape
 
     from vrs_cli.render.pictures import check_still, write_still
 
-    check_still()
     stream = BytesIO()
-    write_still(stream, arm, timeline, t, world)
+    try:
+        check_still()
+        write_still(stream, arm, timeline, t, world)
+    except UsageError as error:
+        return f"<p>No picture of the arm: {escape(error.detail)} ({escape(error.hint)}).</p>"
     data = b64encode(stream.getvalue()).decode()
     return f'<p><img alt="The arm at {t:.3f} s" src="data:image/png;base64,{data}"></p>'
 

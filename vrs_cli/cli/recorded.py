@@ -120,7 +120,6 @@ def verify(options: Namespace) -> int:
 # --- vrs replay -----------------------------------------------------------------------------------------------------
 
 
-DEFAULT_STEP = 0.1  # [s] time between the rows of the table
 MAX_TABLE_ROWS = 100_000
 
 
@@ -140,7 +139,7 @@ def replay(options: Namespace) -> None:
 
         play(arm, timeline, options.speed)
     else:
-        step = options.step or DEFAULT_STEP
+        step = options.step or 0.1  # [s]
         if (timeline.end - timeline.start) / step > MAX_TABLE_ROWS:
             what = f"--step {step:g} makes too many rows"
             raise CommandLineError(what, f"at most {MAX_TABLE_ROWS}; --csv writes long tables")

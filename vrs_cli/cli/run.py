@@ -8,21 +8,14 @@ import os
 import signal
 from argparse import Namespace
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vrs_cli.cli import sources
 from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_outside, chosen_robot, clock_of, teller
-from vrs_cli.cli.outputs import Outputs
-from vrs_cli.cli.sources import (
-    Source,
-    are_together,
-    cell_file,
-    is_program,
-    program_files,
-    read_source,
-    robot_of,
-    sources_of,
-)
+from vrs_cli.cli.outputs import Outputs, make_folder
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
@@ -38,8 +31,8 @@ UNWATCHED_LIMITS: Mapping[str, float] = {  # limits for programs that nobody wat
 def run(options: Namespace) -> int:
     """Load, check and execute. Return 1 if the file has errors or the program stopped with one."""
     named = _files(options)
-    files = program_files(named)
-    together = are_together(named, files, options.project)
+    files = sources.program_files(named)
+    together = sources.are_together(named, files, options.project)
     options.apart = not together and (len(files) > 1 or set(files) != set(named))  # each file of a folder is run alone
     options.common = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files])
     if options.keep is not None and not options.apart:
@@ -51,10 +44,10 @@ def run(options: Namespace) -> int:
 
         return run_many(options, files)
     options.file = files[0]
-    outputs, sources = Outputs.of(options), sources_of(files, closed=options.sandbox is not None)
+    outputs, read = Outputs.of(options), sources.sources_of(files, closed=options.sandbox is not None)
     from vrs_cli.cli.batch import Batch
 
-    return Batch(options, outputs, sources).run()
+    return Batch(options, outputs, read).run()
 
 
 def _files(options: Namespace) -> list[str]:
@@ -69,10 +62,10 @@ def _files(options: Namespace) -> list[str]:
     files: list[str] = options.files[:-1]
     last: str = options.files[-1]
     options.program = None
-    if not files or is_program(last) or os.path.isdir(last) or set(last) & set("*?["):
+    if not files or sources.is_program(last) or os.path.isdir(last) or set(last) & set("*?["):
         return [*files, last]
     options.program = last
-    unknown = (name for name in files[1:] if not (is_program(name) or os.path.exists(name)))
+    unknown = (name for name in files[1:] if not (sources.is_program(name) or os.path.exists(name)))
     if (wrong := next(unknown, None)) is not None:
         raise CommandLineError(f"{wrong} is no program file", "one program is executed: its name comes last")
     return files
@@ -94,12 +87,8 @@ def _set_limits(options: Namespace) -> None:
     for name, most in UNWATCHED_LIMITS.items():
         if getattr(options, name) is None and not missing[name]:
             setattr(options, name, most)
-    if options.sandbox is None:
-        return
-    try:
-        os.makedirs(options.sandbox, exist_ok=True)
-    except OSError as error:
-        raise CommandLineError(f"--sandbox {options.sandbox}: {error.strerror}", "name a folder") from None
+    if options.sandbox is not None:
+        make_folder(Path(options.sandbox), f"--sandbox {options.sandbox}", "name a folder", CommandLineError)
 
 
 def shell(options: Namespace) -> int:
@@ -107,8 +96,11 @@ def shell(options: Namespace) -> int:
     outside = chosen_outside(options)
     from vrs_cli.repl.shell import Local, run
 
-    clock, dialect, source = clock_of(options.realtime), chosen_dialect(options), _source(options)
-    cell = cell_file(options, source or Source("", "", is_file=False))
+    clock, dialect, source = clock_of(options.realtime), chosen_dialect(options), None
+    if options.file is not None:
+        with suppress(FileError):  # the error is reported when the file is loaded
+            source = sources.read_source(options.file)
+    cell = sources.cell_file(options, source or sources.Source("", "", is_file=False))
     if cell is not None and options.cell is None:
         teller(options.prog)("the cell is {} ({})".format(*cell))
     path = None if cell is None else cell[0]
@@ -116,17 +108,7 @@ def shell(options: Namespace) -> int:
     return run(Local(model, options.file, clock=clock, outside=outside, dialect=dialect, cell=path), options.save)
 
 
-def _source(options: Namespace) -> Source | None:
-    """Return the program file to load first; None if there is none or it cannot be read."""
-    if options.file is None:
-        return None
-    try:
-        return read_source(options.file)
-    except FileError:  # the error is reported when the file is loaded
-        return None
-
-
-def _robot(options: Namespace, source: Source | None) -> RobotModel | None:
+def _robot(options: Namespace, source: sources.Source | None) -> RobotModel | None:
     """Return the robot that the options or the program file name. None: the robot in the file of --save, or the usual
     one."""
     if options.robot is not None:
@@ -136,6 +118,6 @@ def _robot(options: Namespace, source: Source | None) -> RobotModel | None:
     if options.task is not None:
         raise CommandLineError("--task is for a robot that is named", "give --robot NAME|FILE too")
     if source is not None and options.save is None:
-        named = robot_of(options.prog, source)
+        named = sources.robot_of(options.prog, source)
         return None if named is None else chosen_robot(options, named)
     return None

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from vrs_cli.cli import main, remote
 from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, tell_notes, teller
-from vrs_cli.errors import FileError
+from vrs_cli.cli.outputs import make_folder
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.interfaces.dialogue import Notes
@@ -52,7 +52,7 @@ def serve(options: Namespace) -> int:
         audit = Audit(Path(path) if path else None, time.time, tell)
         at_end.callback(audit.close)
         if options.folder is not None:
-            folder = _make_folder(Path(options.folder), "--folder")
+            folder = make_folder(Path(options.folder), f"--folder {Path(options.folder)}", "name a folder")
         else:
             folder = Path(at_end.enter_context(TemporaryDirectory(prefix="vrs-")))
         named, tokens = (name for name, _ in options.robot), None
@@ -199,7 +199,9 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     robots: Mapping[str, RobotModel] = {name: load_robot(robot, ends, options.task) for name, robot in wanted}
     for model in robots.values():
         tell_notes(tell, model, fitted=options.task is None)
-    journal = None if options.journal is None else _make_folder(Path(options.journal), "--journal")
+    journal = options.journal
+    if journal is not None:
+        journal = make_folder(Path(journal), f"--journal {Path(journal)}", "name a folder")
     cells = {name: read_cell(file) for name, file in options.cell}
     usual = served_robot.Plan(
         load_robot(options.own_robot),
@@ -216,14 +218,3 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     idle = OWN_IDLE if options.idle is None else options.idle
     wake, grants = server.wake, server.grants
     return room.Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)
-
-
-def _make_folder(folder: Path, option: str) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{option} {folder}: {error.strerror}", "name a folder") from None
-    return folder.resolve()
-
-
-# --- vrs class token ------------------------------------------------------------------------------------------------

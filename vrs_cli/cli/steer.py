@@ -27,8 +27,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
 from vrs_cli.files.timed_lines import TimedTarget, read_targets
 from vrs_cli.interfaces.roles.supervisor import Supervisor
-from vrs_cli.interfaces.streams import Following, Steering
-from vrs_cli.kinematics.joints import JointKind, Joints, joints_outside
+from vrs_cli.interfaces.streams import Steering
+from vrs_cli.kinematics.joints import JointKind, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net.socket_port import SocketPort
@@ -52,7 +52,6 @@ ALLOWANCE = 0.1  # [s] allowance for varying delays and for planning
 def steer(options: Namespace) -> int:
     """Follow a stream to its end. Return 1 if some lines contained no target or a target out of reach."""
     outputs = Outputs.of(options)
-
     run = _Run if _takes_address(options) is None else _ServedRun
     return run(options, outputs, RunProgress(options.file)).run()
 
@@ -97,22 +96,13 @@ def _read(stream: TextIO) -> Iterator[str]:
         yield from iter(partial(stream.readline, MAX_LINE_CHARS), "")
 
 
-def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
-    """Return the joints of a target at time 0; None (READY) if the stream does not begin with joints at time 0."""
-    joints = first.target
-    if first.t > 0.0 or isinstance(joints, Transform) or joints_outside(joints, model.lower, model.upper):
-        return None
-    return joints
-
-
-def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[str, float, float]]:
-    """Return the unit, the root mean square and the maximum of the errors, for each kind of joint that the robot has
-    [deg, mm]."""
-    told = (
-        (JointKind.REVOLUTE, "deg", degrees(1.0), following.turning),
-        (JointKind.PRISMATIC, "mm", 1e3, following.sliding),
-    )
-    return [(unit, scale * error.rms, scale * error.worst) for kind, unit, scale, error in told if kind in kinds]
+def _errors(
+    kinds: Collection[JointKind], turning: tuple[float, float], sliding: tuple[float, float]
+) -> list[tuple[str, float, float]]:
+    """Return the unit, the mean and the maximum of the errors [deg, mm], for each kind of joint that the robot has.
+    `turning`, `sliding`: the mean and the maximum [rad, m]."""
+    told = ((JointKind.REVOLUTE, "deg", degrees(1.0), turning), (JointKind.PRISMATIC, "mm", 1e3, sliding))
+    return [(unit, scale * mean, scale * worst) for kind, unit, scale, (mean, worst) in told if kind in kinds]
 
 
 @dataclass(slots=True)
@@ -165,7 +155,11 @@ class _Run:
         return first
 
     def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
-        engine = Engine(model, start=_start(model, first), clock=clock_of(self.options.realtime))
+        """Begin at the joints of the first target if its time is 0, else at READY."""
+        start = None if first.t > 0.0 or isinstance(first.target, Transform) else first.target
+        if start is not None and joints_outside(start, model.lower, model.upper):
+            start = None
+        engine = Engine(model, start=start, clock=clock_of(self.options.realtime))
         if self.options.profile is not None:
             engine.perform(SetParameter("PROFILE", self.options.profile))
         return Steering(engine, speed=self.options.speed / 100.0)
@@ -213,13 +207,23 @@ class _Run:
         self.progress.say(f"{self.options.prog}: {what}")
 
     def _tell(self, steering: Steering) -> None:
-        if self.options.json:
-            print(json.dumps(self._object(steering), indent=2))
-            return
-
-        tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
         engine, following = steering.engine, steering.following
-        errors = _errors(following, engine.model.units.kinds)
+        turning, sliding = ((error.rms, error.worst) for error in (following.turning, following.sliding))
+        errors = _errors(engine.model.units.kinds, turning, sliding)
+        if self.options.json:
+            found = {
+                "targets": following.targets,
+                "held": following.held,
+                "out_of_reach": self.unreached,
+                "skipped": self.skipped,
+                "duration_s": round(engine.end, 9),
+                "lag_s": {"rms": round(following.lag.rms, 6), "max": round(following.lag.worst, 6)},
+                **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
+                "final": sources.position_object(engine.position(engine.end), engine.model.units),
+            }
+            print(json.dumps(found, indent=2))
+            return
+        tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
         said = "; ".join(f"{rms:.2f} {unit} rms, {worst:.2f} at most" for unit, rms, worst in errors)
         tell(f"{count(following.targets, 'target')} in {engine.end:.3f} s, followed to {said}")
         if engine.realtime:
@@ -230,20 +234,6 @@ class _Run:
         if self.skipped:
             were = "was no target" if self.skipped == 1 else "were no targets"
             tell(f"{count(self.skipped, 'line')} {were}")
-
-    def _object(self, steering: Steering) -> dict[str, object]:
-        engine, following = steering.engine, steering.following
-        errors = _errors(following, engine.model.units.kinds)
-        return {
-            "targets": following.targets,
-            "held": following.held,
-            "out_of_reach": self.unreached,
-            "skipped": self.skipped,
-            "duration_s": round(engine.end, 9),
-            "lag_s": {"rms": round(following.lag.rms, 6), "max": round(following.lag.worst, 6)},
-            **{f"error_{unit}": {"rms": round(rms, 6), "max": round(worst, 6)} for unit, rms, worst in errors},
-            "final": sources.position_object(engine.position(engine.end), engine.model.units),
-        }
 
 
 class _ServedRun(_Run):
@@ -315,14 +305,9 @@ class _ServedRun(_Run):
 
     def _tell_served(self, steering: ChunkSteering, kinds: Collection[JointKind]) -> None:
         followed = steering.followed
-        told = (
-            (JointKind.REVOLUTE, "deg", degrees(1.0), followed.turning),
-            (JointKind.PRISMATIC, "mm", 1e3, followed.sliding),
-        )
-        scales = [
-            (unit, scale / max(followed.samples, 1), scale, found) for kind, unit, scale, found in told if kind in kinds
-        ]
-        errors = [(unit, part * total, scale * worst) for unit, part, scale, (total, worst) in scales]
+        totals = (followed.turning, followed.sliding)
+        turning, sliding = ((total / max(followed.samples, 1), worst) for total, worst in totals)
+        errors = _errors(kinds, turning, sliding)
         if self.options.json:
             found = {
                 "targets": followed.targets,

@@ -38,7 +38,6 @@ def config(options: Namespace) -> int:
 # --- vrs tools completion -------------------------------------------------------------------------------------------
 
 
-SHELLS = ("bash", "zsh", "fish", "powershell")
 FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # words of a placeholder that stand for a file
 FOLDERS = ("FOLDER", "DIR", "EXERCISE")
 
@@ -96,21 +95,16 @@ def lsp(options: Namespace) -> None:
 def robots(options: Namespace) -> None:
     """Print the list of robots, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
-    from vrs_cli.render.blocks import text_of
-
-    shown = _list() if options.robot is None else _one(arm_for(chosen_robot(options)))
-    print(text_of(shown), end="")
-
-
-def _list() -> Iterator[Block]:
-    from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.kinematics.robot_file import load_robot, robot_names
-    from vrs_cli.render.blocks import Column, Grid
+    from vrs_cli.render.blocks import Column, Grid, text_of
 
+    if options.robot is not None:
+        print(text_of(_one(arm_for(chosen_robot(options)))), end="")
+        return
     arms = [arm_for(load_robot(name)) for name in robot_names()]
     headings = ("Name", "Robot", "Joints", "Configurations")
     rows = tuple((arm.model.name, arm.model.title, str(arm.model.joint_count), _words(arm)) for arm in arms)
-    yield Grid(tuple(map(Column, headings)), rows)
+    print(text_of([Grid(tuple(map(Column, headings)), rows)]), end="")
 
 
 def _words(arm: RobotArm) -> str:

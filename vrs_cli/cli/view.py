@@ -62,10 +62,7 @@ def view(options: Namespace) -> int:
 
 def _world(options: Namespace, arm: RobotArm) -> World | None:
     """Return the world of --cell, for pictures on the terminal. Raises FileError."""
-    if options.cell is None:
-        return None
-
-    return World(arm, read_cell(options.cell))
+    return None if options.cell is None else World(arm, read_cell(options.cell))
 
 
 async def _watch(options: Namespace) -> None:
