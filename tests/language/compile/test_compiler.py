@@ -175,6 +175,18 @@ def test_jumps_and_blocks_go_where_the_reference_goes(lines: list[str], data: st
         assert typed[: len(expected)] == expected
 
 
+def test_a_jump_out_of_an_if_repeats_no_step() -> None:
+    assert (
+        run_lines("x = 0", "IF x == 0 THEN", "  IF x == 5 GOTO 10", "  x = x+1", "END", "x = x+10", "10").value("x")
+        == 11.0
+    )
+
+
+def test_a_jump_out_of_an_if_with_an_else_and_a_loop() -> None:
+    lines = ("IF x == 0 THEN", "  IF x == 5 GOTO 10", "ELSE", "  IF x == 2 THEN", "  END", "END")
+    assert run_lines("x = 0", "FOR j = 1 TO 3", *lines, "10 END").value("j") == 4.0
+
+
 @pytest.mark.parametrize("part", [1, 3])
 @given(spaghetti(), st.data())
 @examples(80)

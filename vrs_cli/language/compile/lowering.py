@@ -126,12 +126,14 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
     block begins inside a branch."""
     jumps = [(place, op.target) for place, op in enumerate(ops) if isinstance(op, JumpIf) and op.target > place]
     branches = {place: _branch(ops, place, target) for place, target in jumps}
-    stops: list[int] = []
+    around: list[Branch] = []
     for place, branch in list(branches.items()):
-        stops = [stop for stop in stops if stop > place]
-        stops.append(branch.otherwise.stop)
-        if len(stops) > MAX_BRANCH_DEPTH:
-            del branches[place]
+        around = [one for one in around if one.otherwise.stop > place]
+        ends = [one.then.stop if place in one.then else one.otherwise.stop for one in around]
+        if len(around) == MAX_BRANCH_DEPTH or branch.otherwise.stop > min(ends, default=len(ops)):
+            del branches[place]  # nested too deeply, or an IF ... GOTO to a place behind the part that it is in
+        else:
+            around.append(branch)
     while True:
         inside = {*branches, *(branch.then.stop for branch in branches.values() if branch.otherwise)}
         targets = (op.target for place, op in enumerate(ops) if isinstance(op, Jumping) and place not in inside)
