@@ -325,6 +325,7 @@ COUNTED = (
     "WHILE n > 0 DO",
     "  n = n-1",
     "  m = 1/n",
+    "  k = n",
     "END",
 )
 

@@ -3,7 +3,8 @@
 The operations of `lowering` are grouped into basic blocks. A binary tree of `if pc < k` inside `while True` selects the
 block, so GOTO into or out of a control structure only sets a number. The function yields each request or effect, and
 Python suspends the program there. `n` is the number of steps left in the turn: each counted operation subtracts 1; at
-0 the function yields the operation's number before it carries the operation out. While the program is suspended, the
+0 the function yields the operation's number before it carries the operation out. The first of several assignments
+subtracts the steps of all at once, unless the turn may end among them (`s`). While the program is suspended, the
 context's `turn` holds n and the present operation. `t` changes with each suspension; while `t` is the same, a variable
 that was found to be real stays real. The Python lines of an operation have its number, so that a traceback shows in
 which operation an error occurred.
@@ -76,6 +77,7 @@ class ProgramCompiler(ExpressionCompiler):
 
     `_numbers`: the number of each block, by its first operation; `_here`: the blocks of the present function; `_inner`:
     the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted operation;
+    `_later`: the number of steps in the present run that are counted already;
     `_branches`: the operations that become an `if` of Python; `_place`: the present operation; `_counted`: the last
     counted operation of the present block, if it is known; `_real`: for each variable (by key) that may be known to be
     real, the Python variable that equals `t` if it is known in this turn.
@@ -95,6 +97,8 @@ class ProgramCompiler(ExpressionCompiler):
         self._place = 0
         self._real: dict[str, str] | None = None
         self._counted: int | None = None
+        self._later = 0
+        self._following: dict[int, int] = {}
 
     def variant(self, everywhere: bool) -> Variant:
         ops = self._lowered.ops
@@ -103,9 +107,12 @@ class ProgramCompiler(ExpressionCompiler):
         self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
         firsts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
         ends = zip(leaders, [*leaders[1:], len(ops)], strict=True)
-        self._silent_blocks = frozenset(k for k, cut in enumerate(ends) if all(map(is_silent, ops[slice(*cut)])))
+        self._silent_blocks = frozenset(
+            k for k, cut in enumerate(ends) if all(map(lowering.is_silent, ops[slice(*cut)]))
+        )
         parts = [self._function(range(*cut), leaders) for cut in pairwise([*firsts, len(leaders)])]
-        return Variant(parts[0] if len(parts) == 1 else _join(parts, firsts), tuple(self.arrays), numbers)
+        function = parts[0] if len(parts) == 1 else _join(parts, firsts)
+        return Variant(function, tuple(self.arrays), numbers, self._following)
 
     def _function(self, here: range, leaders: list[int]) -> Callable[..., Steps]:
         """Make the Python function for some of the blocks. It accepts, and ignores, the arrays that later functions
@@ -155,7 +162,7 @@ class ProgramCompiler(ExpressionCompiler):
         statements, place = list[py.stmt](), places.start
         while place < places.stop:
             op = self._lowered.ops[place]
-            statements += self._operation(place, op)
+            statements += self._operation(place, op, places.stop)
             branch = self._branches.get(place)
             if branch is not None:
                 self._fill(cast(py.If, statements[-1]), branch)
@@ -184,8 +191,8 @@ class ProgramCompiler(ExpressionCompiler):
         """Return whether the program can end after this operation without carrying out another counted operation."""
         while place not in self._numbers:
             op = self._lowered.ops[place]
-            if not is_silent(op) or isinstance(op, lowering.Finish):
-                return is_silent(op)
+            if not lowering.is_silent(op) or isinstance(op, lowering.Finish):
+                return lowering.is_silent(op)
             place = op.target if isinstance(op, lowering.Jump) else place + 1
         return self._numbers[place] in self._silent_blocks
 
@@ -201,22 +208,38 @@ class ProgramCompiler(ExpressionCompiler):
         away = py.Continue() if self._inner is None else py.Break()
         return [*told, tree.assign("pc", tree.constant(target)), away]
 
-    def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
+    def _operation(self, place: int, op: lowering.Op, stop: int) -> list[py.stmt]:
         self.reads = self.observes = False
         self._place = place
-        if not is_silent(op):
+        if not lowering.is_silent(op):
             self._counted = place
         statements = self._statements(op)
         if self.observes:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "observes_at", tree.constant(place))))
         if self.reads:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
-        if not is_silent(op):
-            suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _LOAD_LEFT], [])
-            statements = [_COUNT, suspended, *statements]
+        if not lowering.is_silent(op):
+            statements = [*self._count_steps(place, stop), *statements]
         for statement in statements:
             tree.place(statement, place + FIRST_LINE)
         return statements
+
+    def _count_steps(self, place: int, stop: int) -> list[py.stmt]:
+        """Return the code that counts the step of an operation: at the start of a run all its steps, unless the turn
+        may end within the run."""
+        suspended = py.If(tree.not_(tree.name("n")), [tree.yield_(tree.constant(place)), _LOAD_LEFT], [])
+        if self._later:
+            self._later -= 1
+            self._following[place] = self._later
+            return [py.If(tree.name("s"), [_COUNT, suspended], [])]
+        steps = lowering.run_length(self._lowered.ops[place:stop])
+        if steps == 1:
+            return [_COUNT, suspended]
+        self._later = self._following[place] = steps - 1
+        taken = py.BinOp(tree.name("n"), py.Sub(), tree.constant(steps))
+        enough = tree.compare(tree.name("n"), py.Gt(), tree.constant(steps))
+        alone = [tree.assign("s", tree.constant(True)), _COUNT, suspended]
+        return [py.If(enough, [tree.assign("n", taken), tree.assign("s", tree.constant(False))], alone)]
 
     def _statements(self, op: lowering.Op) -> list[py.stmt]:
         return _OPERATIONS[type(op)](self, op)
@@ -463,11 +486,12 @@ def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Calla
 
 class Variant(Struct, frozen=True):
     """A Python function, the arrays that follow its fixed arguments, and the number of each block by its first
-    operation."""
+    operation. `following`: for operations in runs, the number of later steps in the run."""
 
     function: Callable[..., Steps]
     arrays: tuple[Array, ...]
     numbers: Mapping[int, int]
+    following: Mapping[int, int]
 
 
 class Compiled(Struct, frozen=True, dict=True, weakref=True):
@@ -494,13 +518,8 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
     def stand(self, step: int) -> int | None:
         """Return the first step from `step` on (counted from 0) that does something, so that the program can stop
         before it; None if there is none."""
-        steps = (op.step for op in self.lowered.ops if op.step >= step and not is_silent(op))
+        steps = (op.step for op in self.lowered.ops if op.step >= step and not lowering.is_silent(op))
         return min(steps, default=None)
-
-
-def is_silent(op: lowering.Op) -> bool:
-    """Return whether an operation does not count as a step for the driver."""
-    return isinstance(op, lowering.Mark | lowering.Finish) or (isinstance(op, lowering.Jump) and not op.counted)
 
 
 def compile_program(library: Library, analysis: Analysis) -> Compiled:

@@ -28,7 +28,7 @@ from msgspec import Struct
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.compile import lowering
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.compiler import FIRST_LINE, ProgramCompiler, is_silent
+from vrs_cli.language.compile.compiler import FIRST_LINE, ProgramCompiler
 from vrs_cli.language.compile.expressions import CELLS, KEYS, Array, Library
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.values import Kind
@@ -109,7 +109,7 @@ class _DirectCompiler(ProgramCompiler):
             for place in range(first, end):
                 run = place if place in joins else run
                 test = place if place in tests else test
-                if not is_silent(ops[place]):
+                if not lowering.is_silent(ops[place]):
                     self._runs[run] += 1
                     self._needed[test] += 1
                     following[run:place] = [number + 1 for number in following[run:place]]
@@ -146,7 +146,7 @@ class _DirectCompiler(ProgramCompiler):
     def _ends_silently(self, _place: int) -> bool:
         return False  # a direct function stores no operation number
 
-    def _operation(self, place: int, op: lowering.Op) -> list[py.stmt]:
+    def _operation(self, place: int, op: lowering.Op, _stop: int) -> list[py.stmt]:
         self._place = place
         statements = self._statements(op)
         if self._runs[place]:

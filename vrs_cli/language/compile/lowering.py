@@ -110,6 +110,21 @@ class Lowered(Struct, frozen=True):
     calls: tuple[Invoke, ...] = ()
 
 
+def is_silent(op: Op) -> bool:
+    """Return whether an operation does not count as a step for the driver."""
+    return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
+
+
+def run_length(ops: Sequence[Op]) -> int:
+    """Return the number of steps that are certainly carried out together: assignments, and the operation after them."""
+    steps = 0
+    for op in ops:
+        steps += not is_silent(op)
+        if not isinstance(op, Mark) and not (isinstance(op, Perform) and isinstance(op.statement, ast.Assignment)):
+            break
+    return steps
+
+
 class Branch(Struct, frozen=True):
     """The two ranges of operations after an IF: `then` is carried out if the jump of the IF is not taken, `otherwise`
     if it is."""

@@ -461,7 +461,10 @@ class Task:
                 located, activation.op = True, op
                 performed = activation.program.compilation.lowered.ops[op]
                 if not (isinstance(performed, Perform) and isinstance(performed.statement, ast.Instruction)):
-                    left = trace.tb_frame.f_locals.get("n", left)  # for an instruction the context has the number
+                    known = trace.tb_frame.f_locals
+                    left = known.get("n", left)  # for an instruction the context has the number
+                    if not known.get("s", True):  # the steps of the whole run are counted already
+                        left += activation.program.compilation.ordinary.following.get(op, 0)
             trace = trace.tb_next
         return left
 
