@@ -223,15 +223,22 @@ class Batch(Struct, frozen=True):
     def _station(self, terminal: BatchTerminal, folder: opening.Folder) -> Station:
         options = self.options
         model = chosen_robot(options, robot_of(options.prog, self.source))
-        outside = chosen_outside(options)
+        outside = chosen_outside(options)  # it may set options.realtime
         clock = clock_of(options.realtime)
         own = OWN if clock is None else ATTENDED
         if options.allow_net or options.serial:
             own = structs.replace(own, max_time=None)  # a program with devices runs until it is stopped
         usual = Limits() if options.apart or options.sandbox is not None else own
         given = {name: most for name in COUNTED if (most := getattr(options, name)) is not None}
-        limits = structs.replace(usual, **given)
-        station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
+        station = Station(
+            terminal,
+            model,
+            clock=clock,
+            limits=structs.replace(usual, **given),
+            folder=folder,
+            outside=outside,
+            advice=_advice,
+        )
         station.dialect = chosen_dialect(options)
         station.tasks.told = partial(self._tell_beside, terminal)
         if (cell := cell_file(options, self.source)) is not None:

@@ -77,5 +77,5 @@ def convert(options: Namespace) -> int:
         atomic.check_writable(options.output)
     usual = vars(Parser("run", options.prog).parse([options.file]))  # the default values of the options of vrs run
     usual |= {"program": None, "apart": False, "quiet": True}
-    sources = sources_of((options.file,))
-    return Conversion(Namespace(**usual | vars(options)), outputs.Outputs(None, 0.0, None, None), sources).run()
+    options = Namespace(**usual | vars(options))
+    return Conversion(options, outputs.Outputs(None, 0.0, None, None), sources_of((options.file,))).run()

@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,13 +71,17 @@ class _Course:
         """Print the lessons, with the learner's progress in each."""
         progress = self._progress()
         for number, lesson in enumerate(map(lessons.read_lesson, self.folders), 1):
-            standing = progress.of(lesson.key)
-            print(f"{number:3}  {lesson.title:40} {standing.summary():>8}  {lesson.summary}")
+            print(f"{number:3}  {lesson.title:40} {progress.of(lesson.key).summary():>8}  {lesson.summary}")
 
     def run(self, options: Namespace) -> int:
         """Lead the learner through lessons until the learner leaves; return the exit status."""
         progress = self._progress()
-        folder, first, status = self._asked or self._next(progress), True, OK
+        # the first unfinished lesson, searched from the latest one on
+        keys = [lessons.progress_key(folder) for folder in self.folders]
+        start = keys.index(progress.latest) if progress.latest in keys else 0
+        order = [*zip(keys, self.folders, strict=True)]
+        unfinished = next((one for key, one in order[start:] + order[:start] if not progress.of(key).is_finished), None)
+        folder, first, status = self._asked or unfinished, True, OK
         if folder is None:
             print("All lessons are done. vrs learn 1 begins the first again, vrs learn --list shows them")
             return OK
@@ -84,13 +89,6 @@ class _Course:
             status, folder = self._lesson(options, lessons.read_lesson(folder), progress, first=first)
             first = False
         return status
-
-    def _next(self, progress: LearnerRecord) -> Path | None:
-        """Return the first unfinished lesson, searching from the latest one on; None if all are finished."""
-        keys = [lessons.progress_key(folder) for folder in self.folders]
-        start = keys.index(progress.latest) if progress.latest in keys else 0
-        order = [*zip(keys, self.folders, strict=True)]
-        return next((one for key, one in order[start:] + order[:start] if not progress.of(key).is_finished), None)
 
     def _progress(self) -> LearnerRecord:
         """Read the learner's progress. A file that does not hold such a record is reported, and is not changed."""
@@ -118,7 +116,7 @@ class _Course:
             classroom = Classroom(lesson, stack, tell, page=self._page, attended=attended)
             begin = 0 if standing.is_finished else standing.passed
             course = {folder: _title(folder) for folder in self.folders}
-            show = draw_lesson_text if attended else _print_lesson_text
+            show = draw_lesson_text if attended else partial(print, end="\n\n", flush=True)
             learner = Learner(lesson, classroom.look, show, progress, course, begin)
             if self._page is not None and classroom.local_robot is not None:
                 self._page = self._page.at_port(classroom.local_robot.port)  # later lessons use the same port
@@ -140,10 +138,6 @@ def _title(folder: Path) -> str:
         return lessons.sections((folder / "lesson.md").read_text(encoding="utf-8"))[0]
     except (OSError, UnicodeError):
         return folder.name
-
-
-def _print_lesson_text(text: str) -> None:
-    print(f"{text}\n", flush=True)
 
 
 def _check(folder: Path) -> int:

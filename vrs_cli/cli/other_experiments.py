@@ -40,9 +40,6 @@ if TYPE_CHECKING:
     from vrs_cli.lab.study import Condition, Study, StudyResult, StudyTrial
 
 
-VIEWED, FOLLOWED = "What is seen, beside the robot", "The robot, beside its goal"
-
-
 class MethodRows(NamedTuple):
     """The scores over one line with delays in one scenario, by the names of viewers and controllers."""
 
@@ -108,7 +105,7 @@ def _report_methods(options: Namespace, rows: Sequence[MethodRows]) -> Iterator[
         for scenario in (row.scenario for row in some):
             yield line(f"  {scenario:<8}{SCENARIOS[scenario]}")
         yield line()
-        yield line(VIEWED)
+        yield line("What is seen, beside the robot")
         columns = number_columns("mean deg", "95 % deg", "max deg", "mean mm", "jump deg")
         viewed = (
             (row.scenario, name.rpartition(":")[2], *map(_three, (it.mean, it.p95, it.most, it.mean_mm, it.jump)))
@@ -123,7 +120,7 @@ def _report_methods(options: Namespace, rows: Sequence[MethodRows]) -> Iterator[
         )
         if followed:
             yield line()
-            yield line(FOLLOWED)
+            yield line("The robot, beside its goal")
             columns = number_columns("rms deg", "max deg", "lag s", "effort", "held %")
             yield Grid((Column("scenario"), Column("controller"), *columns), followed)
         yield line()
@@ -295,9 +292,6 @@ def _first_line(child: Popen[str]) -> str:
     return line
 
 
-PANELS = 8  # maximum number of panels of the plot
-
-
 class TwinRows(NamedTuple):
     """The result of a case: the names of its line and scenario, its trial, the curves of the first seed, and the
     outcome over all seeds."""
@@ -324,14 +318,14 @@ def run_twin(options: Namespace) -> int:
     ]
     print_rows(options, rows, _row_object_twin, _report_twin)
     if options.plot is not None:
-        panels = [  # the errors of each case over time, for its first seed
+        panels = [  # the errors of the first eight cases over time, each for its first seed
             Curves(
                 "{0}, lead {2} s, {1}: error [deg]".format(*_case_names(it)),
                 twin.SEEN,
                 [getattr(it.curves, name) for name in twin.SEEN],
                 it.curves.times,
             )
-            for it in rows[:PANELS]
+            for it in rows[:8]
         ]
         write_atomically(options.plot, curves_svg(panels, "t [s]") + "\n")
     return main.OK if all(it.row.excess == 0.0 for it in rows) else main.FAILED

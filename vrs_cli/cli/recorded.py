@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -28,48 +28,41 @@ MAX_MEASURED = 500_000  # maximum number of reports that can be played
 
 
 def where(options: Namespace) -> None:
-    """Print where the robot is at the given times."""
+    """Print where the robot is at the given times. With --measured print its measured positions; raises
+    CommandLineError for a file without reports."""
     recording = sources.read_recording(options.prog, options.file, lenient=options.lenient)
-    from vrs_cli.engine.position import position_at
     from vrs_cli.render.text import plain_text
-    from vrs_cli.values.replies import Whereabouts
+    from vrs_cli.values.replies import MeasuredWhereabouts, Whereabouts
 
-    units = recording.arm.model.units
+    arm, timeline, units = recording.arm, recording.timeline, recording.arm.model.units
+    objects: Iterable[object]
     if options.measured:
-        _where_measured(options, recording)
-        return
-    positions = [position_at(recording.arm, recording.timeline, t) for t in options.at]
-    if options.json:
-        objects = [
-            {"time": p.time, **sources.position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions
-        ]
-        print("[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]")
-    else:
-        shown = (plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)
-        print("\n".join(shown), end="")
+        from vrs_cli.engine.comparison import measured_position, why_unknown
 
-
-def _where_measured(options: Namespace, recording: Recording) -> None:
-    """Print the measured positions of the robot at the given times. Raises CommandLineError for a file without
-    reports."""
-    from vrs_cli.engine.comparison import measured_position, why_unknown
-    from vrs_cli.render.text import plain_text
-    from vrs_cli.values.replies import MeasuredWhereabouts
-
-    measured, units = _reports(options, recording), recording.arm.model.units
-    found = [(t, measured_position(recording.arm, recording.timeline, measured, t)) for t in options.at]
-    if options.json:
-        objects = [
+        measured, between = _reports(options, recording), ""
+        found = [(t, measured_position(arm, timeline, measured, t)) for t in options.at]
+        objects = (
             {"time": t, **sources.position_object(at.measured, units), "mode": at.mode.value}
             if at
             else {"time": t, "mode": None}
             for t, at in found
-        ]
+        )
+        texts = (
+            plain_text(MeasuredWhereabouts(at, False, units)) if at else f"{why_unknown(measured, t)}\n"
+            for t, at in found
+        )
+    else:
+        from vrs_cli.engine.position import position_at
+
+        positions, between = [position_at(arm, timeline, t) for t in options.at], "\n"
+        objects = (
+            {"time": p.time, **sources.position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions
+        )
+        texts = (plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)
+    if options.json:
         print("[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]")
-        return
-    for t, at in found:
-        shown = plain_text(MeasuredWhereabouts(at, False, units)) if at else f"{why_unknown(measured, t)}\n"
-        print(shown, end="")
+    else:
+        print(between.join(texts), end="")
 
 
 def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:

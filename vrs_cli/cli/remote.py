@@ -137,8 +137,7 @@ def _put(options: Namespace) -> None:
         data = options.put.read_bytes()
     except OSError as error:
         raise opening.unreadable(options.put, error) from None
-    name = options.called or options.put.name
-    ask_once(options, lambda id: messages.Put(id, name, data, options.replace))
+    ask_once(options, lambda id: messages.Put(id, options.called or options.put.name, data, options.replace))
 
 
 def _get(options: Namespace) -> None:

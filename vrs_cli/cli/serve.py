@@ -30,11 +30,6 @@ from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, TokenFile
 from vrs_cli.render.text import styled_lines
 from vrs_cli.teach.served_lessons import ServedLessons
 
-SWITCHED = 0.001  # [s] switch interval of threads while the server starts; Python's 5 ms would delay lines
-
-
-TURN = 0.0005  # [s] switch interval of threads; with Python's 5 ms many observers would delay each line
-OWN_IDLE = 600.0  # [s] a robot that belongs to a token is paused after this time without users
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
 
@@ -44,7 +39,7 @@ def serve(options: Namespace) -> int:
     _check(options)
     from tempfile import TemporaryDirectory
 
-    sys.setswitchinterval(SWITCHED)
+    sys.setswitchinterval(0.001)  # [s] with Python's 5 ms the threads of the start would delay lines
     tell = teller(options.prog)
     with ExitStack() as at_end:
         at_end.enter_context(collect_in_small_parts())
@@ -75,7 +70,7 @@ def serve(options: Namespace) -> int:
         for line in WARM:
             session.perform(line)
         hub.open_all()
-        sys.setswitchinterval(TURN)
+        sys.setswitchinterval(0.0005)  # [s] with Python's 5 ms many observers would delay each line
         return asyncio.run(_run_server(options, server, hub, tell))
 
 
@@ -215,6 +210,6 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         styled=styled_lines,
     )
     places, own = room.RobotFolders(journal, folder), options.robots_per_token
-    idle = OWN_IDLE if options.idle is None else options.idle
+    idle = 600.0 if options.idle is None else options.idle  # [s] of robots that tokens have alone
     wake, grants = server.wake, server.grants
     return room.Hub(robots, places, usual, audit, wake, tell, own=own, grants=grants, own_idle=idle, cells=cells)

@@ -126,8 +126,7 @@ def _one(arm: RobotArm) -> Iterator[Block]:
     yield line()
     headings = ("lower", "upper", "velocity/s", "accel/s2")
     rates = (model.lower, model.upper, model.max_velocity, model.max_acceleration)
-    poses = tuple(model.poses)
-    columns = tuple(map(number_column, (*headings, *(pose.upper() for pose in poses))))
+    columns = tuple(map(number_column, (*headings, *(pose.upper() for pose in model.poses))))
     table = [model.units.to_display(row) for row in (*rates, *model.poses.values())]
     names = () if model.origin is None else tuple(map("{}, {}".format, model.origin.joints, model.origin.types))
     rows = tuple(

@@ -220,13 +220,16 @@ class _Bench(Simulation):
     def _viewer_score(self, seen: Floats, true: Floats, call_time: float) -> ViewerScore:
         """Compare displayed joints (N, n) with the true ones, both with positions."""
         n, scale = seen.shape[1], self.degrees
-        apart = np.abs(seen - true[:, :n]) * scale
-        worst = apart.max(axis=1)
+        worst = (np.abs(seen - true[:, :n]) * scale).max(axis=1)
         mm = 1e3 * np.linalg.norm(self.with_tool(seen)[:, n:] - true[:, n:], axis=1)
         steps = np.abs(np.diff(seen, axis=0) - np.diff(true[:, :n], axis=0)) * scale
-        jump = float(steps.max(initial=0.0))
         return ViewerScore(
-            float(worst.mean()), float(np.percentile(worst, 95)), float(worst.max()), float(mm.mean()), jump, call_time
+            float(worst.mean()),
+            float(np.percentile(worst, 95)),
+            float(worst.max()),
+            float(mm.mean()),
+            float(steps.max(initial=0.0)),
+            call_time,
         )
 
     def controller_score(self) -> ControllerScore | None:

@@ -158,8 +158,7 @@ class Simulation:
         self.delay = self.sync.round_trip(0.5) / 2.0
         self.robot = Engine(robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
         self.looks = np.arange(0.0, seconds, 1.0 / rate)
-        frames = ways.lines("frames")[1]
-        self.arrived = np.array([frames.arrival(t) for t in self.looks.tolist()])
+        self.arrived = np.array([*map(ways.lines("frames")[1].arrival, self.looks.tolist())])
         self.degrees = np.degrees([1.0 if kind is JointKind.REVOLUTE else 0.0 for kind in robot.units.kinds])
 
     def _at(self, t: float, act: Callable[[], None]) -> None:
@@ -288,8 +287,7 @@ class DelayCourse(Simulation):
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
         """Return the joints (N, n) at times (N,), computed one by one, which is faster for a few samples at each of
         many timelines."""
-        arm = self.robot.arm
-        return np.array([joints_at(arm, timeline, t) for t in times.tolist()])
+        return np.array([joints_at(self.robot.arm, timeline, t) for t in times.tolist()])
 
     # --- results ---
 

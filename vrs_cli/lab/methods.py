@@ -198,7 +198,7 @@ def _load_module(place: str) -> ModuleType:
     except BaseException as error:  # a user's module may raise anything, even SystemExit
         if isinstance(error, KeyboardInterrupt):
             raise
-        raise MethodError(f"{place} cannot be loaded: {_failure_text(error, place)}") from None
+        raise MethodError(f"{place} cannot be loaded: {_failure_text(error)}") from None
     finally:
         sys.path = before
 
@@ -268,14 +268,14 @@ class Guarded:
         raise MethodError(f"{self._text}: {detail}", hint) from None
 
 
-def _failure_text(error: BaseException, place: str = "") -> str:
+def _failure_text(error: BaseException) -> str:
     """Describe an exception, with the line of the user's file."""
     rows = [
         row for row in extract_tb(error.__traceback__) if row.filename != __file__ and "importlib" not in row.filename
     ]
     at = f" ({Path(rows[-1].filename).name}:{rows[-1].lineno})" if rows else ""
     said = _short(error)
-    return f"{type(error).__name__}{f': {said}' if said else ''}{at}" if place or said or at else type(error).__name__
+    return f"{type(error).__name__}{f': {said}' if said else ''}{at}"
 
 
 def _short(value: object) -> str:

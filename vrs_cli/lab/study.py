@@ -36,7 +36,6 @@ HOLD = 0.5  # [s] minimum time that the tool must stay at a place
 FARTHER = 4.0  # minimum distance between two places of a trial, in multiples of the tolerance
 MAX_TRIALS = 1000  # maximum number of trials per condition, and of participants
 TRIES = 1000  # maximum number of random places to try until one is far enough
-KEYS = ("robot", "task", "trials", "tolerance", "timeout", "seed")
 CONDITION_KEYS = ("name", "forward", "backward")
 
 
@@ -113,7 +112,7 @@ def load_study(path: Path) -> Study:
     except (ValueError, RecursionError) as error:
         raise FileDamaged(f"{path}: {error}", "a study is a TOML file") from None
     reader = DataReader(str(path), human=True)
-    table = reader.table(data, "the file", ("condition",), KEYS)
+    table = reader.table(data, "the file", ("condition",), ("robot", "task", "trials", "tolerance", "timeout", "seed"))
     task = reader.word(table.get("task", TASKS[0]), "task")
     if task not in TASKS:
         raise reader.wrong("task", f"{task!r} is none", did_you_mean(task, TASKS, f"one of {', '.join(TASKS)}"))

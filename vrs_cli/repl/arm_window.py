@@ -184,8 +184,9 @@ class ArmScreen:
             self.look = lambda: sight.picture(robot.timeline, robot.now if t is None else t())
             above.append(ArmWindow(self.look, lambda: self._shown.count("\n") + 1))
         below = Window(FormattedTextControl(lambda: self._shown), dont_extend_height=True, wrap_lines=True)
-        layout = Layout(HSplit([*above, below]))
-        self.app: Application[None] = Application(layout=layout, key_bindings=keys, color_depth=colour_depth())
+        self.app: Application[None] = Application(
+            layout=Layout(HSplit([*above, below])), key_bindings=keys, color_depth=colour_depth()
+        )
         self.app.ttimeoutlen = ESCAPE
         self.app.key_processor.after_key_press += lambda _: self._look()
 

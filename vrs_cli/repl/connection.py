@@ -16,7 +16,6 @@ from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.shell import BANNER
 from vrs_cli.values.acts import Attend
 
-SLASH = "/"  # no line of VAL-II begins with this character
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
 
 
@@ -54,7 +53,7 @@ class ConnectionWords:
 
     def take(self, text: str) -> bool:
         """Carry out a line if it begins with a slash. Return whether it does."""
-        if not text.startswith(SLASH):
+        if not text.startswith("/"):  # no line of VAL-II begins with a slash
             return False
         words = text[1:].split()
         match [words[0].lower() if words else "", *words[1:]]:

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 BAR = 30  # length of the bar [characters]
 SKIP, FAR_SKIP = 1.0, 10.0  # [s] steps through time for the keys left/right and pgup/pgdn
 STANDS = 1.0  # [s] time after its last motion at which the arm counts as at rest
-LIVE_KEYS = f"{prompt.ABORT}   any other key ends the picture, not the motion"
 
 
 class Action(NamedTuple):
@@ -146,7 +145,8 @@ def show_motion(
     def text() -> str:
         at = position_at(watched.arm, watched.timeline, watched.now)
         doing = at.text or "moving" if at.moving else "at rest"
-        return f"t {at.time:.2f} s, {doing}\n{plain_text(Whereabouts(at, units=watched.arm.model.units))}{LIVE_KEYS}"
+        where = plain_text(Whereabouts(at, units=watched.arm.model.units))
+        return f"t {at.time:.2f} s, {doing}\n{where}{prompt.ABORT}   any other key ends the picture, not the motion"
 
     def over() -> bool:
         keep_up()
@@ -232,9 +232,10 @@ class JogPanel(Struct):
 
     def screen(self) -> arm_window.ArmScreen:
         """Return the application that shows the panel."""
-        actions = {key: partial(act, self) for key, act in JOG_ACTIONS.items()} | dict.fromkeys(LEAVING_KEYS)
+        actions = {key: partial(act, self) for key, act in JOG_ACTIONS.items()}
+        leaving = dict.fromkeys(("q", "escape", "c-c", "c-d"))
         abort = None if self.abort is None else partial(self._stop_robot, self.abort)
-        return arm_window.ArmScreen(self.watched, None, self.text, actions, abort=abort, world=self.world)
+        return arm_window.ArmScreen(self.watched, None, self.text, actions | leaving, abort=abort, world=self.world)
 
     def _stop_robot(self, abort: Callable[[], None]) -> None:
         """Stop the robot. The user has released the keys of JOG for this, so the next key moves the arm again."""
@@ -266,4 +267,3 @@ JOG_ACTIONS: Mapping[str, Callable[[JogPanel], None]] = {
     "space": JogPanel.stop,
     **{str(digit): partial(JogPanel.choose, index=digit - 1) for digit in range(1, 10)},
 }
-LEAVING_KEYS = ("q", "escape", "c-c", "c-d")

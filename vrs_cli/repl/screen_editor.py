@@ -69,8 +69,7 @@ class Underlined(Processor):
         self._editor = editor
 
     def apply_transformation(self, transformation_input: TransformationInput) -> Transformation:
-        line = transformation_input.lineno + 1
-        found = [one for one in self._editor.findings if one.span.line == line]
+        found = [one for one in self._editor.findings if one.span.line == transformation_input.lineno + 1]
         if not found:
             return Transformation(transformation_input.fragments)
         fragments = explode_text_fragments(transformation_input.fragments)
@@ -206,9 +205,8 @@ class ScreenEditor:
                 self.buffer.cursor_position += self.buffer.document.get_end_of_line_position()
                 self.buffer.delete(len(self.buffer.document.current_line_after_cursor))
             self.buffer.insert_text("\n")
-        lines = self.buffer.document.lines[1 : self._row]
         with self._quietly():
-            self.buffer.insert_text(INDENT * (1 + depth(lines)))
+            self.buffer.insert_text(INDENT * (1 + depth(self.buffer.document.lines[1 : self._row])))
 
     # --- leaving ---
 
@@ -254,8 +252,8 @@ class ScreenEditor:
 
     def _form(self) -> StyleAndTextTuples:
         """Return the form and the meaning of the typed word."""
-        document = self.buffer.document
-        found = self._screens.signature(document.current_line_before_cursor, steps=True) if self._row else None
+        line = self.buffer.document.current_line_before_cursor
+        found = self._screens.signature(line, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
     def _suggestions(self, document: Document) -> list[questions.Suggestion]:
@@ -356,8 +354,7 @@ class ScreenEditor:
     def _cut_line(self) -> None:
         """Cut the line, unless it is the heading."""
         if self._row:
-            document = self.buffer.document
-            lines = document.lines
+            lines = self.buffer.document.lines
             rest = [*lines[: self._row], *lines[self._row + 1 :]]
             last = min(self._row, len(rest) - 1)
             self._touched = None
