@@ -123,7 +123,7 @@ class Val2Server(LanguageServer):
     def document(self, uri: str) -> Document:
         """Return a document with the editor's version of a text if it is open, otherwise with the text of the file.
         Raises InvalidRequest."""
-        texts = self._texts()
+        texts = self.texts()
         if uri not in texts:
             try:
                 texts[uri] = self.workspace.get_text_document(uri).source
@@ -132,11 +132,8 @@ class Val2Server(LanguageServer):
         self.files.take(texts)
         return self.files.document(uri)
 
-    def take(self) -> None:
-        """Update the workspace to the present versions of all texts."""
-        self.files.take(self._texts())
-
-    def _texts(self) -> dict[str, str]:
+    def texts(self) -> dict[str, str]:
+        """Return the present versions of all texts."""
         return self._on_disk | {one: document.source for one, document in self.open_texts.items()}
 
     @property
@@ -152,10 +149,8 @@ class Val2Server(LanguageServer):
         found = {path: uri for path, uri in opened.items() if path}
         for path in islice(_program_files(filter(None, roots), found), MAX_FILES):
             found.setdefault(path, uris.from_fs_path(path) or path)
-        self._on_disk = {}
-        for path, uri in found.items():
-            if uri not in self.open_texts and (text := self._text(path)) is not None:
-                self._on_disk[uri] = text
+        texts = ((uri, self._text(path)) for path, uri in found.items() if uri not in self.open_texts)
+        self._on_disk = {uri: text for uri, text in texts if text is not None}
 
     def _text(self, path: str) -> str | None:
         """Return the text of a file; None if it cannot be read."""
@@ -271,12 +266,16 @@ def _is_program(name: str) -> bool:
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
     uri, document, (line, column) = server.locate(params)
-    items = list[lsp.CompletionItem]()
-    for one in document.completions(line, column, *server.files.near(uri)):
-        edit = lsp.TextEdit(server.range(uri, Span(line, column - one.length, column)), one.text)
-        kind = lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable
-        rank = f"{len(items):04}"
-        items.append(lsp.CompletionItem(one.text, kind=kind, detail=one.meta or None, sort_text=rank, text_edit=edit))
+    items = [
+        lsp.CompletionItem(
+            one.text,
+            kind=lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable,
+            detail=one.meta or None,
+            sort_text=f"{rank:04}",
+            text_edit=lsp.TextEdit(server.range(uri, Span(line, column - one.length, column)), one.text),
+        )
+        for rank, one in enumerate(document.completions(line, column, *server.files.near(uri)))
+    ]
     return lsp.CompletionList(False, items)
 
 
@@ -298,8 +297,7 @@ def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Locatio
 
 def _formatting(server: Val2Server, params: lsp.DocumentFormattingParams) -> Sequence[lsp.TextEdit] | None:
     """Return one edit that formats the whole text; None if the text is already canonical or cannot be read."""
-    uri = params.text_document.uri
-    document = server.document(uri)
+    document = server.document(params.text_document.uri)
     text = document.canonical()
     if text is None or text == document.text:
         return None
@@ -328,7 +326,7 @@ def _highlights(server: Val2Server, params: lsp.DocumentHighlightParams) -> Sequ
 
 def _workspace_symbols(server: Val2Server, params: lsp.WorkspaceSymbolParams) -> Sequence[lsp.WorkspaceSymbol]:
     server.look()
-    server.take()
+    server.files.take(server.texts())
     return [
         lsp.WorkspaceSymbol(
             server.location(FileSpan(uri, one.span)), one.name, _SYMBOLS[one.kind], container_name=holder or None
@@ -376,12 +374,18 @@ def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.C
     text."""
     uri, document = params.text_document.uri, server.document(params.text_document.uri)
     wanted, lines = params.context.only, range(params.range.start.line + 1, params.range.end.line + 2)
-    found = []
-    for mend in document.mends:
-        if mend.span.line in lines and _is_wanted(lsp.CodeActionKind.QuickFix, wanted):
-            edit = lsp.TextEdit(server.range(uri, mend.span), mend.text)
-            told = [server.diagnostic(uri, mend.finding)]
-            found.append(_action(uri, f"Write {mend.text}", lsp.CodeActionKind.QuickFix, [edit], told, mend.sure))
+    found = [
+        _action(
+            uri,
+            f"Write {mend.text}",
+            lsp.CodeActionKind.QuickFix,
+            [lsp.TextEdit(server.range(uri, mend.span), mend.text)],
+            [server.diagnostic(uri, mend.finding)],
+            mend.sure,
+        )
+        for mend in document.mends
+        if mend.span.line in lines and _is_wanted(lsp.CodeActionKind.QuickFix, wanted)
+    ]
     sure = [lsp.TextEdit(server.range(uri, one.span), one.text) for one in document.mends if one.sure]
     if sure and _is_wanted(lsp.CodeActionKind.SourceFixAll, wanted):
         found.append(_action(uri, "Mend all that is sure", lsp.CodeActionKind.SourceFixAll, sure, [], True))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import islice
 from posixpath import dirname, join, normpath, splitext
 from typing import NamedTuple
 from urllib.parse import unquote
@@ -180,19 +181,17 @@ class Workspace:
         return new, found
 
     def symbols(self, query: str) -> Iterator[tuple[str, Symbol, str]]:
-        """Yield the programs, and the variables of sections, whose names contain a text, with their address and
+        """Return the programs, and the variables of sections, whose names contain a text, with their address and
         section."""
-        count, wanted = 0, query.lower()
-        for uri in sorted(self._texts):
-            for symbol in self.document(uri).symbols:
-                named = [(symbol, "")] if symbol.kind is SymbolKind.PROGRAM else []
-                named += [(one, symbol.name) for one in symbol.children if one.kind is SymbolKind.VARIABLE]
-                for one, holder in named:
-                    if wanted in one.name.lower():
-                        yield uri, one, holder
-                        count += 1
-                        if count == MAX_SYMBOLS:
-                            return
+        wanted, kinds = query.lower(), (SymbolKind.PROGRAM, SymbolKind.VARIABLE)
+        found = (
+            (uri, one, holder)
+            for uri in sorted(self._texts)
+            for symbol in self.document(uri).symbols
+            for one, holder in ((symbol, ""), *((child, symbol.name) for child in symbol.children))
+            if one.kind in kinds and wanted in one.name.lower()
+        )
+        return islice(found, MAX_SYMBOLS)
 
     # --- files whose programs may be called ---
 
