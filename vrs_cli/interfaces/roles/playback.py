@@ -179,15 +179,11 @@ class Audience:
 
     def step(self) -> list[ViewerLook]:
         arm, timeline, wall = self._watched.arm, self._watched.timeline, self._wall()
-        shared, looks = dict[float, Position](), list[ViewerLook]()
-        for viewer in self._viewers:
-            if viewer.due <= wall:
-                viewer.look(self._watched, wall)
-                t = viewer.playback.shown
-                if t not in shared:
-                    shared[t] = position_at(arm, timeline, t)
-                looks.append(ViewerLook(viewer, timeline.version, shared[t]))
-        return looks
+        due = [viewer for viewer in self._viewers if viewer.due <= wall]
+        for viewer in due:
+            viewer.look(self._watched, wall)
+        shared = {t: position_at(arm, timeline, t) for t in {viewer.playback.shown for viewer in due}}
+        return [ViewerLook(viewer, timeline.version, shared[viewer.playback.shown]) for viewer in due]
 
 
 def checked_rate(rate: float, what: str, highest: float) -> float:

@@ -16,7 +16,7 @@ from vrs_cli.engine import clock, engine, feed, position
 from vrs_cli.errors import RequestRefused, VrsError, hints_for_python
 from vrs_cli.files import atomic, program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
-from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
+from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, check_end, ends
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, commands, replies, results, tagged
@@ -196,9 +196,7 @@ class Supervisor(Observer):
                 interrupted = True
         if interrupted:
             raise KeyboardInterrupt
-        if isinstance(message, messages.Done | messages.Refused) and message.refusal is not None:
-            raise message.refusal.error().with_traceback(None) from None
-        return message
+        return check_end(message)
 
     def _hear(self, message: messages.ServerMessage) -> None:
         notes = self._conversation.notes
