@@ -170,6 +170,12 @@ def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
     return (DiagnosticsReport(tuple(Diagnosed(one, line) for one in warnings)),) if warnings else ()
 
 
+def _among_memory(station: Station, long: bool, work: Callable[[Memory], W]) -> Dialogue[W]:
+    """Call a function that uses the memory. Long work is done in another thread, with a copy of the memory."""
+    memory = station.environment.copy() if long else station.environment
+    return (yield from beside_if(long, lambda: work(memory)))
+
+
 class Editor:
     """The editor of EDIT: it holds a program of a station in a buffer, from the line that opens it until `E`."""
 
@@ -212,19 +218,16 @@ class Editor:
             steps = () if buffer.inserting else buffer.show(buffer.at, 1, memory)
             return (*replies, ProgramPart("", steps)) if steps else replies
 
-        return (yield from self._among_memory(work))
+        return (yield from _among_memory(self._station, len(self.buffer.lines) > LONG_PROGRAM, work))
 
     def screen(self) -> Dialogue[Replies]:
         """Return the lines that are shown when EDIT opens: the heading and the present step."""
         buffer = self.buffer
-        return self._among_memory(lambda memory: (ProgramPart(buffer.header, buffer.show(buffer.at, 1, memory)),))
-
-    def _among_memory(self, work: Callable[[Memory], W]) -> Dialogue[W]:
-        """Call a function that uses the memory. For a long program this is done in another thread, with a copy of the
-        memory."""
-        environment, long = self._station.environment, len(self.buffer.lines) > LONG_PROGRAM
-        memory = environment.copy() if long else environment
-        return (yield from beside_if(long, lambda: work(memory)))
+        return _among_memory(
+            self._station,
+            len(buffer.lines) > LONG_PROGRAM,
+            lambda memory: (ProgramPart(buffer.header, buffer.show(buffer.at, 1, memory)),),
+        )
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
         """Return the mistake in an instruction that has not been sent yet; None for a sub-command."""
@@ -294,11 +297,10 @@ def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) ->
 
 
 def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dialogue[ProgramReading]:
-    """Parse a text together with the programs in memory. For a long text this is done in another thread, with a copy of
-    the memory."""
-    environment, long = station.environment, len(text) > LONG_TEXT
-    memory = environment.copy() if long else environment
-    return (yield from beside_if(long, lambda: ProgramBuffer.of_text(text, dialect).read_among(memory)))
+    """Parse a text together with the programs in memory."""
+    return _among_memory(
+        station, len(text) > LONG_TEXT, lambda memory: ProgramBuffer.of_text(text, dialect).read_among(memory)
+    )
 
 
 def _keep_text(
