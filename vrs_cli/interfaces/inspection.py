@@ -228,17 +228,17 @@ def _constants(model: RobotModel) -> Constants:
 def _settings_of(program: ast.Program, idle: set[str]) -> Iterator[Diagnostic]:
     """Yield a warning at the first use of each switch and parameter that has no effect on this robot, except the names
     in `idle`."""
-    for step in program.steps:
-        if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
-            for word in step.statement.arguments:
-                row = (
-                    settings.idle_of(_SETTING[step.statement.word], word.text)
-                    if isinstance(word, ast.BareWord)
-                    else None
-                )
-                if row is not None and word is not None and row.name not in idle:
-                    idle.add(row.name)
-                    yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")
+    named = (
+        (word, settings.idle_of(_SETTING[it.word], word.text))
+        for it in (step.statement for step in program.steps)
+        if isinstance(it, ast.Instruction) and it.word in _SETTING
+        for word in it.arguments
+        if isinstance(word, ast.BareWord)
+    )
+    for word, row in named:
+        if row is not None and row.name not in idle:
+            idle.add(row.name)
+            yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")
 
 
 _SETTING: Mapping[str, Mapping[str, settings.Idle]] = {

@@ -113,8 +113,9 @@ class TargetControl(NamedTuple):
             engine.redirect(act.joints, speed=speed, text=streams.STEERING.text)
         else:
             self._accept(self._opened(StreamKind.STEER) or TargetStream(StreamKind.STEER, user_state, STOPPED))
-            target = Target(act.joints, act.velocity)
-            streams.chase(engine, streams.STEERING, target, act.lasting, speed, user_state.issued)
+            streams.chase(
+                engine, streams.STEERING, Target(act.joints, act.velocity), act.lasting, speed, user_state.issued
+            )
         if not engine.realtime:
             session.settle(engine.now + min(max(act.lasting, 0.0), streams.STEERING.longest))
 

@@ -66,8 +66,7 @@ def jog(station: Station, it: Instruction) -> dialogue.Dialogue[None]:
     jogger, user_state = Jogger(station), station.user_state
     user_state.streams.pop(users.StreamKind.KEYS, None)
     question = questions.Jogging(jogger.joints, jogger.units, START_SPEED)
-    shown = user_state.attended and (yield from user_state.show(jogger, question))
-    if not shown:
+    if not (user_state.attended and (yield from user_state.show(jogger, question))):
         raise errors.UsageError(
             "JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else JOG_HINT
         )

@@ -6,7 +6,7 @@ EXPLAIN), consist of points and lines in the world. This module does not depend 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise, product
+from itertools import accumulate, pairwise, product
 from math import cos, dist, pi, sin
 from typing import TYPE_CHECKING, cast
 
@@ -60,17 +60,10 @@ class Sight:
     def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
         """Return the path before a time [s] and the path after it, as lines. The present segment is split at that time:
         its first part ends the past path, its second part begins the future path."""
-        past, planned = list[tuple[transform.Vector, ...]](), list[tuple[transform.Vector, ...]]()
-        for line in self._path.lines(timeline, t - BEFORE, t + AFTER):
-            if line.end <= t:
-                past.append(line.points)
-            elif line.begin >= t:
-                planned.append(line.points)
-            else:
-                before, after = line.split_at(t, tip)
-                past.append(before)
-                planned.append(after)
-        return tuple(past), tuple(planned)
+        lines = self._path.lines(timeline, t - BEFORE, t + AFTER)
+        split = [line.split_at(t, tip) for line in lines if line.begin < t < line.end]
+        past = (*(line.points for line in lines if line.end <= t), *(before for before, _ in split))
+        return past, (*(after for _, after in split), *(line.points for line in lines if line.begin >= t))
 
 
 def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...]:
@@ -367,12 +360,12 @@ def _factors(expression: ast.Expression) -> Iterator[ast.Expression]:
 def _multiply(outer: str, parts: Sequence[tuple[str, str, transform.Transform]]) -> tuple[results.Factor, ...]:
     """Return factors with their products. A factor consists of a name, its inner frame, and its transformation from the
     previous frame."""
-    product, found = transform.IDENTITY, list[results.Factor]()
-    for name, inner, T in parts:
-        product = transform.compose(product, T) if found else T
-        found.append(results.Factor(name, outer, inner, T, product))
-        outer = inner
-    return tuple(found)
+    frames = (outer, *(inner for _, inner, _ in parts))
+    products = accumulate((T for _, _, T in parts), transform.compose)
+    return tuple(
+        results.Factor(name, frame, inner, T, product)
+        for frame, (name, inner, T), product in zip(frames, parts, products, strict=False)
+    )
 
 
 def _links(engine: Engine, q: Joints) -> tuple[results.Factor, ...]:

@@ -76,9 +76,12 @@ def _topics() -> Mapping[str, HelpTopic]:
     letters = tuple((row.form, row.summary) for row in SUBCOMMANDS.values())
     leaving = tuple((letter, summary) for letter, summary in LEAVING.items())
     empty = (("an empty line", "go to the next step; end inserting"), ("an instruction", "takes the place of the step"))
-    groups = {title.upper(): HelpTopic(title, tuple(map(_row_text, rows))) for title, rows in _groups().items()}
+    groups = {
+        title: tuple((row.form if isinstance(row, WordRow) else row.name, row.summary) for row in rows)
+        for title, rows in _groups().items()
+    }
     return {
-        **{_SHORT.get(title, title): topic for title, topic in groups.items()},
+        **{_SHORT.get(title.upper(), title.upper()): HelpTopic(title, rows) for title, rows in groups.items()},
         "TUTORIAL": HelpTopic("First lines to type", TUTORIAL),
         **dict.fromkeys(("PICTURE", "VIEW"), HelpTopic("See the arm", SEEING)),
         "KEYS": HelpTopic("Keys at the prompt", KEYS),
@@ -95,10 +98,6 @@ _SHORT = {  # one-word names of the groups
     "FUNCTIONS WITH A STRING": "STRING.FUNCTIONS",
     "WORDS THAT LINK": "LINKS",
 }
-
-
-def _row_text(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
-    return (row.form if isinstance(row, WordRow) else row.name), row.summary
 
 
 def help_on(word: str) -> Iterator[Reply]:

@@ -253,10 +253,8 @@ def where_part(
     over = operands.has_times(it)
     if over:
         _check_either(it, f"{name} ")
-    rows = tuple(
-        _part_row(course, name, t) for t in (operands.times(station, it) if over else (operands.moment(station, it),))
-    )
-    yield replies.PartTable(rows, it.modifiers.has_time or over)
+    times = operands.times(station, it) if over else (operands.moment(station, it),)
+    yield replies.PartTable(tuple(_part_row(course, name, t) for t in times), it.modifiers.has_time or over)
 
 
 # --- variables -------------------------------------------------------------------------------------------------------
@@ -272,10 +270,12 @@ def _table(kinds: tuple[values.Kind, ...], rows: Rows, units: joints.JointUnits,
         return replies.RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
     if kinds == STRINGS:
         return replies.StringTable(tuple((name, cast(str, value)) for name, value in rows))
-    named = tuple(
-        replies.NamedLocation.of(name, cast("transform.Transform | joints.Joints", value)) for name, value in rows
+    return replies.LocationTable(
+        tuple(
+            replies.NamedLocation.of(name, cast("transform.Transform | joints.Joints", value)) for name, value in rows
+        ),
+        units,
     )
-    return replies.LocationTable(named, units)
 
 
 @operands.handles("LISTL", kinds=operands.PLACES, hint="LISTR lists reals, LISTS strings")

@@ -55,8 +55,9 @@ def _present_status(station: Station, number: int) -> replies.StatusReport:
     if track is not None:
         task = track.task
         left = None if task.cycles < 0 else task.cycles - task.cycles_done
-        step = None if task.is_over else task.step
-        progress = replies.Progress(task.program, task.state.value, step, task.cycles_done, left)
+        progress = replies.Progress(
+            task.program, task.state.value, None if task.is_over else task.step, task.cycles_done, left
+        )
     return replies.StatusReport(
         robot=engine.model.title,
         progress=progress,

@@ -135,8 +135,13 @@ def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
 
     def make_table() -> replies.TimelineTable:
         segments = [segment for segment in timeline if segment.motion.number > 0]
-        stops = tuple(map(_segment_row, stops_on_the_way(segments)))
-        return replies.TimelineTable(commands(), tuple(map(_segment_row, segments)), stops, now, wrong)
+        return replies.TimelineTable(
+            commands(),
+            tuple(map(_segment_row, segments)),
+            tuple(map(_segment_row, stops_on_the_way(segments))),
+            now,
+            wrong,
+        )
 
     return beside(make_table)
 

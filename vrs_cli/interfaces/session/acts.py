@@ -166,8 +166,7 @@ def _define(session: Session, act: acts.Define) -> Dialogue[acts.Defined]:
     loaded = yield from session.read_file(act.text)
     before = dict(session.programs)
     session.take(loaded)
-    wrong = [one for one in loaded.diagnostics if one.severity is diagnostics.Severity.ERROR]
-    if wrong:
+    if wrong := [one for one in loaded.diagnostics if one.severity is diagnostics.Severity.ERROR]:
         more = f", and {len(wrong) - 1} more mistakes" if len(wrong) > 1 else ""
         raise ProgramNotExecutable(f"{act.where}{wrong[0].span.line}: {wrong[0].message}{more}")
     return acts.Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
@@ -264,8 +263,9 @@ _marks: WeakKeyDictionary[memory.StoredProgram, str] = WeakKeyDictionary()
 def _task(track: Track) -> acts.TaskRow:
     task, pending = track.task, track.pending
     asks = pending.question.text if isinstance(pending, PendingInput) else ""
-    step = None if task.is_over else task.step
-    return acts.TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
+    return acts.TaskRow(
+        track.number, task.program, task.state.value, None if task.is_over else task.step, track.running, asks
+    )
 
 
 # --- all acts -------------------------------------------------------------------------------------------------------

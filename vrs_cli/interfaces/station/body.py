@@ -423,8 +423,7 @@ class DivergenceGuard:
         if engine.now >= engine.end and max(abs(a - b) for a, b in zip(report.joints, here, strict=True)) < NEAR:
             self._body.command(measured.BodyMode.FOLLOWS)
             return
-        done = yield from self.resync(stops=False, issued=None, check=check)
-        self._synchronised = done.until
+        self._synchronised = (yield from self.resync(stops=False, issued=None, check=check)).until
 
     def telling(self, dialogue: Dialogue[None]) -> Dialogue[None]:
         """Carry out a dialogue of the robot itself, and report its error if it fails."""

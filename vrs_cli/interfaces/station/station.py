@@ -220,9 +220,9 @@ class Station:
         """Store one program in memory, replacing the one of the same name. `text` is its source. Return its
         mistakes."""
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
-        long = len(program.steps) > loaded_file.LONG_PROGRAM
         loaded = yield from beside_if(
-            long, lambda: loaded_file.LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus)
+            len(program.steps) > loaded_file.LONG_PROGRAM,
+            lambda: loaded_file.LoadedFile.of(ast.File((program,)), text, memory, vplus=vplus),
         )
         yield from self._compiled_for_tasks(loaded)
         self.programs.update({stored.program.key: stored for stored in loaded.programs})
