@@ -46,7 +46,6 @@ BREAKS = frozenset(("BREAK", "OPENI", "CLOSEI", "RELAXI", "TOOL", "BASE", "HALT"
 MOVES = frozenset(("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY", "NEST", "ALIGN"))
 DECIDING = {"End", "Else", "Goto", "Until", "While", "For", "If", *BREAKS, *MOVES}
 ENDS = {BlockKind.IF: "ENDIF", BlockKind.CASE: "ENDTEST"}
-RELATIONS = {"==": "=", "<>": "<>", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 EMPTY = {
     Kind.REAL: "0",
     Kind.STRING: '""',
@@ -92,6 +91,18 @@ num DY  y_of({{}})  robtarget
 num DZ  z_of({{}})  robtarget
 num DISTANCE  apart({{}}, {{}})  robtarget robtarget
 num LEN  StrLen({{}})  string
+bool ==  ({{}} = {{}})  num num
+bool ==$  ({{}} = {{}})  string string
+bool <>  ({{}} <> {{}})  num num
+bool <>$  ({{}} <> {{}})  string string
+bool <  ({{}} < {{}})  num num
+bool <$  ({{}} < {{}})  string string
+bool >  ({{}} > {{}})  num num
+bool >$  ({{}} > {{}})  string string
+bool <=  ({{}} <= {{}})  num num
+bool <=$  ({{}} <= {{}})  string string
+bool >=  ({{}} >= {{}})  num num
+bool >=$  ({{}} >= {{}})  string string
 bool AND  ({{}} AND {{}})  bool bool
 bool OR  ({{}} OR {{}})  bool bool
 bool XOR  ({{}} XOR {{}})  bool bool
@@ -148,9 +159,6 @@ do BASE  WaitRob \\ZeroSpeed; world.uframe := [[{{0}}, {{1}}, {{2}}], OrientZYX(
 FORMS = {
     tuple(row[0].split()): (row[1], row[2:]) for row in (line.split("  ") for line in FORMS_TEXT.split("\n") if line)
 }
-for sign, told in RELATIONS.items():
-    FORMS["bool", sign] = f"({{}} {told} {{}})", ["num num"]
-    FORMS["bool", f"{sign}$"] = f"({{}} {told} {{}})", ["string string"]
 
 ROUTINES = """\
   FUNC speeddata rate()
@@ -326,8 +334,7 @@ class RapidTranslator:
         """Return the value of a variable or an array as RAPID text. `sizes`: the sizes of the remaining dimensions;
         `at`: the indexes chosen so far."""
         if sizes:
-            inner = [self._literal(kind, elements, sizes[1:], (*at, k)) for k in range(sizes[0])]
-            return f"[{', '.join(inner)}]"
+            return f"[{', '.join([self._literal(kind, elements, sizes[1:], (*at, k)) for k in range(sizes[0])])}]"
         value = elements.get(at[0] if len(at) == 1 else at)
         return EMPTY[kind] if value is None else self._value(value)
 
@@ -502,8 +509,7 @@ class RapidTranslator:
         return all(not isinstance(n, ast.Variable) or n.key != key for step in others for n in ast.nodes(step))
 
     def _jump(self, place: int, label: int, condition: str) -> None:
-        target = self.analysis.labels[label]
-        inside = [block for block in self.analysis.blocks if block.opener < target <= block.closer]
+        inside = [block for block in self.analysis.blocks if block.opener < self.analysis.labels[label] <= block.closer]
         if any(not block.opener < place <= block.closer for block in inside):
             raise NoCounterpart(f"GOTO {label} into a block")
         self.say(f"{condition}GOTO l{label};")
@@ -556,8 +562,8 @@ class RapidTranslator:
 
     def _stands(self, place: int) -> bool:
         """Return whether the arm must stop before the next motion; False if that depends on a block."""
-        following = [step.statement for step in self.analysis.program.steps[place + 1 :]]
-        words = [one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following]
+        following = (step.statement for step in self.analysis.program.steps[place + 1 :])
+        words = (one.word if isinstance(one, ast.Instruction) else type(one).__name__ for one in following)
         return next((word for word in words if word in DECIDING), "BREAK") in BREAKS
 
     def _speed(self, it: ast.Instruction) -> None:
@@ -712,7 +718,7 @@ class RapidTranslator:
             case ast.Unary(operator=sign, operand=operand):
                 word, operands = f"{sign}_", (operand,)
             case ast.Binary(operator=sign, left=left, right=right):
-                texts = sign in RELATIONS and kind_of(left, self._kind) is Kind.STRING
+                texts = ("bool", f"{sign}$") in FORMS and kind_of(left, self._kind) is Kind.STRING
                 word, operands = f"{sign}{'$' * texts}", (left, right)
         if wanted == "const":
             return str(int(abs(ast.plain_number(it) or 0.0)))

@@ -135,7 +135,8 @@ class StepBuilder:
 
     def steps(self) -> Iterator[RunStep]:
         """Yield all steps in the order in which they are to be written."""
-        moves, waiting = self._moves(), list(self.events)
+        found = [self._move(*pair) for pair in zip(self.motions, [*self.motions[1:], None], strict=True)]
+        moves, waiting = _without_overlaps(found), list(self.events)
         for segments, move in zip(self.motions, moves, strict=True):
             begin, end = segments[0].start, segments[-1].finish
             while waiting and self._belongs_before(waiting[0], segments[0], move):
@@ -192,15 +193,8 @@ class StepBuilder:
             yield WaitStep(time=self.clock, seconds=until - self.clock)
             self.clock = until
 
-    def _moves(self) -> list[MoveStep | None]:
-        """Return the motions as move steps; None for motions in which the robot was at rest."""
-        found = list[MoveStep | None]()
-        for index, segments in enumerate(self.motions):
-            following = self.motions[index + 1] if index + 1 < len(self.motions) else None
-            found.append(self._move(segments, following))
-        return _without_overlaps(found)
-
     def _move(self, segments: Sequence[Segment], following: Sequence[Segment] | None) -> MoveStep | None:
+        """Return the step of a motion; None if the robot was at rest in it."""
         first, last = segments[0], segments[-1]
         motion, arm = first.motion, self.arm
         if all(segment.phase is Phase.REST for segment in segments):
@@ -255,9 +249,8 @@ class StepBuilder:
                 vx, vy, vz, wx, wy, wz = arm.twist(at.joints, at.velocity, tool)
                 speed = hypot(vx, vy, vz)
                 rising = 0.0 if before is None else abs(speed - before) / h
-                rate = max(abs(v) / limit for v, limit in zip(at.velocity, limits, strict=True))
                 now = (
-                    rate,
+                    max(abs(v) / limit for v, limit in zip(at.velocity, limits, strict=True)),
                     abs(at.velocity[farthest]),
                     abs(at.acceleration[farthest]),
                     speed,

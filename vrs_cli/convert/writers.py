@@ -272,7 +272,6 @@ class URScriptWriter(StepWriter):
     }
 
     def around(self) -> tuple[list[str], list[str]]:
-        start = numbers(self.run.start, 9)
         rate = SLOW * min(self.arm.model.max_velocity)
         head = [
             *(f"# {line[2:]}" for line in self.heading()),
@@ -282,7 +281,7 @@ class URScriptWriter(StepWriter):
             "  end",
             f"  set_tcp({self.frame(self.run.frames.tool)})",
             f"  base = {self.frame(self.run.frames.base)}",
-            f"  movej([{start}], a={number(rate)}, v={number(rate)})",
+            f"  movej([{numbers(self.run.start, 9)}], a={number(rate)}, v={number(rate)})",
         ]
         return head, ["end"]
 
@@ -342,13 +341,10 @@ class KRLWriter(StepWriter):
         if step.straight:
             self.setting("CP", f"$VEL.CP = {number(max(step.tip_speed, 0.001))}")
             self.setting("ORI1", f"$VEL.ORI1 = {number(max(degrees(step.turn_speed), 1.0), 2)}")
+            line = f"LIN {self.frame(step.T_world_tool, step.joints[6:])}"
         else:
             self.setting("PTP", f"BAS(#VEL_PTP, {min(max(round(100.0 * step.joint_rate), 1), 100)})")
-        line = (
-            f"LIN {self.frame(step.T_world_tool, step.joints[6:])}"
-            if step.straight
-            else f"PTP {self._axes(step.joints)}"
-        )
+            line = f"PTP {self._axes(step.joints)}"
         self.say(f"{line}{' C_DIS' if step.blend else ''}")
 
     def switch(self, line: str, step: RunStep, following: MoveStep | None) -> None:
@@ -409,8 +405,8 @@ class RapidWriter(StepWriter):
         target = self._datum("jointtarget", jointtarget(self.arm, self.run.start))
         start = f"    MoveAbsJ {target}, {speed}, fine, {self._tool(self.run.frames)};"
         head = [f"MODULE {self.name}", *(f"  {line}" for line in self.heading())]
-        for (kind, value), name in sorted(self.data.items(), key=lambda item: ORDER.index(item[0][0])):
-            head.append(f"  {'PERS' if kind in PERSISTENT else 'CONST'} {kind} {name} := {value};")
+        for (kind, value), name in sorted(self.data.items(), key=lambda item: [*SHORT].index(item[0][0])):
+            head.append(f"  {'PERS' if kind in ('tooldata', 'wobjdata') else 'CONST'} {kind} {name} := {value};")
         return [*head, "  PROC main()", "    ConfL \\Off;", start], ["  ENDPROC", "ENDMODULE"]
 
     def move(self, step: MoveStep) -> None:
@@ -432,7 +428,7 @@ class RapidWriter(StepWriter):
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
 
 
-SHORT = {
+SHORT = {  # types of data, in the order in which they are declared
     "tooldata": "tool",
     "wobjdata": "frame",
     "speeddata": "speed",
@@ -440,14 +436,12 @@ SHORT = {
     "jointtarget": "j",
     "robtarget": "p",
 }
-ORDER = tuple(SHORT)  # order in which data are declared
-PERSISTENT = ("tooldata", "wobjdata")
-NO_AXIS = "9E9"
 
 
 def external(axes: Sequence[str] = ()) -> str:
-    """Return the external axes of a target. The robot's seventh joint, if any, is the first of them."""
-    return f"[{', '.join([*axes, *[NO_AXIS] * (6 - len(axes))])}]"
+    """Return the external axes of a target; 9E9 means no axis. The robot's seventh joint, if any, is the first of
+    them."""
+    return f"[{', '.join([*axes, *['9E9'] * (6 - len(axes))])}]"
 
 
 def pose(T: Transform) -> str:
