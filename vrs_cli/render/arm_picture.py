@@ -128,11 +128,10 @@ class ArmDrawing:
         canvases = self._draw_canvases(picture, page, width)
         frames = self._frames
         at = picture.position
-        place = zip("XYZ", position(at.T_world_tool), strict=True)
-        tool = "  ".join(f"{axis} {decimal(1e3 * x, 1)}" for axis, x in place)
+        x, y, z = (decimal(1e3 * one, 1) for one in position(at.T_world_tool))
         doing = (at.text or "moving") if at.moving else "at rest"
-        summary = ((f"At {seconds(at.time)}  ", Ink.NOTE), (f"{tool} mm  ", Ink.NUMBER), (doing, Ink.INSTRUCTION))
-        yield _fit_pieces(summary, width)
+        tool = (f"X {x}  Y {y}  Z {z} mm  ", Ink.NUMBER)
+        yield _fit_pieces(((f"At {seconds(at.time)}  ", Ink.NOTE), tool, (doing, Ink.INSTRUCTION)), width)
         yield TextLine(
             tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames)
         )
@@ -140,7 +139,10 @@ class ArmDrawing:
             yield TextLine(
                 tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row))
             )
-        yield _fit_pieces((*_scale(frames[0], fine), *_legend(picture, fine)), width)
+        metres = round_step(4.0 / frames[0].scale)  # the scale has a round length, at least four cells
+        cells = round(metres * frames[0].scale) - 2
+        bar = f"├{'─' * cells}┤" if fine else f"|{'-' * cells}|"
+        yield _fit_pieces(((f"{bar} {1e3 * metres:g} mm", Ink.NOTE), *_legend(picture, fine)), width)
 
     def _row(self, view: int, canvas: Canvas, row: int) -> tuple[Piece, ...]:
         """Return the pieces of one row of a view. A row with background only is taken from the last picture."""
@@ -155,8 +157,7 @@ class ArmDrawing:
         here = (page, picture.reach, picture.links[0])
         if here != self._page:
             height = max((page.height or HEIGHT) - WORDS, MIN_HEIGHT)
-            self._page, self._frames, self._behind = here, _frames(picture, width, height), ()
-            self._kept = {}
+            self._page, self._frames, self._behind, self._kept = here, _frames(picture, width, height), (), {}
             size = FINE if page.unicode else PLAIN
             self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)
             for frame, canvas in zip(self._frames, self._reach, strict=True):
@@ -299,14 +300,6 @@ def _turns_left(a: Dot, b: Dot, c: Dot) -> bool:
 
 
 # --- cells and words -----------------------------------------------------------------------------------------------
-
-
-def _scale(frame: ViewFrame, fine: bool) -> Iterator[Piece]:
-    """Yield a scale bar of a round length, at least four cells long."""
-    metres = round_step(4.0 / frame.scale)
-    cells = round(metres * frame.scale)
-    bar = f"├{'─' * (cells - 2)}┤" if fine else f"|{'-' * (cells - 2)}|"
-    yield f"{bar} {1e3 * metres:g} mm", Ink.NOTE
 
 
 def _legend(picture: ArmPicture, fine: bool) -> Iterator[Piece]:

@@ -101,8 +101,7 @@ PIPE = Page()
 
 def wrap_lines(text: str, ink: Ink, page: Page) -> Iterator[TextLine]:
     """Wrap text into lines that fit the page."""
-    for part in wrap(text, page.width or len(text)):
-        yield line(part, ink)
+    return (line(part, ink) for part in wrap(text, page.width or len(text)))
 
 
 POSE = ("X", "Y", "Z", "O", "A", "T")
@@ -163,15 +162,13 @@ def shorten(text: str, room: int) -> str:
 def grid_lines(grid: Grid) -> tuple[TextLine, ...]:
     """Yield a grid as lines: first the headings, then the rows."""
     widths = grid.widths()
-    heads = tuple((column.heading, Ink.HEADING) for column in grid.columns)
-    lines = [_row(grid, widths, heads)] if any(column.heading for column in grid.columns) else []
-    for row in grid.rows:
-        cells = tuple((cell, column.ink) for cell, column in zip(row, grid.columns, strict=True))
-        lines.append(_row(grid, widths, cells))
-    return tuple(lines)
+    rows = [[(cell, column.ink) for cell, column in zip(row, grid.columns, strict=True)] for row in grid.rows]
+    if any(column.heading for column in grid.columns):
+        rows.insert(0, [(column.heading, Ink.HEADING) for column in grid.columns])
+    return tuple(_row(grid, widths, cells) for cells in rows)
 
 
-def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> TextLine:
+def _row(grid: Grid, widths: tuple[int, ...], cells: list[Piece]) -> TextLine:
     gap = "" if grid.tight else " " * GAP
     last = len(cells) - 1
     pieces: list[Piece] = []

@@ -213,8 +213,7 @@ def _at(values: Sequence[float], fraction: float) -> float:
     """Return the value at a fraction of the curve, interpolated between its neighbours."""
     place = fraction * (len(values) - 1)
     i = min(int(place), max(len(values) - 2, 0))
-    follower = values[min(i + 1, len(values) - 1)]
-    return values[i] + (follower - values[i]) * (place - i)
+    return values[i] + (values[min(i + 1, len(values) - 1)] - values[i]) * (place - i)
 
 
 def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:

@@ -154,8 +154,7 @@ def _inner_words() -> Mapping[str, Ink]:
     from vrs_cli.language.words.monitor import COMMANDS
 
     leads = {lead for word in COMMANDS.values() for lead in word.leads}
-    links = CONNECTIVES | leads | LINKING
-    inks = dict.fromkeys(FUNCTIONS, Ink.FUNCTION) | dict.fromkeys(links, Ink.CONTROL)
+    inks = dict.fromkeys(FUNCTIONS, Ink.FUNCTION) | dict.fromkeys(CONNECTIVES | leads | LINKING, Ink.CONTROL)
     return inks | dict.fromkeys(OPERATOR_WORDS, Ink.OPERATOR)
 
 

@@ -52,8 +52,9 @@ class TerminalRenderer:
         page = self.page
         for block in layout.blocks(reply, page):
             for part in (block,) if isinstance(block, TextLine) else _fit_grid(block, page):
-                shown = _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
-                self.console.print(shown)
+                self.console.print(
+                    _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
+                )
 
     def to_text(self, reply: Reply) -> str:
         with self.console.capture() as captured:
@@ -73,8 +74,7 @@ def rich_text(line: TextLine, palette: Palette = COLOURS) -> Text:
 
 
 def _table(grid: Grid, palette: Palette) -> Table:
-    heading = ink_style(Ink.HEADING, palette)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=heading)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=ink_style(Ink.HEADING, palette))
     for column in grid.columns:
         table.add_column(
             column.heading,
@@ -119,9 +119,9 @@ def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
                 if not line.startswith("```"):
                     yield "", TextLine((("    " + line.removeprefix("    "), Ink.INSTRUCTION),))
         else:
-            item = _ITEM.fullmatch(" ".join(line.strip() for line in block))
-            indent, words = (item[1], item[2]) if item else ("", " ".join(line.strip() for line in block))
-            yield indent, TextLine(tuple(_pieces(words)))
+            words = " ".join(line.strip() for line in block)
+            item = _ITEM.fullmatch(words)
+            yield item[1] if item else "", TextLine(tuple(_pieces(item[2] if item else words)))
         yield "", TextLine(())
 
 

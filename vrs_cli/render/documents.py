@@ -59,8 +59,7 @@ def _table(grid: Grid) -> str:
 
 
 def _cells(tag: str, texts: Iterable[str], styles: Iterable[str]) -> str:
-    pairs = zip(texts, styles, strict=True)
-    return "".join(f'<{tag} style="{style}">{escape(text)}</{tag}>' for text, style in pairs)
+    return "".join(f'<{tag} style="{how}">{escape(text)}</{tag}>' for text, how in zip(texts, styles, strict=True))
 
 
 # --- plots as SVG ---------------------------------------------------------------------------------------------------
@@ -77,10 +76,9 @@ class SvgScale:
         return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
 
     def marks(self) -> Iterator[float]:
-        """Yield round values along the scale."""
+        """Return round values along the scale."""
         step = chart.round_step((self.high - self.low) / LINES)
-        for number in range(ceil(self.low / step), floor(self.high / step) + 1):
-            yield number * step
+        return (number * step for number in range(ceil(self.low / step), floor(self.high / step) + 1))
 
 
 def picture(plot: Plot, at: float | None = None) -> str:
@@ -92,8 +90,12 @@ def picture(plot: Plot, at: float | None = None) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
         f'font-family="sans-serif" font-size="11" fill="{GREY}">'
     )
-    title = _text(LEFT, 14, f"{plot.title} [{plot.unit}]", "start")
-    parts = [head, title, *_grid(across, up), *_curves(plot, across, up)]
+    parts = [
+        head,
+        _text(LEFT, 14, f"{plot.title} [{plot.unit}]", "start"),
+        *_grid(across, up),
+        *_curves(plot, across, up),
+    ]
     if at is not None:
         line = f"M{across.place(min(max(at, plot.times[0]), plot.times[-1])):.1f} {TOP}V{HEIGHT - BOTTOM}"
         parts.append(f'<path d="{line}" stroke="{RED}" stroke-width="2" stroke-dasharray="4 3"/>')
@@ -227,8 +229,7 @@ class Transcript:
         self._stream.close()
 
     def _line(self, one: TextLine) -> None:
-        shown = TextLine(tuple((plain.visible(text), ink) for text, ink in one.pieces))
-        self._put(self._format.line(shown))
+        self._put(self._format.line(TextLine(tuple((plain.visible(text), ink) for text, ink in one.pieces))))
 
     def _put(self, text: str) -> None:
         self._stream.write(text)

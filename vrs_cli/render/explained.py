@@ -9,7 +9,7 @@ from math import degrees, hypot
 from typing import Any
 
 from vrs_cli.kinematics.joints import Configuration, JointUnits
-from vrs_cli.kinematics.transform import Transform, Vector, compose
+from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.language.words.values import numbers_of
 from vrs_cli.render import blocks, plain
 from vrs_cli.render.colours import Ink
@@ -22,20 +22,7 @@ def reach_report(reply: replies.ReachReport, page: blocks.Page) -> Iterator[bloc
     reach = reply.reach
     options = reach.options or ((reach.goal,) if reach.goal else ())
     joints = max((len(option.joints) for option in options if option.joints), default=0)
-    columns = (
-        blocks.Column("Configuration", Ink.NAME),
-        blocks.Column("Reach", width=8),
-        *blocks.number_columns(*blocks.joint_names(joints), width=9),
-    )
-    rows = tuple(
-        (
-            str(option.configuration) or "-",
-            verdict(option, reply.units),
-            *(map(decimal, numbers_of(option.joints, reply.units)) if option.joints else ("",) * joints),
-        )
-        for option in options
-    )
-    yield blocks.Grid(columns, rows, boxed=True, keys=1)
+    yield _options([(option, ()) for option in options], joints, reply.units)
     if reach.chosen is not None:
         yield from blocks.wrap_lines(
             f"MOVE: {'; '.join(filter(None, (str(reach.chosen), reach.reason)))}", Ink.NOTE, page
@@ -49,6 +36,29 @@ def reach_report(reply: replies.ReachReport, page: blocks.Page) -> Iterator[bloc
     for word, contact in (("MOVE", reply.move_contact), ("MOVES", reply.line_contact)):
         if contact is not None:
             yield from blocks.wrap_lines(f"{word}: {contact.describe('after')}", Ink.ERROR, page)
+
+
+def _options(
+    rows: Iterable[tuple[results.Option, tuple[str, ...]]], joints: int, units: JointUnits, more: Sequence[str] = ()
+) -> blocks.Grid:
+    """Return a grid with the configurations, their reach and their joints. `more`: the headings of further numbers,
+    which come with each option."""
+    columns = (
+        blocks.Column("Configuration", Ink.NAME),
+        blocks.Column("Reach", width=8),
+        *blocks.number_columns(*more, width=8),
+        *blocks.number_columns(*blocks.joint_names(joints), width=9),
+    )
+    shown = tuple(
+        (
+            str(option.configuration) or "-",
+            verdict(option, units),
+            *numbers,
+            *(map(decimal, numbers_of(option.joints, units)) if option.joints else ("",) * joints),
+        )
+        for option, numbers in rows
+    )
+    return blocks.Grid(columns, shown, boxed=True, keys=1)
 
 
 def verdict(option: results.Option, units: JointUnits) -> str:
@@ -146,16 +156,6 @@ def _beside(named: Sequence[tuple[str, Transform]], turns: bool) -> blocks.Grid:
     return blocks.Grid(tuple(columns), tuple(map(tuple, rows)), tight=True, latex=r" \quad ".join(formulas))
 
 
-def _place(place: Vector) -> str:
-    x, y, z = (1e3 * one for one in place)
-    return f"X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
-
-
-def _poses(rows: Iterable[tuple[str, Transform]], heading: str) -> blocks.Grid:
-    shown = tuple((name, *map(decimal, numbers_of(T))) for name, T in rows)
-    return blocks.Grid((blocks.Column(heading, Ink.NAME), *blocks.number_columns(*blocks.POSE)), shown, keys=1)
-
-
 # --- the overview ----------------------------------------------------------------------------------------------------
 
 
@@ -223,16 +223,15 @@ def _how(plan: results.MotionPlan) -> str:
 
 def _loads(loads: Sequence[results.JointLoad], units: JointUnits) -> blocks.Grid:
     """Return a grid with the peaks of each joint: value, fraction of the limit, and time."""
-    smooth = any(load.jerk is not None for load in loads)
-    rates = (("velocity", "/s"), ("acceleration", "/s2"), *((("jerk", "/s3"),) if smooth else ()))
+    rates = ("velocity", "acceleration", *(("jerk",) if any(load.jerk is not None for load in loads) else ()))
     columns = [blocks.Column("Joint", Ink.NAME)]
-    for name, _ in rates:
+    for name in rates:
         columns += blocks.number_columns(name, "of limit", "at", width=8)
     columns += blocks.number_columns("end of range", "room", "at", width=8)
     rows = list[tuple[str, ...]]()
     for load in loads:
         row, unit = [f"JT{load.joint} {units.unit(load.joint)}"], load.joint
-        for name, _ in rates:
+        for name in rates:
             peak: results.Peak = getattr(load, name)
             when = decimal(peak.time) if peak.share >= NOTHING else ""
             row += [decimal(units.one_shown(unit, peak.value), 1), f"{100.0 * peak.share:.1f} %", when]
@@ -264,7 +263,8 @@ def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
     elif tip.limit:
         yield f"Greatest {of_tip}"
     for what, peak in found:
-        yield f"Binds: {what}, at {seconds(peak.time)}, {_place(peak.place)}"
+        x, y, z = (1e3 * one for one in peak.place)
+        yield f"Binds: {what}, at {seconds(peak.time)}, X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
     if not found:
         yield "No limit binds"
 
@@ -280,8 +280,8 @@ def _chain(reply: results.ChainReport, page: blocks.Page) -> Iterator[blocks.Blo
     if reply.joints:
         numbers = map(decimal, numbers_of(reply.joints, reply.units))
         yield blocks.Grid(blocks.number_columns(*blocks.joint_names(len(reply.joints))), (tuple(numbers),), tight=True)
-    whole = [("T", factors[-1].product)] if len(factors) > 1 else []
-    yield from matrices([*((one.name, one.T) for one in factors), *whole], page)
+    shown = [(one.name, one.T) for one in factors]
+    yield from matrices([*shown, ("T", factors[-1].product)] if len(factors) > 1 else shown, page)
     if reply.arm:
         yield blocks.line("As a goal of the tool it asks this of the flange:", Ink.NOTE)
         yield _product("T6", [one.name for one in reply.arm])
@@ -311,7 +311,8 @@ def _factors(factors: Sequence[results.Factor]) -> blocks.Grid:
 
 def _angles(reply: results.AnglesReport, page: blocks.Page) -> Iterator[blocks.Block]:
     T, (Rz_O, M, Ry_A, Rz_T) = reply.T, reply.turns
-    yield _poses([(reply.text, T)], "")
+    columns = (blocks.Column("", Ink.NAME), *blocks.number_columns(*blocks.POSE))
+    yield blocks.Grid(columns, ((reply.text, *map(decimal, numbers_of(T))),), keys=1)
     for text in (
         "O turns about the vertical: it says to which side the tool points, 0 is along -Y",
         "A turns about the new Y of the tool: it says how far the tool points down, 90 is straight down",
@@ -332,8 +333,7 @@ def _angles(reply: results.AnglesReport, page: blocks.Page) -> Iterator[blocks.B
         yield formula("T = atan2(ny, sy)")
     else:
         yield formula(f"O = atan2(ax, -ay) = atan2({decimal(T.ax)}, {decimal(-T.ay)})")
-        level = decimal(hypot(T.ax, T.ay))
-        yield formula(f"A = atan2(-az, sqrt(ax^2 + ay^2)) = atan2({decimal(-T.az)}, {level})")
+        yield formula(f"A = atan2(-az, sqrt(ax^2 + ay^2)) = atan2({decimal(-T.az)}, {decimal(hypot(T.ax, T.ay))})")
         yield formula(f"T = atan2(sz, -nz) = atan2({decimal(T.sz)}, {decimal(-T.nz)})")
     o, a, t = map(degrees, reply.angles)
     yield blocks.line(
@@ -354,7 +354,8 @@ def _inverse(reply: results.InverseReport, page: blocks.Page) -> Iterator[blocks
         yield blocks.line(f"The joints are found by a search, not by formulas: {reply.method}", Ink.NOTE)
     else:
         yield from _formulas(reply, family, page)
-    yield from _solutions(reply)
+    rows = ((one.option, ("" if one.time is None else decimal(one.time),)) for one in reply.solutions)
+    yield _options(rows, len(reply.here), reply.units, ("from here s",))
     if reply.chosen is not None:
         way = f"MOVE from here ({str(reply.have) or 'one configuration'}) takes "
         yield from blocks.wrap_lines(way + "; ".join(filter(None, (str(reply.chosen), reply.reason))), Ink.NOTE, page)
@@ -372,8 +373,7 @@ def _formulas(reply: results.InverseReport, family: Family, page: blocks.Page) -
             yield formula(text)
         yield _values(stage, family, reply.solutions)
     if reply.senses:
-        pairs = enumerate(reply.senses, 1)
-        said = (_sense(i, sign, zero) for i, (sign, zero) in pairs)
+        said = (_sense(i, sign, zero) for i, (sign, zero) in enumerate(reply.senses, 1))
         yield from blocks.wrap_lines(f"The joints of this robot: {', '.join(said)}, and whole turns.", Ink.NOTE, page)
 
 
@@ -419,27 +419,6 @@ def _which(ways: Sequence[Configuration], every: Sequence[Configuration]) -> str
         shortest = next(part for part in parts if all(one in ways for one in every if one.flags[: len(part)] == part))
         found[" ".join(flag.name for flag in shortest if flag is not None)] = None
     return ", ".join(found)
-
-
-def _solutions(reply: results.InverseReport) -> Iterator[blocks.Block]:
-    joints = len(reply.here)
-    rows = tuple(
-        (
-            str(one.option.configuration) or "-",
-            verdict(one.option, reply.units),
-            "" if one.time is None else decimal(one.time),
-            *(map(decimal, numbers_of(one.option.joints, reply.units)) if one.option.joints else ("",) * joints),
-        )
-        for one in reply.solutions
-    )
-    columns = (
-        blocks.Column("Configuration", Ink.NAME),
-        blocks.Column("Reach", width=8),
-        *blocks.number_columns("from here s", width=8),
-    )
-    yield blocks.Grid(
-        (*columns, *blocks.number_columns(*blocks.joint_names(joints), width=9)), rows, boxed=True, keys=1
-    )
 
 
 # --- the last change -------------------------------------------------------------------------------------------------

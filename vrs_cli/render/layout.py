@@ -105,8 +105,7 @@ def _whereabouts(reply: replies.Whereabouts, _page: Page) -> Iterator[Block]:
 
 
 def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator[Block]:
-    joints = len(reply.positions[0].joints) if reply.positions else 0
-    headings = ("t", *POSE, "Hand", *joint_names(joints))
+    headings = ("t", *POSE, "Hand", *joint_names(len(reply.positions[0].joints) if reply.positions else 0))
     rows = (
         (one.time, *numbers_of(one.T_world_tool), one.hand, *numbers_of(one.joints, reply.units))
         for one in reply.positions
@@ -146,15 +145,14 @@ def _state(row: replies.PartRow) -> str:
 
 
 def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
-    values = ((row.name, row.pose or row.joints) for row in reply.rows)
     rows = [
         (name, *(("undefined",) if value is None else map(decimal, numbers_of(value, reply.units))))
-        for name, value in values
+        for name, value in ((row.name, row.pose or row.joints) for row in reply.rows)
     ]
     size = max(len(POSE) + 1, *map(len, rows))
     headings = [f"{POSE[i]}/JT{i + 1}" if i < len(POSE) else f"JT{i + 1}" for i in range(size - 1)]
-    columns = (NAMES, *number_columns(*headings))
-    yield Grid(columns, tuple(row + ("",) * (size - len(row)) for row in rows), tight=True, keys=1)
+    filled = tuple(row + ("",) * (size - len(row)) for row in rows)
+    yield Grid((NAMES, *number_columns(*headings)), filled, tight=True, keys=1)
 
 
 def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
@@ -226,7 +224,7 @@ def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
 
 
 def _status_then(reply: replies.StatusThen, _page: Page) -> Iterator[Block]:
-    on = [f"{number} {reply.names.get(number, '')}".rstrip() for number in reply.on]
+    on = (f"{number} {reply.names.get(number, '')}".rstrip() for number in reply.on)
     yield from _facts(
         ("At", seconds(reply.time)),
         ("Motion", reply.motion or "none: the robot stands"),
@@ -351,8 +349,7 @@ def _help_topic(reply: replies.HelpTopic, page: Page) -> Iterator[Block]:
         forms = wrap(form, column) if len(form) <= 2 * column else [form]
         if len(forms[-1]) > column:
             yield TextLine((("  ", Ink.TEXT), *scan(forms.pop())))
-        texts = wrap(_sentence(summary), width - column - 4)
-        for left, right in zip_longest(forms, texts, fillvalue=""):
+        for left, right in zip_longest(forms, wrap(_sentence(summary), width - column - 4), fillvalue=""):
             yield TextLine(
                 (("  ", Ink.TEXT), *scan(left), (" " * (column + 2 - len(left)), Ink.TEXT), (right, Ink.TEXT))
             )
@@ -387,7 +384,18 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
         return
     yield from _latest(_command_grid(reply.commands), "commands", page.rows)
     yield line()
-    yield from _latest(_segment_grid(reply.segments), "segments", page.rows)
+    columns = (
+        number_column("No.", 3),
+        *number_columns("t_s", "t_f", width=8),
+        Column("Phase", width=10),
+        Column("Space", width=8),
+        Column("Command", Ink.INSTRUCTION, cut=True),
+    )
+    rows = tuple(
+        (str(number), decimal(row.start), decimal(row.finish), row.phase, row.space, _segment_label(row))
+        for number, row in enumerate(reply.segments, 1)
+    )
+    yield from _latest(Grid(columns, rows, boxed=True), "segments", page.rows)
     for row in reply.stops:
         text = f"{_segment_label(row)} stops on its way, at {seconds(row.finish)}, and goes on"
         yield from wrap_lines(text, Ink.NOTE, page)
@@ -422,23 +430,6 @@ def _command_grid(commands: Sequence[results.CommandRecord]) -> Grid:
 
 def _requested_time(record: results.CommandRecord | None) -> str:
     return "" if record is None or record.asked is None else decimal(record.asked)
-
-
-def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
-    return Grid(
-        (
-            number_column("No.", 3),
-            *number_columns("t_s", "t_f", width=8),
-            Column("Phase", width=10),
-            Column("Space", width=8),
-            Column("Command", Ink.INSTRUCTION, cut=True),
-        ),
-        tuple(
-            (str(number), decimal(row.start), decimal(row.finish), row.phase, row.space, _segment_label(row))
-            for number, row in enumerate(segments, 1)
-        ),
-        boxed=True,
-    )
 
 
 def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:

@@ -13,13 +13,17 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import time
-from base64 import b64decode
+from base64 import b64decode, b64encode
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import sha256
+from html import escape
 from importlib.util import find_spec
 from io import BytesIO
 from math import ceil, floor
@@ -29,23 +33,15 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import UsageError
-from vrs_cli.extras import how_to_install
+from vrs_cli.extras import BUILT_PAGE, how_to_build_page, how_to_install
 from vrs_cli.files.exports import Exporter
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.language.run.signals import Cell
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.world.course import World
 
 if TYPE_CHECKING:
     from websockets.sync.connection import Connection
-import re
-from base64 import b64encode
-from functools import cache
-from hashlib import sha256
-from html import escape
-
-from vrs_cli.extras import BUILT_PAGE, how_to_build_page
 
 SCRIPT, SHEET = "replay.js", "replay.css"
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")
@@ -97,24 +93,20 @@ def in_script(data: Mapping[str, Any]) -> str:
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _ascii(code: str) -> str:
-    """Return JavaScript in ASCII with the same meaning, because a notebook may be read in another encoding."""
+@cache
+def _page_code() -> tuple[str, str]:
+    """Return the script and the style sheet in a form that can be embedded in HTML. Both are in ASCII with the same
+    meaning, because a notebook may be read in another encoding."""
 
     def escape_sign(found: re.Match[str]) -> str:
         units = found[0].encode("utf-16-be").hex()
         return "".join([f"\\u{units[k : k + 4]}" for k in range(0, len(units), 4)])
 
-    return NOT_ASCII.sub(escape_sign, code)
-
-
-@cache
-def _page_code() -> tuple[str, str]:
-    """Return the script and the style sheet in a form that can be embedded in HTML."""
     try:
         script, sheet = ((BUILT_PAGE / name).read_text(encoding="utf-8") for name in (SCRIPT, SHEET))
     except OSError:
         raise PageError("the page of the browser is not built", how_to_build_page()) from None
-    script = _ascii(script.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
+    script = NOT_ASCII.sub(escape_sign, script.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
     return script, NOT_ASCII.sub(lambda found: f"\\{ord(found[0]):06x}", sheet.replace("</style", "<\\/style"))
 
 
@@ -239,8 +231,8 @@ def _address(file: Path, running: subprocess.Popen[bytes], browser: str) -> str:
             if running.poll() is not None:
                 break
             time.sleep(POLL_PERIOD_S)
-            continue
-        return f"ws://127.0.0.1:{port}{path}"
+        else:
+            return f"ws://127.0.0.1:{port}{path}"
     raise PictureError(f"{browser} shows nothing", "does it run with --headless=new and --use-angle=swiftshader?")
 
 
@@ -259,9 +251,14 @@ def write_page(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
     """Write an HTML file that plays a timeline at `rate` robot seconds per second."""
+    stream.write(_recorded(arm, timeline, world, title=title, rate=rate).encode())
+
+
+def _recorded(arm: RobotArm, timeline: Timeline, world: World | None, **more: Any) -> str:
+    """Return the HTML file that plays a timeline."""
     from vrs_cli.net.page_data import recorded_page  # here because exports of numbers do not need it
 
-    stream.write(page(recorded_page(arm, timeline, title=title, rate=rate, cell=_cell(world))).encode())
+    return page(recorded_page(arm, timeline, cell=None if world is None else world.cell, **more))
 
 
 def write_still(
@@ -345,16 +342,10 @@ def _open_scene(
     """Show the page in a browser. Raises PictureError."""
     with TemporaryDirectory() as folder, browser_page() as seen:
         file = Path(folder) / "page.html"
-        from vrs_cli.net.page_data import recorded_page
-
-        file.write_text(page(recorded_page(arm, timeline, cell=_cell(world), picture=quality)), encoding="utf-8")
+        file.write_text(_recorded(arm, timeline, world, picture=quality), encoding="utf-8")
         seen.open(file.as_uri(), size)
         seen.evaluate(READY)
         yield seen
-
-
-def _cell(world: World | None) -> Cell | None:
-    return None if world is None else world.cell
 
 
 def _picture_script(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:

@@ -6,9 +6,12 @@ Matplotlib comes with the extra `plot`. The code looks for it before anything ru
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from html import escape
 from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
+from itertools import pairwise
+from math import ceil, floor, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,16 +19,13 @@ from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.atomic import atomically, check_writable
 from vrs_cli.interfaces.monitor.timeline import PICTURES
+from vrs_cli.render.chart import round_step
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.kinematics.arrays import Floats
     from vrs_cli.trajectory.timeline import Timeline
     from vrs_cli.values.replies import Plot
-from html import escape
-from itertools import pairwise
-from math import ceil, floor, isfinite, log10
-from typing import TYPE_CHECKING
 
 TIME = "t [s]"
 SAMPLES = 2000  # number of even samples, in addition to those at the borders of segments
@@ -102,6 +102,8 @@ def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
 
 
 def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes:
+    import numpy as np
+
     matplotlib: Any = import_module("matplotlib")
     figure_class: Any = import_module("matplotlib.figure").Figure
     with matplotlib.rc_context(STYLE):
@@ -109,9 +111,6 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
         figure.suptitle(title)
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, panel in zip(axes, panels, strict=True):
-            # Draws one panel.
-            import numpy as np
-
             before: list[Sequence[float] | Floats] = []
             for name, column in zip(panel.names, panel.columns, strict=True):
                 under = sum(np.allclose(column, other, rtol=0.0, atol=1e-9) for other in before)
@@ -136,7 +135,6 @@ def _picture_bytes(along: str, panels: Sequence[Curves], title: str, form: str) 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size of a panel, and its margins
 CURVE_COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a3246b")
 TICKS = 6  # approximate maximum number of ticks along an axis
-STEPS = (1.0, 2.0, 5.0, 10.0)
 HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # white outline that keeps a name readable on a curve
 FLAT = 1e-9  # half the height of a panel whose curves are constant, in the unit of the curves
 
@@ -158,9 +156,7 @@ def ticks(low: float, high: float) -> list[float]:
     """Return round numbers from `low` to `high`."""
     if not high > low:
         return [low]
-    rough = (high - low) / TICKS
-    size = 10.0 ** floor(log10(rough))
-    step = next(one for one in STEPS if one * size >= rough * (1.0 - 1e-9)) * size
+    step = round_step((high - low) / TICKS)
     return [k * step for k in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
 
 
@@ -191,10 +187,8 @@ def _panel(panel: Curves, top: float) -> str:
         parts.append(f'<text x="{LEFT - 6}" y="{y(value) + 4.0:.1f}" text-anchor="end">{_number_text(value)}</text>')
     drawn: list[str] = []
     for k, (name, column) in enumerate(zip(panel.names, columns, strict=True)):
-        colour, points = (
-            CURVE_COLOURS[k % len(CURVE_COLOURS)],
-            _points([(x(t), y(v)) for t, v in zip(times, column, strict=True)]),
-        )
+        colour = CURVE_COLOURS[k % len(CURVE_COLOURS)]
+        points = _points([(x(t), y(v)) for t, v in zip(times, column, strict=True)])
         under_it = drawn.count(points)  # a curve that coincides with earlier ones is dashed, so that all stay visible
         dashes = f' stroke-dasharray="6 {6 * under_it}"' if under_it else ""
         drawn.append(points)

@@ -61,8 +61,7 @@ def latex(text: str) -> str:
     at = text.find("sqrt(")
     if at >= 0:
         end = _closing(text, at + len("sqrt"))
-        inner = text[at + len("sqrt(") : end]
-        return f"{latex(text[:at])}\\sqrt{{{latex(inner)}}}{latex(text[end + 1 :])}"
+        return f"{latex(text[:at])}\\sqrt{{{latex(text[at + len('sqrt(') : end])}}}{latex(text[end + 1 :])}"
     return _BETWEEN.sub(r"\,", _WORD.sub(_latex_word, text)).replace("^-1", "^{-1}")
 
 
