@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct, structs
 
 from vrs_cli.cli import commands, main, sources
-from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_robot
+from vrs_cli.cli.command_line import chosen_dialect, chosen_robot, refuse
 from vrs_cli.errors import FileError, UndefinedName
 from vrs_cli.files.opening import stamp
 from vrs_cli.values.numbers import count
@@ -142,10 +142,11 @@ def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
 
 def check(options: Namespace) -> int:
     """Print the diagnostics of all files; return the exit status."""
-    if commands.STANDARD_STREAM in options.files and (options.fix or options.watch):
-        raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
-    if options.diff and not options.fix:
-        raise CommandLineError("--diff shows what --fix would write", "give --fix too")
+    no_file = commands.STANDARD_STREAM in options.files and (options.fix or options.watch)
+    refuse(
+        (no_file, "--fix and --watch are for files, not for standard input", "name files"),
+        (options.diff and not options.fix, "--diff shows what --fix would write", "give --fix too"),
+    )
     model = chosen_robot(options)
     if options.watch:
         return _watch(options, model)
@@ -296,8 +297,8 @@ def _files_named_in(path: str, _stamp: tuple[int, ...]) -> tuple[str, ...]:
 def fmt(options: Namespace) -> int:
     """Print, rewrite or compare files. Return 1 if a file has mistakes, or if it would change (with --check or
     --diff)."""
-    if options.write and commands.STANDARD_STREAM in options.files:
-        raise CommandLineError("--write cannot change standard input", "leave --write out")
+    from_stream = commands.STANDARD_STREAM in options.files
+    refuse((options.write and from_stream, "--write cannot change standard input", "leave --write out"))
     from vrs_cli.language.analysis.structure import canonical_text
 
     dialect = chosen_dialect(options)

@@ -7,7 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from urllib.parse import quote, urlsplit
 
-from vrs_cli.cli.command_line import CommandLineError
+from vrs_cli.cli.command_line import CommandLineError, refuse
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files import atomic, opening
 from vrs_cli.net import tokens
@@ -18,12 +18,13 @@ def class_(options: Namespace) -> None:
     """Carry out an action on a class. Raises CommandLineError, FileError, UsageError."""
     folder = tokens.ClassFolder(Path(options.folder))
     own = {"names": "new", "at": "links", "to": "collect"}
-    if wrong := next(
-        (name for name, action in own.items() if getattr(options, name) and options.action != action), None
-    ):
-        raise CommandLineError(f"--{wrong} is for vrs class {own[wrong]}")
-    if options.action != "new" and not folder.tokens.exists():
-        raise CommandLineError(f"{folder.root} is no class", f"vrs class new {folder.root} NAME ...")
+    misplaced = (name for name, action in own.items() if getattr(options, name) and options.action != action)
+    wrong = next(misplaced, "")
+    is_class = options.action == "new" or folder.tokens.exists()
+    refuse(
+        (wrong, f"--{wrong} is for vrs class {own.get(wrong)}", ""),
+        (not is_class, f"{folder.root} is no class", f"vrs class new {folder.root} NAME ..."),
+    )
     {"new": _make, "links": _print_links, "collect": _collect, "forget": _forget}[options.action](folder, options)
 
 

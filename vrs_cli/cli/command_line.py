@@ -34,6 +34,14 @@ class CommandLineError(UsageError):
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
 
 
+def refuse(*mistakes: tuple[object, str, str]) -> None:
+    """Raise CommandLineError for the first mistake in a command line. `mistakes`: whether each is made, what it is, and
+    a hint."""
+    for is_made, what, hint in mistakes:
+        if is_made:
+            raise CommandLineError(what, hint)
+
+
 @contextmanager
 def errors_of_options(*kinds: type[VrsError]) -> Iterator[None]:
     """Raise errors of these kinds in the block as a CommandLineError."""
@@ -237,14 +245,15 @@ def chosen_outside(options: argparse.Namespace) -> Outside:
     CommandLineError, FileError.
     """
     live = options.allow_net or options.serial
-    if live and getattr(options, "sandbox", None) is not None:
-        raise CommandLineError("--sandbox has no connections", "leave out --allow-net and --serial")
-    if live and options.replay_units is not None:
-        raise CommandLineError("--replay-units stands for others", "leave out --allow-net and --serial")
-    if options.net_host is not None and not options.allow_net:
-        raise CommandLineError("--net-host says where ports are opened", "give --allow-net too")
-    if options.record_units is not None and not live and options.replay_units is None:
-        raise CommandLineError("--record-units has nothing to record", "give --allow-net or --serial too")
+    sandbox, repeats = getattr(options, "sandbox", None) is not None, options.replay_units is not None
+    without_host = options.net_host is not None and not options.allow_net
+    without_source = options.record_units is not None and not live and not repeats
+    refuse(
+        (live and sandbox, "--sandbox has no connections", "leave out --allow-net and --serial"),
+        (live and repeats, "--replay-units stands for others", "leave out --allow-net and --serial"),
+        (without_host, "--net-host says where ports are opened", "give --allow-net too"),
+        (without_source, "--record-units has nothing to record", "give --allow-net or --serial too"),
+    )
     patience = options.patience or (inf if live else SCRIPT_WAIT_S)
     outside: Outside
     if live:

@@ -13,7 +13,7 @@ from glob import glob
 from pathlib import Path
 
 from vrs_cli.cli import commands, main, outputs, sources
-from vrs_cli.cli.command_line import CommandLineError
+from vrs_cli.cli.command_line import CommandLineError, refuse
 from vrs_cli.errors import FileDamaged, FileError, FileOutside, NonexistentFile
 from vrs_cli.files import atomic, opening, program_file
 from vrs_cli.render.blocks import PIPE, Block, Column, Grid, grid_lines, line, number_column, split
@@ -142,11 +142,11 @@ def grade(options: Namespace) -> int:
         for text in (*told, f"{folder} is written: complete exercise/text.md; then vrs grade --check {folder}"):
             print(for_stream(text, sys.stdout))
         return main.OK
-    if options.cell is not None:
-        raise CommandLineError("--cell is for --new: submissions run in the cell of the exercise")
-    if options.exercise is None or not options.files:
-        raise CommandLineError("an exercise and submissions are wanted", "vrs grade pick class")
-
+    incomplete = options.exercise is None or not options.files
+    refuse(
+        (options.cell is not None, "--cell is for --new: submissions run in the cell of the exercise", ""),
+        (incomplete, "an exercise and submissions are wanted", "vrs grade pick class"),
+    )
     exercise = read_exercise(exercise_text.find_exercise(options.exercise).resolve())
     submissions = find_submissions(options.files)
     _check_outputs(options, len(submissions) > 1)

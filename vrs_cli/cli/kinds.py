@@ -28,6 +28,12 @@ MAX_PORT = 65535
 MAX_RATE = 100_000.0  # [Hz] maximum sampling rate
 
 
+def _require(holds: object, otherwise: str) -> None:
+    """Raise ArgumentTypeError with the text `otherwise` if a condition does not hold."""
+    if not holds:
+        raise ArgumentTypeError(otherwise)
+
+
 def float_of(text: str) -> float:
     """Return the number in a text, or nan if the text is not a number."""
     try:
@@ -39,16 +45,14 @@ def float_of(text: str) -> float:
 def number(text: str) -> float:
     """Read a finite number."""
     value = float_of(text)
-    if not isfinite(value):
-        raise ArgumentTypeError(f"{text!r} is not a number")
+    _require(isfinite(value), f"{text!r} is not a number")
     return value
 
 
 def positive(text: str) -> float:
     """Read a number above zero."""
     value = number(text)
-    if not value > 0.0:
-        raise ArgumentTypeError(f"{text} is not above 0")
+    _require(value > 0.0, f"{text} is not above 0")
     return value
 
 
@@ -64,24 +68,21 @@ def size(text: str) -> int:
     """Read a number of things or of bytes above zero: 500, 64K, 1.5M, 2G."""
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
     value = positive(digits) * {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}[factor]
-    if value != int(value) or value > 2**62:
-        raise ArgumentTypeError(f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
+    _require(value == int(value) and value <= 2**62, f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
     return int(value)
 
 
 def percent(text: str) -> float:
     """Read a percentage of full speed [%]."""
     value = positive(text)
-    if value > 100.0:
-        raise ArgumentTypeError(f"{text} % is more than full speed")
+    _require(value <= 100.0, f"{text} % is more than full speed")
     return value
 
 
 def sampling_rate(text: str) -> float:
     """Read a sampling rate, in samples per second [Hz]."""
     value = positive(text)
-    if value > MAX_RATE:
-        raise ArgumentTypeError(f"{text} Hz is more than {MAX_RATE:g} Hz")
+    _require(value <= MAX_RATE, f"{text} Hz is more than {MAX_RATE:g} Hz")
     return value
 
 
@@ -90,16 +91,16 @@ def clock_rate(text: str) -> float:
     from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE
 
     rate = positive(text)
-    if not SLOWEST_RATE <= rate <= FASTEST_RATE:
-        raise ArgumentTypeError(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
+    _require(
+        SLOWEST_RATE <= rate <= FASTEST_RATE, f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})"
+    )
     return rate
 
 
 def _within(lowest: float, highest: float, unit: str, text: str) -> float:
     """Read a number between two bounds."""
     value = positive(text)
-    if not lowest <= value <= highest:
-        raise ArgumentTypeError(f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
+    _require(lowest <= value <= highest, f"{value:g} {unit} is not from {lowest:g} to {highest:g} {unit}")
     return value
 
 
@@ -112,8 +113,7 @@ def cycles(text: str) -> int:
     from vrs_cli.language.run.runtime import MAX_CYCLES
 
     value = whole(text)
-    if value == 0 or value > MAX_CYCLES:
-        raise ArgumentTypeError(f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
+    _require(value != 0 and value <= MAX_CYCLES, f"{text} cycles (1 to {MAX_CYCLES}, or -1 for ever)")
     return value
 
 
@@ -121,8 +121,7 @@ def codes(text: str) -> tuple[str, ...]:
     """Read codes of diagnostics, or their first characters: V401,V05."""
     found = tuple(code.strip().upper() for code in text.split(","))
     wrong = next((code for code in found if not re.fullmatch("V[0-9]{0,4}", code)), None)
-    if wrong is not None:
-        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
+    _require(wrong is None, f"{wrong!r} is no code, as V401 and V05 are")
     return found
 
 
@@ -148,8 +147,7 @@ def named_robot(text: str) -> tuple[str, str]:
     name, equals, robot = text.partition("=")
     if not equals:
         name, robot = Path(text).stem, text
-    if not good_name(name):
-        raise ArgumentTypeError(f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
+    _require(good_name(name), f"{name!r} is no name for a robot ({NAME_RULE}): NAME=ROBOT")
     return name, robot
 
 
@@ -165,8 +163,7 @@ def named_cell(text: str) -> tuple[str, str]:
 def serial_line(text: str) -> tuple[str, str]:
     """Read the number of a serial line and its device: `1=/dev/ttyUSB0,9600`."""
     number, equals, device = text.partition("=")
-    if not (number.isdigit() and equals and device):
-        raise ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
+    _require(number.isdigit() and equals and device, f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
     return str(int(number)), device
 
 
@@ -183,8 +180,7 @@ def host_address(text: str) -> str:
 def port(text: str) -> int:
     """Read the number of a TCP port."""
     value = whole(text)
-    if not 0 <= value <= MAX_PORT:
-        raise ArgumentTypeError(f"{text} is no port (0 to {MAX_PORT})")
+    _require(0 <= value <= MAX_PORT, f"{text} is no port (0 to {MAX_PORT})")
     return value
 
 
@@ -193,8 +189,8 @@ def endpoint(text: str) -> Endpoint:
     from vrs_cli.net.delay_line import Endpoint
 
     host, _, number = text.rpartition(":")
-    if not (number.isascii() and number.isdigit() and int(number) <= MAX_PORT) or "/" in host:
-        raise ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
+    is_port = number.isascii() and number.isdigit() and int(number) <= MAX_PORT
+    _require(is_port and "/" not in host, f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
     return Endpoint(host.strip("[]") or LOOPBACK, int(number))
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError
+from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError, refuse
 from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.errors import FileError, UsageError, VrsError
 
@@ -50,17 +50,17 @@ class Outputs(Struct, frozen=True):
         """Read the options, and raise the errors that `write` would have later. Raises CommandLineError for options
         that exclude each other, or one file for two outputs; FileError, UsageError.
         """
-        if options.rate is not None and options.csv is None:
-            raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")
         rate = DEFAULT_RATE if options.rate is None else options.rate
-        if options.report_at is not None and options.report is None:
-            raise CommandLineError("--report-at is a moment of a report", "give --report OUT.html, too")
         save = getattr(options, "save", None)
         outputs = Outputs(options.csv, rate, options.plot, save, options.report, options.report_at)
-        if getattr(options, "json", False) and outputs.takes_standard_output:
-            raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
-        if outputs.save == STANDARD_STREAM:
-            raise CommandLineError("--save - has no file", "name a file: --save T.vrst")
+        both = getattr(options, "json", False) and outputs.takes_standard_output
+        without_page = options.report_at is not None and options.report is None
+        refuse(
+            (options.rate is not None and options.csv is None, "--rate is the rate of a table", "give --csv OUT, too"),
+            (without_page, "--report-at is a moment of a report", "give --report OUT.html, too"),
+            (both, "--json and --csv - both want standard output", "write the table to a file"),
+            (outputs.save == STANDARD_STREAM, "--save - has no file", "name a file: --save T.vrst"),
+        )
         from vrs_cli.files.atomic import check_writable
 
         files = (outputs.csv, outputs.plot, outputs.report, outputs.save, options.file)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from vrs_cli.cli import commands, main, sources
-from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError
+from vrs_cli.cli.command_line import DEFAULT_RATE, CommandLineError, refuse
 from vrs_cli.cli.outputs import Outputs, check_distinct, check_moment, write_export
 from vrs_cli.repl.shell import on_terminal
 
@@ -154,15 +154,15 @@ def export(options: Namespace) -> None:
     from vrs_cli.files.atomic import check_writable
 
     exporter = _format(formats(), options.to, options.output)
-    if exporter.of_moment and options.rate is not None:
-        raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
-    if exporter.name == "html" and options.rate is not None:
-        raise CommandLineError("html shows every moment and has no rate", "leave --rate out")
-    if options.at is not None and not exporter.of_moment:
-        raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")
-    if options.cell is not None and not exporter.shows_cell:
-        shown = ", ".join(one.name for one in formats().values() if one.shows_cell)
-        raise CommandLineError(f"{exporter.name} has nothing of a cell", f"--cell is for {shown}")
+    name, has_rate, is_moment = exporter.name, options.rate is not None, exporter.of_moment
+    hides_cell = options.cell is not None and not exporter.shows_cell
+    shown = ", ".join(one.name for one in formats().values() if one.shows_cell)
+    refuse(
+        (has_rate and is_moment, f"{name} is one moment and has no rate", "give --at TIME"),
+        (has_rate and name == "html", "html shows every moment and has no rate", "leave --rate out"),
+        (options.at is not None and not is_moment, f"{name} is the whole trajectory", "--at TIME is for --to png"),
+        (hides_cell, f"{name} has nothing of a cell", f"--cell is for {shown}"),
+    )
     if options.output != commands.STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)

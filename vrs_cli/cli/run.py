@@ -14,7 +14,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli import sources
-from vrs_cli.cli.command_line import CommandLineError, chosen_dialect, chosen_outside, chosen_robot, clock_of, teller
+from vrs_cli.cli.command_line import (
+    CommandLineError,
+    chosen_dialect,
+    chosen_outside,
+    chosen_robot,
+    clock_of,
+    refuse,
+    teller,
+)
 from vrs_cli.cli.outputs import Outputs, make_folder
 from vrs_cli.errors import FileError
 
@@ -113,10 +121,11 @@ def _robot(options: Namespace, source: sources.Source | None) -> RobotModel | No
     one."""
     if options.robot is not None:
         return chosen_robot(options)
-    if options.base is not None or options.tip is not None:
-        raise CommandLineError("--base and --tip are links of a robot's file", "give --robot FILE too")
-    if options.task is not None:
-        raise CommandLineError("--task is for a robot that is named", "give --robot NAME|FILE too")
+    of_file = options.base is not None or options.tip is not None
+    refuse(
+        (of_file, "--base and --tip are links of a robot's file", "give --robot FILE too"),
+        (options.task is not None, "--task is for a robot that is named", "give --robot NAME|FILE too"),
+    )
     if source is not None and options.save is None:
         named = sources.robot_of(options.prog, source)
         return None if named is None else chosen_robot(options, named)

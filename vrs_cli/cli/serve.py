@@ -14,7 +14,7 @@ from math import inf
 from pathlib import Path
 
 from vrs_cli.cli import main, remote
-from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, tell_notes, teller
+from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, refuse, tell_notes, teller
 from vrs_cli.cli.outputs import make_folder
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.cell_file import read_cell
@@ -132,33 +132,34 @@ async def _run_server(options: Namespace, server: Server, hub: room.Hub, tell: C
 def _check(options: Namespace) -> None:
     """Raise CommandLineError for options that would admit other people without a token, or let them read the
     connection."""
-    names = [name for name, _ in options.robot]
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
-    shown = [name for name, _ in options.cell]
-    if (double := next((name for name in shown if shown.count(name) > 1), None)) is not None:
-        whose = f"robot {double}" if double else "all robots"
-        raise CommandLineError(f"--cell is there twice for {whose}", "give each robot one: --cell NAME=CELL.toml")
+    names, shown = [name for name, _ in options.robot], [name for name, _ in options.cell]
+    twice, double = (next((one for one in rows if rows.count(one) > 1), None) for rows in (names, shown))
     served = names or ([] if options.robots_per_token else [USUAL_ROBOT])
-    if unknown := next((name for name in shown if name and name not in served), None):
-        there = ", ".join(served) or "none"
-        raise CommandLineError(f"--cell {unknown}=: there is no such robot", f"named robots: {there}")
-    if len(options.robot) != 1 and (options.base or options.tip or options.task):
-        what = "--base, --tip and --task choose of one robot that is named"
-        raise CommandLineError(what, "give one --robot, or urdf_base, urdf_tip and task in a TOML file of each")
-    if options.tls_key and not options.tls_cert:
-        raise CommandLineError("--tls-key without --tls-cert", "give both")
-    if options.robots_per_token and not options.tokens:
-        raise CommandLineError("--robots-per-token without --tokens", "vrs class token makes tokens")
-    if http.is_local(options.host):
-        return
-    if not options.tokens:
-        raise CommandLineError(
-            f"--host {options.host} without --tokens: anybody could drive", "vrs class token makes tokens"
-        )
-    if not options.tls_cert and not options.insecure:
-        what = f"--host {options.host} without TLS: tokens and all else could be read on the way"
-        raise CommandLineError(what, "--tls-cert and --tls-key, or --insecure if you know the network")
+    unknown = next((name for name in shown if name and name not in served), None)
+    chosen = options.base or options.tip or options.task
+    afar, make = not http.is_local(options.host), "vrs class token makes tokens"
+    refuse(
+        (twice, f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT"),
+        (
+            double is not None,
+            f"--cell is there twice for {f'robot {double}' if double else 'all robots'}",
+            "give each robot one: --cell NAME=CELL.toml",
+        ),
+        (unknown, f"--cell {unknown}=: there is no such robot", f"named robots: {', '.join(served) or 'none'}"),
+        (
+            chosen and len(names) != 1,
+            "--base, --tip and --task choose of one robot that is named",
+            "give one --robot, or urdf_base, urdf_tip and task in a TOML file of each",
+        ),
+        (options.tls_key and not options.tls_cert, "--tls-key without --tls-cert", "give both"),
+        (options.robots_per_token and not options.tokens, "--robots-per-token without --tokens", make),
+        (afar and not options.tokens, f"--host {options.host} without --tokens: anybody could drive", make),
+        (
+            afar and not options.tls_cert and not options.insecure,
+            f"--host {options.host} without TLS: tokens and all else could be read on the way",
+            "--tls-cert and --tls-key, or --insecure if you know the network",
+        ),
+    )
 
 
 # --- reading the options ---

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from vrs_cli.cli import remote, run
-from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot, clock_of, errors_of_options, teller
+from vrs_cli.cli.command_line import Parser, chosen_robot, clock_of, errors_of_options, refuse, teller
 from vrs_cli.cli.sources import cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import NonexistentFile, UsageError, VrsError
 from vrs_cli.extras import shipped_folder
@@ -48,10 +48,10 @@ def view(options: Namespace) -> int:
     """Watch until the user leaves; return the exit status."""
     if not options.terminal:
         return show(options)
-    if not on_terminal():
-        raise CommandLineError("this is no terminal", "vrs where and vrs replay tell of a saved trajectory in a pipe")
-    if not options.url:
-        raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
+    refuse(
+        (not on_terminal(), "this is no terminal", "vrs where and vrs replay tell of a saved trajectory in a pipe"),
+        (not options.url, "--terminal shows a robot that is served, or a saved trajectory", "name one"),
+    )
     if is_recording(options.url):
         recording = read_recording(options.prog, options.url, lenient=options.lenient)
         player.play(recording.arm, recording.timeline, options.rate, _world(options, recording.arm))
