@@ -26,7 +26,7 @@ from vrs_cli.kinematics.transform import at_position
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import DragTool, Steer
 from vrs_cli.values.hand import Axis, Frame, Look, Press, StopJog
-from vrs_cli.values.tagged import Act, UserAct
+from vrs_cli.values.results import Act, UserAct
 
 
 class User(Holder):

@@ -54,8 +54,9 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
         else:
             time, rows = at.times, at.T_world_tool
         scales = units.scales(model.units, model.joint_count)
-        rates = (at.joints, at.velocity, at.acceleration)
-        joints, velocity, acceleration = (freeze(np.array(q) * scales) for q in rates)
+        joints, velocity, acceleration = (
+            freeze(np.array(rates) * scales) for rates in (at.joints, at.velocity, at.acceleration)
+        )
         return cls(freeze(time), joints, velocity, acceleration, Location(rows, units), freeze(np.array(at.hand)))
 
     @property

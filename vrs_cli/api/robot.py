@@ -215,8 +215,9 @@ class Robot:
         instants, rows = numbers(times, "times"), numbers(joints, "joints", self._model.joint_count) / self._scales
         if instants.ndim != 1 or rows.ndim != 2:
             raise ValueError(f"times (N,) and joints (N, n) are wanted, not {instants.shape} and {rows.shape}")
-        chunk = acts.FollowChunk(tuple(instants.tolist()), tuple(map(tuple, rows.tolist())), _fraction(speed))
-        found = self._robot.act(chunk)
+        found = self._robot.act(
+            acts.FollowChunk(tuple(instants.tolist()), tuple(map(tuple, rows.tolist())), _fraction(speed))
+        )
         mean, worst = (tuple((np.array(errors) * self._scales).tolist()) for errors in (found.mean, found.worst))
         return structs.replace(found, mean=mean, worst=worst)
 
@@ -624,8 +625,10 @@ class Robot:
             return self._robot
         port = self._robot.port
         if not isinstance(port, LocalPort):
-            what = "limits, folder, cell and signals are for a robot of this process"
-            raise NotPossible(what, "a robot that is served has those of its server")
+            raise NotPossible(
+                "limits, folder, cell and signals are for a robot of this process",
+                "a robot that is served has those of its server",
+            )
         return self._robot.on(port.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:

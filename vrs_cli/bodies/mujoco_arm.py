@@ -179,13 +179,6 @@ class MujocoArm:
         """Return the real joints [rad, m]."""
         return tuple(self._d.qpos.tolist())
 
-    @property
-    def T_base_flange(self) -> Floats:
-        """Return the real pose of the flange (3, 4)."""
-        mujoco.mj_kinematics(self._m, self._d)
-        body = self._flange
-        return np.column_stack([self._d.xmat[body].reshape(3, 3), self._d.xpos[body]])
-
     def own_time(self, t: float) -> float:
         """Return the time of the arm's own clock at a time of the robot's clock [s]."""
         begin, own, rate = self._clock

@@ -170,19 +170,14 @@ class RosArm:
             holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # until then the opposite mode is valid
             self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
             return self._hold(now) if holds else self._follow(now)
-        if self.mode is not BodyMode.FOLLOWS:
-            return []
-        if self._cut < inf:
-            return self._along(self.body.timeline, now, self._cut)
-        if now > self._until - AHEAD:
-            return self._along(self.body.timeline, now, self._until)
-        return []
+        is_due = self.mode is BodyMode.FOLLOWS and (self._cut < inf or now > self._until - AHEAD)
+        cut = self._cut if self._cut < inf else self._until
+        return self._along(self.body.timeline, now, cut) if is_due else []
 
     def _follow(self, now: float) -> list[Trajectory]:
         far = self._apart()
         if far is not None:
-            self.mode = BodyMode.HOLDS
-            self._cut = inf
+            self.mode, self._cut = BodyMode.HOLDS, inf
             self.tell(f"apart {self._order.at}", f"the arm does not follow: {far} (RESYNC brings both together)")
             return []
         self.mode = BodyMode.FOLLOWS
@@ -194,8 +189,7 @@ class RosArm:
             return self._along(brake_timeline(self.body.model, self.body.timeline, now), now, now)
         assert self._measured is not None, "it is called only with a measurement"
         t, joints, speed = self._measured
-        slowest = zip(speed, self.body.model.max_acceleration, strict=True)
-        lasts = max(MIN_JOIN, *(2.0 * abs(v) / a for v, a in slowest))
+        lasts = max(MIN_JOIN, *(2.0 * abs(v) / a for v, a in zip(speed, self.body.model.max_acceleration, strict=True)))
         age = min(max(now - t, 0.0), MIN_JOIN)
         stands = tuple(q + v * (age + 0.5 * lasts) for q, v in zip(joints, speed, strict=True))
         points = joint_trajectory.standing_points(
@@ -232,8 +226,9 @@ class RosArm:
         return found
 
     def _begins(self, now: float, cut: float) -> list[float]:
-        waiting = self._waiting if self._waiting > now else None
-        begins = joint_trajectory.trajectory_begins(now, cut, waiting, replaces=self.settings.replaces)
+        begins = joint_trajectory.trajectory_begins(
+            now, cut, self._waiting if self._waiting > now else None, replaces=self.settings.replaces
+        )
         self._cut, self._waiting, self._until = inf, begins[-1], inf
         return begins
 
@@ -243,8 +238,9 @@ class RosArm:
 
     def _message(self, one: Trajectory) -> Mapping[str, Any]:
         settings = self.settings
-        offset = None if one.at_once else self._offset(one.begin)
-        trajectory = joint_trajectory.trajectory_message(one.points, settings.joints, offset, one.begin)
+        trajectory = joint_trajectory.trajectory_message(
+            one.points, settings.joints, None if one.at_once else self._offset(one.begin), one.begin
+        )
         if not settings.by_action:
             return {"op": "publish", "topic": f"{settings.controller}/joint_trajectory", "msg": trajectory}
         self._number += 1
@@ -344,8 +340,9 @@ class RosArm:
             return
         if t < self._next_report:
             return
-        columns = [states.column(values, self._names) for values in (states.position, states.velocity, states.effort)]
-        position, velocity, effort = columns
+        position, velocity, effort = (
+            states.column(values, self._names) for values in (states.position, states.velocity, states.effort)
+        )
         if position is None:
             missing = [name for name in self._names if states.column(states.position, [name]) is None]
             self.tell("missing", f"{self.settings.states} has no number for {', '.join(missing)}: it is left out")

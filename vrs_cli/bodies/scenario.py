@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from math import exp
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -30,9 +30,8 @@ MAX_DISTURBANCES = 10_000  # maximum number of disturbances in a scenario
 
 class Disturbance(Struct, frozen=True, tag_field="kind"):
     """A disturbance of a body, from `at` [s] of the robot's clock (None: immediately) for `lasting` [s] (None: without
-    end)."""
+    end). The tag of its class is its word in scenarios and in commands."""
 
-    word: ClassVar[str]
     at: float | None = None
     lasting: float | None = None
 
@@ -40,7 +39,6 @@ class Disturbance(Struct, frozen=True, tag_field="kind"):
 class Push(Disturbance, frozen=True, tag="push"):
     """A force on the flange [N], in the robot's frame; or a torque at a joint, counted from 1 [N m, N]."""
 
-    word: ClassVar[str] = "push"
     force: Vector = (0.0, 0.0, 0.0)
     joint: int = 0
     torque: float = 0.0
@@ -49,7 +47,6 @@ class Push(Disturbance, frozen=True, tag="push"):
 class Payload(Disturbance, frozen=True, tag="payload"):
     """A load at the flange that the controller does not know: mass [kg] and its centre [m] in the flange's frame."""
 
-    word: ClassVar[str] = "payload"
     mass: float = 0.0
     centre: Vector = (0.0, 0.0, 0.0)
 
@@ -57,14 +54,12 @@ class Payload(Disturbance, frozen=True, tag="payload"):
 class BlockedJoint(Disturbance, frozen=True, tag="block"):
     """A joint, counted from 1, that stays at its present position."""
 
-    word: ClassVar[str] = "block"
     joint: int = 1
 
 
 class SlippingBrake(Disturbance, frozen=True, tag="slip"):
     """A brake of a joint, counted from 1, that holds at most this torque [N m, N]."""
 
-    word: ClassVar[str] = "slip"
     joint: int = 1
     torque: float = 0.0
 
@@ -72,13 +67,10 @@ class SlippingBrake(Disturbance, frozen=True, tag="slip"):
 class EmergencyStop(Disturbance, frozen=True, tag="stop"):
     """A stop by the body itself: its motors are off, its brakes on."""
 
-    word: ClassVar[str] = "stop"
-
 
 class ClockDrift(Disturbance, frozen=True, tag="drift"):
     """An error of the body's clock: it gains `rate` [s/s], and jumps by `jump` [s] at the start."""
 
-    word: ClassVar[str] = "drift"
     rate: float = 0.0
     jump: float = 0.0
 
@@ -90,7 +82,8 @@ class Release(Struct, frozen=True):
 
 
 KINDS: dict[str, type[Disturbance]] = {
-    kind.word: kind for kind in (Push, Payload, BlockedJoint, SlippingBrake, EmergencyStop, ClockDrift)
+    str(kind.__struct_config__.tag): kind
+    for kind in (Push, Payload, BlockedJoint, SlippingBrake, EmergencyStop, ClockDrift)
 }
 RELEASE = "release"
 EXAMPLES = {
@@ -125,7 +118,8 @@ def load_scenario(path: Path, kinds: tuple[JointKind, ...]) -> Scenario:
             raise reader.wrong(word, "is not a list of tables", f"write [[{word}]], at most {MAX_DISTURBANCES}")
         found += [reader.disturbance(word, row, f"{word} {i}", kinds) for i, row in enumerate(rows, 1)]
     if timeless := next((one for one in found if one.at is None), None):
-        raise reader.wrong(timeless.word, "has no at", "give the second of the robot's clock when it begins")
+        word = str(timeless.__struct_config__.tag)
+        raise reader.wrong(word, "has no at", "give the second of the robot's clock when it begins")
     return Scenario(tuple(found), seed)
 
 
@@ -157,8 +151,7 @@ def read_command(line: str, kinds: tuple[JointKind, ...]) -> Disturbance | Relea
     try:
         table = tomllib.loads("\n".join(f"{key} = {value.rstrip(',')}" for key, value in PAIR.findall(rest)))
     except ValueError:
-        left = rest.strip()
-        table = {}
+        left, table = rest.strip(), {}
     if left:
         raise reader.wrong(word, f"{left!r} is not read", f"write it as {word} {EXAMPLES[word]}")
     return reader.disturbance(word, table, word, kinds)
@@ -275,8 +268,7 @@ class ServoArm:
         while self.time < until - 1e-9:
             self._steps += 1
             self._step(self.own_time(self.time), setpoint)
-            noise = self._random.normal(0.0, NOISE, len(self._joints))
-            measured = np.round((self._joints + noise) / ENCODER) * ENCODER
+            measured = np.round((self._joints + self._random.normal(0.0, NOISE, len(self._joints))) / ENCODER) * ENCODER
             found.append(Report(self.own_time(self.time), tuple(measured.tolist()), mode=self.mode))
         return found
 

@@ -18,7 +18,7 @@ import numpy as np
 from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
 from vrs_cli.contacts.solids import LinkSolids, solids_of_robot, solids_of_shape
 from vrs_cli.contacts.sweep import Course, Stage, Sweep, changed_stages, levers, stages, sums_of
-from vrs_cli.engine.position import finish_after, start_before
+from vrs_cli.engine.position import finish_after, joints_at, start_before
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
@@ -121,12 +121,6 @@ class Checker:
                 return contact
             before = search
         return None
-
-    def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
-        """Return the owners that touch at any time between two times [s], sampled every `LOOK` seconds. Owners that
-        touched before count too. Contacts between the hand and a part are ignored during a motion in which the hand
-        holds or takes the part, or could take it at the start or end."""
-        return {owner for one in self.touches(timeline, begin, end, course) for owner in one.owners}
 
     def touches(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> list[OwnersTouch]:
         """Return the touches between two times [s], sampled every `LOOK` seconds. Owners that touched before count too.
@@ -264,7 +258,8 @@ class _Search:
         """Return the nearby pairs of solids at t, except pairs whose contacts are ignored."""
         if self.moving_hand:
             self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
-        near = self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
+        sweep = self.sweep
+        near = self.physics.near(joints_at(sweep.arm, sweep.timeline, t) if exact else sweep.joints(t))
         pairs = self.pairs
         return [
             _Seen(distance, number, pair)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vrs_cli.contacts.physics import Ball, Bounds
-from vrs_cli.engine.position import joints_at, joints_over
+from vrs_cli.engine.position import joints_over
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind
@@ -114,8 +114,7 @@ def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> b
 
 def _same_rows(rows: Iterable[tuple[float, object]], others: Iterable[tuple[float, object]], *, shift: float) -> bool:
     """Return whether two lists of rows are equal, except that times in `others` are later by `shift` [s]."""
-    pairs = zip_longest(rows, others)
-    return all(a and b and a[1] == b[1] and abs(b[0] - a[0] - shift) < 2.0 * SAME for a, b in pairs)
+    return all(a and b and a[1] == b[1] and abs(b[0] - a[0] - shift) < 2.0 * SAME for a, b in zip_longest(rows, others))
 
 
 def _other_parts(one: Stage, other: Stage) -> set[str]:
@@ -123,8 +122,11 @@ def _other_parts(one: Stage, other: Stage) -> set[str]:
     one of them."""
     found = set(one.gripped ^ other.gripped)
     if one.standing != other.standing:
-        names = {*one.standing, *other.standing}
-        found |= {name for name in names if not _same_place(one.standing.get(name), other.standing.get(name))}
+        found |= {
+            name
+            for name in {*one.standing, *other.standing}
+            if not _same_place(one.standing.get(name), other.standing.get(name))
+        }
     held = [{} if stage.held is None else {stage.held.name: stage.held.T} for stage in (one, other)]
     return found | {name for name in {*held[0], *held[1]} if not _same_place(held[0].get(name), held[1].get(name))}
 
@@ -292,10 +294,6 @@ class Sweep:
         k = self.place(t)
         part = (t - self.times[k]) / (self.times[k + 1] - self.times[k])
         return np.asarray(self.q[k] + part * (self.q[k + 1] - self.q[k]))
-
-    def exact_joints(self, t: float) -> Sequence[float]:
-        """Return the exact joints at t, from the position function g [rad, m]."""
-        return joints_at(self.arm, self.timeline, t)
 
     def reaches(self, sums: Sequence[float], t: float, way: float) -> float:
         """Return the earliest time after t at which the distance `way` [m] may have been covered, at most the end.

@@ -55,8 +55,13 @@ class ContactWatch:
         text = delta.motion.text or "the motion"
         said = f"{text}: {found.describe()}{later}"
         if settings.switch("COLLISION"):
-            hint = "DISABLE COLLISION lets it begin all the same"
-            raise CollisionAhead(said, hint, value=found.depth, lower=found.needed, place=found.place)
+            raise CollisionAhead(
+                said,
+                "DISABLE COLLISION lets it begin all the same",
+                value=found.depth,
+                lower=found.needed,
+                place=found.place,
+            )
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
             return  # a further target of a motion whose contact was already reported
         self._number = delta.motion.number

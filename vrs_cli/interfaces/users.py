@@ -26,7 +26,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.ast import Assignment, DoInstruction, ExplainCommand, Instruction, Show, Statement
 from vrs_cli.language.words import instructions, monitor
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import commands, diagnostics, questions, replies, tagged
+from vrs_cli.values import commands, diagnostics, questions, replies, results
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.dialogue import Dialogue
@@ -96,20 +96,20 @@ def _inner(statement: Statement) -> Statement:
 USUAL_LENGTH = 10.0  # [s] duration of a lease after a heartbeat
 
 
-class Granted(tagged.TaggedValue, frozen=True):
+class Granted(results.TaggedValue, frozen=True):
     """Notice: the user `to` drives from now on."""
 
     to: str
 
 
-class Requested(tagged.TaggedValue, frozen=True):
+class Requested(results.TaggedValue, frozen=True):
     """Notice to `of`, the holder of the lease: the user `by` asks to drive."""
 
     of: str
     by: str
 
 
-class Lost(tagged.TaggedValue, frozen=True):
+class Lost(results.TaggedValue, frozen=True):
     """Notice: the user `by` has taken the lease from the user `of`, whose heartbeat did not arrive in time."""
 
     of: str

@@ -390,9 +390,9 @@ class Broadcast:
 
     def peek(self) -> float:
         """Return the wall time [s] at which `step` has work to do; infinity if it waits for an event."""
-        if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
-            return max(self._wall(), self._held)
-        return max(min(self._again, self._audience.peek(), self._measured_due), self._held)
+        is_due = self._everybody.left or any(channel.round.left for channel in self._channels.values())
+        due = self._wall() if is_due else min(self._again, self._audience.peek(), self._measured_due)
+        return max(due, self._held)
 
     def step(self) -> None:
         """Make the samples that are due, and send some of the waiting packets."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Protocol
 
@@ -35,8 +35,8 @@ from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.questions import Amendment, Confirmation, Parting, PromptStatus, Question
-from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, StyledLine, Tone, refusal
-from vrs_cli.values.tagged import UserAct
+from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, Tone, refusal
+from vrs_cli.values.results import UserAct
 from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while its user types
@@ -143,9 +143,8 @@ class ClientSession(UserSession):
         if long or may_hold(prefixes, message):
             message = without(prefixes, message)
         if isinstance(message, messages.Told):
-            lines: Iterable[StyledLine] = ()
-            if self._columns is not None:
-                lines = self._robot.plan.styled(message.reply, self._columns)
+            styled = self._robot.plan.styled
+            lines = () if self._columns is None else styled(message.reply, self._columns)
             if long:
                 self._to_tell.append(parts_of(message, lines))
                 return
@@ -271,11 +270,8 @@ class ClientSession(UserSession):
     def park(self, message: messages.ClientMessage, size: int) -> bool:
         """Queue a request of `size` bytes if it has to wait; return whether it was queued. Only the newest completion
         and the newest check stay queued; older ones get an empty answer."""
-        if isinstance(message, AT_ONCE) or self.is_stop(message):
-            return False
-        if isinstance(message, messages.Measured) and self._robot.served_body.body.name == self.name:
-            return False
-        if not self._parked and not self.wait(message):
+        reports = isinstance(message, messages.Measured) and self._robot.served_body.body.name == self.name
+        if reports or isinstance(message, AT_ONCE) or self.is_stop(message) or not (self._parked or self.wait(message)):
             return False
         if isinstance(message, TYPING):
             for old, its in [one for one in self._parked if type(one[0]) is type(message)]:
@@ -378,8 +374,7 @@ class ClientSession(UserSession):
                 driving.change(lambda lease, now: lease.ask(name, now))
             case messages.LeaseAct.GIVE:
                 if message.to not in self._users:
-                    there = ", ".join(self._users)
-                    raise RequestRefused(f"{message.to} does not hold this robot", f"there is {there}")
+                    raise RequestRefused(f"{message.to} does not hold this robot", f"there is {', '.join(self._users)}")
                 driving.change(lambda lease, now: lease.give(name, message.to, now))
             case messages.LeaseAct.RELEASE:
                 driving.change(lambda lease, now: lease.give(name, "", now))

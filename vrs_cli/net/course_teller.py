@@ -238,11 +238,6 @@ class CourseTeller:
     def close(self) -> None:
         """Stop the computation; it cannot be restarted."""
 
-    @property
-    def looks(self) -> bool:
-        """Return whether contacts are searched."""
-        return self._computer.looks
-
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
         """Return the next messages for a listener, and the part that it has after them; no messages if it already has
         everything."""
@@ -351,9 +346,7 @@ def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRo
     changes = [row.begin for several in (*rows.signals.values(), *rows.sensors.values()) for row in several]
     times = sorted([*spans, *changes, *(row.begin for row in rows.grips), *(row.time for row in rows.notes)])
     later = [t for t in times[MAX_ROWS:] if t > max(begin, course.begins)]
-    if not later:
-        return rows, end
-    return course.rows(begin, later[0]), later[0]
+    return (course.rows(begin, later[0]), later[0]) if later else (rows, end)
 
 
 class WholeCourse(Struct, frozen=True):

@@ -92,9 +92,8 @@ class DeliveryLog:
     def since(self, seq: int) -> list[Frame] | None:
         """Return the frames after the number `seq`; None if some of these are forgotten."""
         missed = self.seq - seq
-        if not 0 <= missed <= len(self._told):
-            return None
-        return [frame for _, frame in list(self._told)[len(self._told) - missed :]]
+        known = 0 <= missed <= len(self._told)
+        return [frame for _, frame in list(self._told)[len(self._told) - missed :]] if known else None
 
     # --- commands ---
 

@@ -61,8 +61,9 @@ class DurableLog:
         """Write deltas into the journal. Raises FileError, and LimitReached if the timeline would be too long."""
         longer = sum(len(delta.segments) - delta.drop for delta in deltas)
         if longer > 0 and self._length() + longer > self._most and not happens:
-            what = f"the timeline has {self._most} segments, and the server allows no more"
-            raise LimitReached(what, "{UNDO} takes some back")
+            raise LimitReached(
+                f"the timeline has {self._most} segments, and the server allows no more", "{UNDO} takes some back"
+            )
         if self._journal is not None:
             self._journal.record(deltas, happens=happens)
 
@@ -397,10 +398,10 @@ class RobotFiles:
         if len(sizes) > allowance.files:
             raise LimitReached(f"the robot's folder would hold more than {allowance.files} files", "FDELETE makes room")
         if held > allowance.folder:
-            what = (
-                f"the robot's folder would hold {held} bytes, {allowance.folder} at most (a file has {BLOCK} at least)"
+            raise LimitReached(
+                f"the robot's folder would hold {held} bytes, {allowance.folder} at most (a file has {BLOCK} at least)",
+                "FDELETE makes room",
             )
-            raise LimitReached(what, "FDELETE makes room")
 
     def _files(self) -> Iterator[tuple[str, os.stat_result]]:
         root = self._folder.root

@@ -372,9 +372,8 @@ class HttpAnswers:
                 return refusal_of(
                     HTTPStatus.FORBIDDEN, f"pages of {origins[0][:200]!a} may not connect: vrs serve --origin"
                 )
-        if path not in ("", "/") and not path.startswith(ROBOTS):
-            return refusal_of(HTTPStatus.NOT_FOUND, f"{ROBOTS}NAME is the address of a robot")
-        return None
+        known = path in ("", "/") or path.startswith(ROBOTS)
+        return None if known else refusal_of(HTTPStatus.NOT_FOUND, f"{ROBOTS}NAME is the address of a robot")
 
     # --- pages ---
 
@@ -387,8 +386,12 @@ class HttpAnswers:
                 if not isinstance(error, NonexistentFile):
                     self._tell(f"{unquote(name)}: {error}")
                 return refusal_of(HTTPStatus.NOT_FOUND, "there is no such mesh")
-            cache = "Cache-Control", "private, max-age=31536000, immutable"
-            return response_of(HTTPStatus.OK, found_mesh, "model/gltf-binary", cache)
+            return response_of(
+                HTTPStatus.OK,
+                found_mesh,
+                "model/gltf-binary",
+                ("Cache-Control", "private, max-age=31536000, immutable"),
+            )
         hosts = headers.get_all("Host")
         if len(hosts) != 1:
             return refusal_of(HTTPStatus.BAD_REQUEST, "one Host is wanted")

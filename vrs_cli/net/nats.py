@@ -230,8 +230,9 @@ class PublishedRobot:
                 await watching._shown.wait()
         except TimeoutError:
             await watching.close()
-            hint = "vrs serve --nats URL publishes it"
-            raise RequestRefused(f"{url}: no robot {robot} is published there", hint) from None
+            raise RequestRefused(
+                f"{url}: no robot {robot} is published there", "vrs serve --nats URL publishes it"
+            ) from None
         return watching
 
     @property

@@ -130,24 +130,21 @@ def moments(
     picture: int = 0,
 ) -> dict[str, Any]:
     """Return all fields of a recorded page except `robot`: the data that depend on the timeline."""
+    snapshot = Snapshot.of(timeline, Settings())
+    if between is not None:
+        first, last = (timeline.index_at(t) for t in between)
+        snapshot = Snapshot.part(timeline, Settings(), first, last + 1)
     return {
         "format": FORMAT,
         "title": title or arm.model.title,
         "rate": rate,
-        "snapshot": table_of(snapshot_record(_snapshot(timeline, between))),
+        "snapshot": table_of(snapshot_record(snapshot)),
         "cell": None if cell is None else cell_record(cell),
         "world": None if cell is None else table_of(_course(arm, timeline, cell, between)),
         "places": _places(arm, timeline),
         "between": between,
         "picture": picture,
     }
-
-
-def _snapshot(timeline: Timeline, between: tuple[float, float] | None) -> Snapshot:
-    if between is None:
-        return Snapshot.of(timeline, Settings())
-    first, last = (timeline.index_at(t) for t in between)
-    return Snapshot.part(timeline, Settings(), first, last + 1)
 
 
 def _course(arm: RobotArm, timeline: Timeline, cell: Cell, between: tuple[float, float] | None) -> WholeCourse:

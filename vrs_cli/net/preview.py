@@ -79,14 +79,12 @@ class Preview:
     """
 
     def __init__(self, followed: Mirror, forward: float) -> None:
-        self.forward = forward
-        self._followed = followed
+        self.forward, self._followed = forward, followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
         self._told = self._settings = followed.settings  # settings from the robot, and after commands
         self._plan = self._planned_after(followed.timeline)
-        self._stale = False
-        self._lock = Lock()
+        self._stale, self._lock = False, Lock()
 
     # --- commands and answers ---
 

@@ -60,8 +60,7 @@ class ServerConnection:
         self.delivery_log: DeliveryLog | None = None
         self.version, self.why = 0, ""
         self._until, self._most = now + HELLO_SECONDS, most
-        self._backlog = backlog
-        self._outbox = Outbox(backlog)
+        self._backlog, self._outbox = backlog, Outbox(backlog)
 
     # --- what comes ---
 
@@ -229,8 +228,7 @@ class ClientConnection:
     def __init__(self, hello: messages.Hello, most: int = SERVER_BYTES) -> None:
         self.hello, self.state, self.why = hello, ConnectionState.CUT, ""
         self.welcomed: messages.Welcome | None = None
-        self._most = most
-        self._outbox = Outbox(BACKLOG)
+        self._most, self._outbox = most, Outbox(BACKLOG)
         self._id = 0
         self._heard = 0  # the number of the last numbered message
         self._unanswered: dict[int, messages.Request] = {}

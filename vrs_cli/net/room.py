@@ -325,7 +325,8 @@ class Room(ServedRobot):
         if not same or (not now.realtime and now.now != self._told_now):
             self._clock, self._told_now = now, now.now
             self.broadcast.announce(now)
-        activity = self.activity()
+        running = (track for track in tuple(self.session.tasks) if track.running and track.in_program)
+        activity = messages.Activity(self.driving.lease.holder, tuple(track.task.program for track in running))
         if activity != self._activity:
             self._activity = activity
             self.broadcast.announce(activity)
@@ -334,11 +335,6 @@ class Room(ServedRobot):
         if pulled != told and (not same or wall - self._pulled_at > PULLED_PERIOD_S):
             self._pulled, self._pulled_at = messages.Pulled(pulled), wall
             self.broadcast.announce(self._pulled)
-
-    def activity(self) -> messages.Activity:
-        """Return the name of the driver and the running programs."""
-        running = (track for track in tuple(self.session.tasks) if track.running and track.in_program)
-        return messages.Activity(self.driving.lease.holder, tuple(track.task.program for track in running))
 
     # --- as time passes ---
 
@@ -495,8 +491,10 @@ class Hub:
             return wanted
         if not wanted and (len(names) == 1 or self.own_names(grant)):
             return names[0]
-        what = f"there is no robot {wanted} for you" if wanted else "which robot"
-        raise RequestRefused(what, f"there is {', '.join(names) or 'none'}: ws://HOST:PORT/robots/NAME")
+        raise RequestRefused(
+            f"there is no robot {wanted} for you" if wanted else "which robot",
+            f"there is {', '.join(names) or 'none'}: ws://HOST:PORT/robots/NAME",
+        )
 
     def open(self, name: str) -> Room:
         """Return the room of a robot, and make it if there is none yet. Raises VrsError."""

@@ -445,8 +445,10 @@ class Server:
         if self._crowd.guesses(host, now):
             raise RequestRefused("too many wrong tokens came from your address", "try again in a minute")
         self._crowd.guess(host, now)
-        what = "this token is not known here, or has ended" if token else "this server wants a token"
-        raise RequestRefused(what, "ask whoever runs the server")
+        raise RequestRefused(
+            "this token is not known here, or has ended" if token else "this server wants a token",
+            "ask whoever runs the server",
+        )
 
     # --- robots ---
 

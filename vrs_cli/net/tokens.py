@@ -77,9 +77,8 @@ class Grant(Struct, frozen=True):
         """Return the names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`; none
         for a body.
         """
-        if self.body:
-            return ()
-        return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
+        numbers = range(1, 1 if self.body else most + 1)
+        return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in numbers)
 
 
 OPEN = Grant("", Role.SUPERVISOR, teacher=True, body=True)  # the grant of everybody, if a server has no tokens
@@ -121,8 +120,7 @@ class TokenFile:
         self.path = path
         self._robots, self._own = tuple(robots), own
         self._read = self._seen = stamp(path)
-        self.tokens = self._read_grants()
-        self.wrong = ""
+        self.tokens, self.wrong = self._read_grants(), ""
 
     def look(self) -> bool:
         """Read the file again if it has changed; return whether the tokens have changed.
@@ -152,8 +150,10 @@ class TokenFile:
         for grant in tokens.grants:
             for name in grant.own_names(self._own):
                 if (other := whose.get(name.casefold())) is not None:
-                    what = f"{self.path}: {grant.name} would have {name} for itself, which is {other}"
-                    raise FileDamaged(what, "give the token another name")
+                    raise FileDamaged(
+                        f"{self.path}: {grant.name} would have {name} for itself, which is {other}",
+                        "give the token another name",
+                    )
                 whose[name.casefold()] = f"{grant.name}'s"
         return tokens
 

@@ -25,7 +25,7 @@ from vrs_cli.render.plain import for_stream
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.piped import QUESTION, Driven, lines_of_pipe
-from vrs_cli.values import acts, replies, tagged
+from vrs_cli.values import acts, replies, results
 from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Question, end_of_input
 from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, refusal
 from vrs_cli.wire import messages
@@ -282,7 +282,7 @@ class Exchange:
         handler."""
         self.port.post(Abort, self.come)
 
-    def act(self, act: tagged.Act[None]) -> None:
+    def act(self, act: results.Act[None]) -> None:
         self.do(lambda id: At(id, act))
 
     def do(self, make: MakeRequest, line: str | None = "") -> Done | Refused | None:

@@ -190,8 +190,10 @@ def _payload(it: Evidence) -> Likely | None:
     if best < max(EXPLAINED, _growing(it)):
         return None
     moved = np.array(it.arm.jacobian(tuple(it.g.joints[-1].tolist())))[:3] @ sags[-1]
-    said = f"all joints give way as a mass at the flange asks of them: the tool sags by {1e3 * -moved[2]:.1f} mm"
-    return DivergenceCause.PAYLOAD, said
+    return (
+        DivergenceCause.PAYLOAD,
+        f"all joints give way as a mass at the flange asks of them: the tool sags by {1e3 * -moved[2]:.1f} mm",
+    )
 
 
 def _growing(it: Evidence) -> float:
@@ -217,8 +219,10 @@ def _other_commander_or_push(it: Evidence) -> Likely | None:
         return None
     speed = degrees(abs(rate[fastest])) if it.arm.turning[fastest] else 1e3 * abs(rate[fastest])
     unit = "deg/s" if it.arm.turning[fastest] else "mm/s"
-    said = f"the arm goes another way: joint {fastest + 1} departs from the timeline by {speed:.1f} {unit}"
-    return DivergenceCause.OTHER_COMMANDER, said
+    return (
+        DivergenceCause.OTHER_COMMANDER,
+        f"the arm goes another way: joint {fastest + 1} departs from the timeline by {speed:.1f} {unit}",
+    )
 
 
 BLOCK = 0.05  # [s] residuals are averaged over blocks of this length
@@ -314,9 +318,8 @@ class DivergenceWatch:
             self.reset()
             if holds:
                 return None
-        alarm = None
-        if self._cell and floor(report.t / BLOCK) != floor(self._cell[0][0] / BLOCK):
-            alarm = self._close_block(timeline)
+        ends = self._cell and floor(report.t / BLOCK) != floor(self._cell[0][0] / BLOCK)
+        alarm = self._close_block(timeline) if ends else None
         joints = np.array(joints_at(self.arm, timeline, report.t))
         self._samples.append(Sample(report.t, report.joints, report.mode))
         self._cell.append((report.t, np.array(report.joints) - joints))

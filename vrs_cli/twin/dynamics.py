@@ -1,13 +1,11 @@
-"""Compute torques of an arm by recursive Newton-Euler, and as a linear function of inertial parameters; find the
-masses, centres and inertias of its links.
+"""Compute torques of an arm by recursive Newton-Euler; find the masses, centres and inertias of its links.
 
 The masses in a robot's file come first (`RobotModel.masses`; of a built-in robot, the file in `robots/masses`). If the
 file has only the mass of a link, its centre and inertia are those of its shapes with a uniform density.
 
 Everything is computed over N samples at once, in the base frame of the robot. The recursion is that of Luh, Walker and
-Paul, "On-line computational scheme for mechanical manipulators" (1980); the regressor that of Atkeson, An and
-Hollerbach, "Estimation of inertial parameters of manipulator loads and links" (1986). Metres, radians, kilograms,
-newtons; of a joint that slides, torques are forces.
+Paul, "On-line computational scheme for mechanical manipulators" (1980). Metres, radians, kilograms, newtons; of a
+joint that slides, torques are forces.
 """
 
 from __future__ import annotations
@@ -34,7 +32,6 @@ from vrs_cli.kinematics.robot_file import ROBOTS
 from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, dot, unit, vector_difference
 
 GRAVITY: Vector = (0.0, 0.0, -9.81)  # [m/s2] acceleration of gravity
-PARAMETERS = 10  # number of inertial parameters of a link
 AXIS_Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -53,17 +50,6 @@ class InertialModel(NamedTuple):
     viscous: Floats
     coulomb: Floats
     max_torque: Floats
-
-    def parameters(self) -> Floats:
-        """Return the parameters that `regressor` multiplies, (10 n,): of each link m, m cx, m cy, m cz, and the inertia
-        about the origin of its frame, xx, xy, xz, yy, yz, zz.
-        """
-        square = np.einsum("ni,ni->n", self.centre, self.centre)[:, None, None] * np.eye(3)
-        outer = self.centre[:, :, None] * self.centre[:, None, :]
-        about_origin = self.inertia + self.mass[:, None, None] * (square - outer)
-        rows = [self.mass, *(self.mass * x for x in self.centre.T)]
-        rows += [about_origin[:, i, j] for i in range(3) for j in range(i, 3)]
-        return np.column_stack(rows).ravel()
 
 
 class LinkMotion(NamedTuple):
@@ -135,57 +121,16 @@ def torques(
     return found
 
 
-def regressor(model: RobotModel, q: Floats, qd: Floats, qdd: Floats, gravity: Sequence[float] = GRAVITY) -> Floats:
-    """Return Y (N, n, 10 n): Y @ `InertialModel.parameters()` is `torques` without armature and friction."""
-    n, motions = model.joint_count, link_motions(model, q, qd, qdd, gravity)
-    Y = np.zeros((len(q), n, PARAMETERS * n))
-    for k, link in enumerate(motions):
-        force, moment = _wrench_matrix(link)
-        columns = slice(PARAMETERS * k, PARAMETERS * (k + 1))
-        for i in range(k, -1, -1):
-            moment = moment + _skew(motions[i].lever) @ force
-            Y[:, i, columns] = np.einsum("ni,nij->nj", motions[i].axis, force if motions[i].slides else moment)
-    return Y
-
-
 def mass_matrix(model: RobotModel, inertial: InertialModel, q: Floats) -> Floats:
     """Return the inertia matrix of the joints (N, n, n) at joints (N, n), including the rotors of the motors."""
     still = np.zeros_like(q)
-    columns = [
-        torques(model, inertial, q, still, still + unit, (0.0, 0.0, 0.0), friction=False)
-        for unit in np.eye(model.joint_count)
-    ]
-    return np.stack(columns, axis=2)
-
-
-def _wrench_matrix(link: LinkMotion) -> tuple[Floats, Floats]:
-    """Return the force and the moment about the origin of a link, each (N, 3, 10), for each of its parameters."""
-    n, R, back = len(link.R), link.R, link.R.transpose(0, 2, 1)
-    turning, rate = _skew(link.velocity), _skew(link.acceleration)
-    w, wd = _times(back, link.velocity), _times(back, link.acceleration)
-    force, moment = np.zeros((n, 3, PARAMETERS)), np.zeros((n, 3, PARAMETERS))
-    force[:, :, 0] = link.linear
-    force[:, :, 1:4] = (rate + turning @ turning) @ R
-    moment[:, :, 1:4] = -_skew(link.linear) @ R
-    moment[:, :, 4:] = R @ (_inertia_columns(wd) + _skew(w) @ _inertia_columns(w))
-    return force, moment
-
-
-def _inertia_columns(v: Floats) -> Floats:
-    """Return L (N, 3, 6): L @ (xx, xy, xz, yy, yz, zz) is the inertia times v (N, 3)."""
-    L = np.zeros((len(v), 3, 6))
-    for column, (i, j) in enumerate(zip(*np.triu_indices(3), strict=True)):
-        L[:, i, column] += v[:, j]
-        if i != j:
-            L[:, j, column] += v[:, i]
-    return L
-
-
-def _skew(v: Floats) -> Floats:
-    """Return S (N, 3, 3): S @ u is the cross product of v (N, 3) and u."""
-    S = np.zeros((len(v), 3, 3))
-    S[:, 0, 1], S[:, 0, 2], S[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    return S - S.transpose(0, 2, 1)
+    return np.stack(
+        [
+            torques(model, inertial, q, still, still + unit, (0.0, 0.0, 0.0), friction=False)
+            for unit in np.eye(model.joint_count)
+        ],
+        axis=2,
+    )
 
 
 def _times(matrices: Floats, vectors: Floats) -> Floats:

@@ -16,8 +16,7 @@ from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import Shortfall
 from vrs_cli.values.measured import ResyncReport
 from vrs_cli.values.numbers import LIMIT, Value
-from vrs_cli.values.results import CommandRecord, FollowReport, RunResult, Untrue
-from vrs_cli.values.tagged import RobotAct, TaggedValue, UserAct
+from vrs_cli.values.results import CommandRecord, FollowReport, RobotAct, RunResult, TaggedValue, Untrue, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):

@@ -7,8 +7,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.values.results import Position
-from vrs_cli.values.tagged import TaggedValue, UserAct
+from vrs_cli.values.results import Position, TaggedValue, UserAct
 
 
 class Limit(Enum):
@@ -86,9 +85,8 @@ class Axis(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        if self.frame is Frame.JOINT:
-            return str(self.index + 1)
-        return ("T" if self.frame is Frame.TOOL else "") + CARTESIAN[self.index]
+        of_tool = "T" if self.frame is Frame.TOOL else ""
+        return str(self.index + 1) if self.frame is Frame.JOINT else f"{of_tool}{CARTESIAN[self.index]}"
 
     @property
     def turns(self) -> bool:

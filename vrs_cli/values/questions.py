@@ -8,7 +8,7 @@ from msgspec import Struct
 from vrs_cli.errors import EndOfInput
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.values.diagnostics import Dialect
-from vrs_cli.values.tagged import TaggedValue
+from vrs_cli.values.results import TaggedValue
 
 
 class Asking(TaggedValue, frozen=True, kw_only=True):

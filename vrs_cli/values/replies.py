@@ -13,7 +13,7 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values import measured, results
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, in_order
-from vrs_cli.values.tagged import TaggedValue
+from vrs_cli.values.results import TaggedValue
 from vrs_cli.values.world import Contact
 
 # --- messages ------------------------------------------------------------------------------------------------------
@@ -567,8 +567,7 @@ def is_error(reply: Reply) -> bool:
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Return a report of the diagnostics of a text, sorted, with their source lines."""
     lines = dict(enumerate(text.split("\n"), 1))  # a diagnostic may be after the last line
-    items = (Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics))
-    return DiagnosticsReport(tuple(items))
+    return DiagnosticsReport(tuple(Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics)))
 
 
 def refusal(error: VrsError, line: str) -> Reply:

@@ -1,18 +1,39 @@
-"""Define the results of the engine and of programs: positions, commands, comparisons, reach, outcomes of runs, and
-explanations. Units are metres, radians, seconds."""
+"""Define base classes of values that leave a process (a tag names the class of a value), and the results of the engine
+and of programs: positions, commands, comparisons, reach, outcomes of runs, and explanations. Units are metres, radians,
+seconds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
+from typing import Generic, TypeVar
 
 from msgspec import Struct
 
 from vrs_cli.errors import Place
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.values.tagged import TaggedValue
 from vrs_cli.values.world import Contact
+
+T = TypeVar("T", covariant=True)
+
+
+class TaggedValue(Struct, frozen=True, tag_field="kind", tag=True):
+    """A value that is sent between a robot and its clients. The tag `kind` is the name of its class."""
+
+
+class Act(TaggedValue, Generic[T], frozen=True):
+    """A request to a robot; T is the type of its result."""
+
+
+class RobotAct(Act[T], Generic[T], frozen=True):
+    """A request to the robot; `interfaces/session/acts.py` carries it out. It requires the role of the VAL-II word with
+    the same effect.
+    """
+
+
+class UserAct(Act[T], Generic[T], frozen=True):
+    """A request about the user's own question, editor or screen; `interfaces/conversation` carries it out."""
 
 
 class Position(Struct, frozen=True):

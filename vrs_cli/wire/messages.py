@@ -25,8 +25,7 @@ from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import PromptStatus as Around
 from vrs_cli.values.questions import Question, Suggestion
 from vrs_cli.values.replies import Reply, StyledLine
-from vrs_cli.values.results import Position
-from vrs_cli.values.tagged import Act, RobotAct, TaggedValue, UserAct
+from vrs_cli.values.results import Act, Position, RobotAct, TaggedValue, UserAct
 from vrs_cli.values.world import WorldState
 from vrs_cli.wire.records import (
     Count,
@@ -62,10 +61,9 @@ class SnapshotRecord(Struct, frozen=True):
 
 def snapshot_record(snapshot: Snapshot, pieces: Pieces = no_pieces) -> SnapshotRecord:
     """Convert a snapshot to a record."""
-    segments = segment_records(snapshot.segments, Motions(), None, pieces)
     return SnapshotRecord(
         snapshot.version,
-        segments,
+        segment_records(snapshot.segments, Motions(), None, pieces),
         snapshot.settings,
         snapshot.first,
         event_records(snapshot.events) or UNSET,

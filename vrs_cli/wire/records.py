@@ -210,10 +210,12 @@ class Form(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, arm: RobotArm) -> Form:
-        ways: dict[tuple[str | None, ...], Configuration] = {
-            _words(configuration): configuration for configuration in arm.all_line_ways
-        }
-        return cls(arm.model.joint_count, ways, arm.redundancy, arm.still_joints)
+        return cls(
+            arm.model.joint_count,
+            {_words(configuration): configuration for configuration in arm.all_line_ways},
+            arm.redundancy,
+            arm.still_joints,
+        )
 
 
 class RecordError(ValueError):
@@ -282,8 +284,7 @@ def delta_record(delta: TimelineDelta, motions: Motions, pieces: Pieces = no_pie
     values["segments"] = segment_records(delta.segments, motions, delta.motion, pieces)
     values["shift"] = _default(delta.shift, ZERO)
     if (edit := delta.events) is not None:
-        shift = _default(edit.shift, ZERO)
-        values["events"] = EventEditRecord(edit.keep, edit.drop, shift, event_records(edit.events))
+        values["events"] = EventEditRecord(edit.keep, edit.drop, _default(edit.shift, ZERO), event_records(edit.events))
     return DeltaRecord(**values)
 
 
@@ -411,8 +412,7 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
     guides = tuple([Guide(guide.weights, guide.value) for guide in record.guides]) or _as_held(record.seeds[0], form)
     if len(guides) != form.redundancy:
         raise RecordError(f"{len(guides)} guides of a line of a robot that needs {form.redundancy}")
-    seeds = record.seeds, record.seed_interval
-    return CartesianPath(record.position, orientation, turns, configuration, *seeds, guides)
+    return CartesianPath(record.position, orientation, turns, configuration, record.seeds, record.seed_interval, guides)
 
 
 def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:

@@ -121,8 +121,9 @@ class WorldCourse:
 
     def graspable(self, t: float) -> str | None:
         """Return the part that the hand would take if it closed at t [s] from its present opening."""
-        widths = (self.opening(t) * self._settings.opening, 0.0)
-        found = part_between(self._settings, self.standing(t).items(), self.tool(t), widths)
+        found = part_between(
+            self._settings, self.standing(t).items(), self.tool(t), (self.opening(t) * self._settings.opening, 0.0)
+        )
         return None if found is None else found[0]
 
     def standing(self, t: float) -> Mapping[str, Transform]:

@@ -141,8 +141,9 @@ class Sensing:
         def pose(s: float) -> Transform:
             return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)
 
-        way = Way(body, pose, lambda s: GRAVITY * s, GRAVITY, duration)
-        return self._recall((body, T_world_body, duration), None, way)
+        return self._recall(
+            (body, T_world_body, duration), None, Way(body, pose, lambda s: GRAVITY * s, GRAVITY, duration)
+        )
 
     def _recall(self, key: object, kept: object, way: Way) -> Passage:
         """Return the passage from the cache, or compute and cache it. `kept`: an object whose id is in the key; the
@@ -187,10 +188,9 @@ class Sensing:
 
         if isinstance(path, JointPath):
             far += length((tool.px, tool.py, tool.pz))
-            links = self._arm.model.links
             arms = [
                 1.0 if link.kind is JointKind.PRISMATIC else lever + far
-                for link, lever in zip(links, self._levers, strict=True)
+                for link, lever in zip(self._arm.model.links, self._levers, strict=True)
             ]
             rates = [derivative(row) for row in path.coefficients]
             growth = sum(lever * _most(row, duration, 2) for lever, row in zip(arms, path.coefficients, strict=True))

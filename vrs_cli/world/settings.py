@@ -134,11 +134,8 @@ def _hold_of(
         low, high = spread(solids, T, axis)
         at = dot(tip, axis)
         return point_apart(solids, T, tip), low - at, high - at
-    found = []
-    for place in part.grasp:
-        away = vector_difference(moved_point(T, place.point), tip)
-        found.append((sqrt(dot(away, away)), dot(away, axis), place.width))
-    away_from, offset, wide = min(found)
+    ways = [(vector_difference(moved_point(T, place.point), tip), place.width) for place in part.grasp]
+    away_from, offset, wide = min((sqrt(dot(way, way)), dot(way, axis), width) for way, width in ways)
     return away_from, offset - 0.5 * wide, offset + 0.5 * wide
 
 

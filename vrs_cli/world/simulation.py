@@ -234,8 +234,7 @@ class Simulation:
 
     def _take(self, before: float, after: float) -> None:
         """Take the part between fingers whose gap has closed from `before` to `after` [m]."""
-        history = self.history
-        t = history.now
+        history, t = self.history, self.history.now
         tool = self.tool(t)
         (x, y, z), far = position(tool), self._settings.scene.gripper.tolerance
         bodies = near(history, (x - far, x + far, y - far, y + far, z - far, z + far))

@@ -55,8 +55,7 @@ from vrs_cli.values.commands import (
 )
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.results import RunOutcome
-from vrs_cli.values.tagged import Act
+from vrs_cli.values.results import Act, RunOutcome
 from vrs_cli.wire.messages import ShowBranch
 
 DOWN = (0.0, -0.7, 3.1, 0.0, 0.7, 0.0)

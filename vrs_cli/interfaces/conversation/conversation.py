@@ -27,7 +27,7 @@ from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies, tagged
+from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies, results
 
 RUNNING = "*"  # prompt while a program runs
 PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
@@ -228,7 +228,7 @@ class Conversation:
 
     # --- acts of the user ---
 
-    def act(self, act: tagged.UserAct[Any]) -> Dialogue[Any]:
+    def act(self, act: results.UserAct[Any]) -> Dialogue[Any]:
         """Carry out an act of the user that is not a line of text. Raises VrsError."""
         match act:
             case acts.Attend():

@@ -24,7 +24,7 @@ from vrs_cli.interfaces.users import STOPPING, UserState
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.text import ast, parser
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import acts, questions, replies, tagged
+from vrs_cli.values import acts, questions, replies, results
 from vrs_cli.wire import messages
 
 T = TypeVar("T")
@@ -93,7 +93,7 @@ class UserSession:
             case messages.Line():
                 dialogue = self._with_issue_time(message.issued, conversation.lines(message.text, message.more))
                 self.ask(message, dialogue, outlet, urgent=self.stops(message.text))
-            case messages.At(act=tagged.UserAct() as act):
+            case messages.At(act=results.UserAct() as act):
                 self.ask(message, conversation.act(act), outlet)
             case messages.At(act=act):
                 doing = self._with_issue_time(message.issued, act_on(self.session, act))

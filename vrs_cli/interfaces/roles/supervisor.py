@@ -19,7 +19,7 @@ from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, check_end, ends
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values import acts, commands, replies, results, tagged
+from vrs_cli.values import acts, commands, replies, results
 from vrs_cli.wire import messages
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class Supervisor(Observer):
 
     # --- requests ---
 
-    def act(self, act: tagged.Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
+    def act(self, act: results.Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
         """Have the robot carry out an act, and return the result. `answer`: a function that answers its questions.
         `issued`: t_iss [s], by default now."""
         if answer is None:
@@ -113,7 +113,7 @@ class Supervisor(Observer):
         with hints_for_python(), self._conversing(answer):
             return cast(T, self._converse(lambda id: messages.At(id, act, issued)).found)
 
-    def start(self, act: tagged.Act[T], issued: float | None = None) -> Callable[[], T]:
+    def start(self, act: results.Act[T], issued: float | None = None) -> Callable[[], T]:
         """Send an act without waiting. The function returned waits for the act to end, and returns its result."""
         inbox: feed.Inbox[messages.ServerMessage] = feed.Inbox()
         id = self.port.begin(lambda id: messages.At(id, act, issued), inbox.put)
@@ -223,7 +223,7 @@ class Supervisor(Observer):
         last one. Raises MotionError, IllegalValue, FileError."""
         self.send(acts.Go(acts.Goal.of(target), straight, executed, speed, text), issued)
 
-    def send(self, act: tagged.Act[None], issued: float | None = None) -> None:
+    def send(self, act: results.Act[None], issued: float | None = None) -> None:
         """Have the robot carry out an act, and wait for its answer unless inside `without_waiting`."""
         wait = self.start(act, issued)
         if self._sent is None:

@@ -27,7 +27,7 @@ from vrs_cli.language.run import memory, runtime
 from vrs_cli.language.text import ast, parser
 from vrs_cli.language.words import functions, instructions, monitor, values
 from vrs_cli.language.words.word import Role
-from vrs_cli.values import acts, commands, diagnostics, replies, results, tagged
+from vrs_cli.values import acts, commands, diagnostics, replies, results
 from vrs_cli.wire import codec, messages, steered
 
 T = TypeVar("T", covariant=True)
@@ -41,7 +41,7 @@ MAX_STEPS_AT_ONCE = 100  # maximum number of steps that are printed without anot
 MAX_SEGMENTS = 2000  # maximum number of segments of a branch; earlier ones are left out
 
 
-def act_on(session: Session, act: tagged.Act[T]) -> Dialogue[T]:
+def act_on(session: Session, act: results.Act[T]) -> Dialogue[T]:
     """Carry out an act, and return its result. Raises RoleWanted, LeaseHeld, UsageError for an act that must wait until
     the program stops, and other VrsErrors."""
     if isinstance(act, acts.Say):
@@ -279,7 +279,7 @@ class _Row(NamedTuple):
     role: Role
     do: Callable[[Session, Any], object]
 
-    def dialogue(self, session: Session, act: tagged.Act[Any]) -> Dialogue[object]:
+    def dialogue(self, session: Session, act: results.Act[Any]) -> Dialogue[object]:
         found = self.do(session, act)
         return (yield from found) if isinstance(found, Generator) else found
 
@@ -289,7 +289,7 @@ def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
     return _Row(word, users.role_of(word), do)
 
 
-ACTS: Mapping[type[tagged.Act[Any]], _Row] = {
+ACTS: Mapping[type[results.Act[Any]], _Row] = {
     acts.Go: _as("MOVE", _go),
     acts.FollowChunk: _as("MOVE", _follow),
     acts.Steer: _as("MOVE", _steer),
