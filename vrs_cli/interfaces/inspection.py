@@ -110,8 +110,11 @@ class Inspector:
         found = [] if foreign is None else [foreign]
         found += [one for placed in parts for one in placed.translate(placed.part.diagnostics)]
         found += parser.repeated_programs((program, placed.above) for placed, program in parser.programs_of(parts))
-        twice = (one for one in parser.programs_of(parts) if one[1].key in beside.first)
-        found += [parser.duplicate_name(program, placed.above, parser.IN_ANOTHER_FILE) for placed, program in twice]
+        found += [
+            parser.duplicate_name(program, placed.above, parser.IN_ANOTHER_FILE)
+            for placed, program in parser.programs_of(parts)
+            if program.key in beside.first
+        ]
         for placed in parts:
             if isinstance(placed.part.node, ast.Section):
                 variables, refused = variables_of(placed.part.node, environment.units)
@@ -267,8 +270,11 @@ _CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # m
 
 def _ways(program: ast.Program) -> tuple[_Way, ...]:
     """Return the motions of a program to named locations, and to locations given by numbers."""
-    statements = (step.statement for step in program.steps)
-    return tuple(way for one in statements if isinstance(one, ast.Instruction) if (way := _way(one)) is not None)
+    return tuple(
+        way
+        for step in program.steps
+        if isinstance(step.statement, ast.Instruction) and (way := _way(step.statement)) is not None
+    )
 
 
 def _way(statement: ast.Instruction) -> _Way | None:

@@ -306,8 +306,14 @@ class Document:
     @cached_property
     def folds(self) -> tuple[tuple[int, int], ...]:
         """Return the first and last line of each foldable range: programs, sections, and branches of blocks."""
-        read = (placed for placed in self._parts if placed.part.node is not None)
-        return tuple(sorted((one.above + first, one.above + last) for one in read for first, last in _folds(one.part)))
+        return tuple(
+            sorted(
+                (placed.above + first, placed.above + last)
+                for placed in self._parts
+                if placed.part.node is not None
+                for first, last in _folds(placed.part)
+            )
+        )
 
     # --- names and their positions ---
 
@@ -343,9 +349,12 @@ class Document:
 
     def places(self, asked: Occurrence) -> tuple[Span, ...]:
         """Return the spans of all occurrences of a global name in this file."""
-        parts = (placed for placed in self._parts if not self._own(asked, placed))
         return tuple(
-            placed.span(one.span) for placed in parts for one in occurrences(placed.part) if one.is_same(asked)
+            placed.span(one.span)
+            for placed in self._parts
+            if not self._own(asked, placed)
+            for one in occurrences(placed.part)
+            if one.is_same(asked)
         )
 
     def origin(self, asked: Occurrence) -> Span | None:

@@ -260,8 +260,7 @@ class Actor:
     @property
     def _ready(self) -> Ticket[Any] | None:
         """Return the next request to begin: its user has taken all replies, and no other thread works for that user."""
-        busy = {ticket.by for ticket in self._beside if ticket.by is not None}
-        return self._waiting.next(busy | self._behind)
+        return self._waiting.next({ticket.by for ticket in self._beside if ticket.by is not None} | self._behind)
 
     def _line_runs(self) -> bool:
         """Return whether a prompt line is being carried out for which other requests wait."""

@@ -27,7 +27,6 @@ from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values import numbers, questions
 
-MEASURED_ROBOT = (monitor.MEASURED, "where a body measured the robot")
 MAX_NAMES = 500  # maximum number of names of one kind in a menu, so that people can read it
 
 
@@ -132,8 +131,11 @@ PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
 
 def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
     """Return a function that lists the variables and the functions of some kinds."""
-    rows = [row for row in FUNCTIONS.values() if row.result in kinds and row.state is State.SUPPORTED]
-    functions = [(row.name if row.constant else f"{row.name}(", row.summary) for row in rows]
+    functions = [
+        (row.name if row.constant else f"{row.name}(", row.summary)
+        for row in FUNCTIONS.values()
+        if row.result in kinds and row.state is State.SUPPORTED
+    ]
     return lambda names: (*names.of(*kinds).items(), *functions)
 
 
@@ -161,15 +163,15 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
     Shape.BRANCH: lambda names: names.branches.items(),
-    Shape.PART: lambda names: (*names.parts.items(), MEASURED_ROBOT),
+    Shape.PART: lambda names: (*names.parts.items(), (monitor.MEASURED, "where a body measured the robot")),
     Shape.INSTRUCTION: lambda _names: _rows(INSTRUCTIONS),
 }
 
 
 @cache
 def _all_words() -> tuple[tuple[str, str], ...]:
-    tables = (monitor.COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS)
-    return tuple({name: row.summary for table in reversed(tables) for name, row in table.items()}.items())
+    tables = (FUNCTIONS, CONTROL, INSTRUCTIONS, monitor.COMMANDS)  # of equal names the last table counts
+    return tuple({name: row.summary for table in tables for name, row in table.items()}.items())
 
 
 _CONNECTING = (
@@ -188,8 +190,11 @@ WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
 
 def _rows(table: Mapping[str, Word], begun: str = "") -> Candidates:
     """Return the words of a table that are supported and start with `begun`."""
-    rows = ((name, word) for name, word in table.items() if name.startswith(begun))
-    return ((name, explanation(word)) for name, word in rows if word.state is State.SUPPORTED)
+    return (
+        (name, explanation(word))
+        for name, word in table.items()
+        if name.startswith(begun) and word.state is State.SUPPORTED
+    )
 
 
 def explanation(word: Word) -> str:

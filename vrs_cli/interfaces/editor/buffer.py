@@ -257,8 +257,10 @@ def canonical(text: str, dialect: diagnostics.Dialect) -> str:
     if program is None:
         return text
     typed, count = text.split("\n")[1:], len(program.steps)
-    rows = zip(program.steps, printer.step_texts(program), typed, strict=False)
-    shown = (line if isinstance(step.statement, ast.BadLine) else text for step, text, line in rows)
+    shown = (
+        line if isinstance(step.statement, ast.BadLine) else text
+        for step, text, line in zip(program.steps, printer.step_texts(program), typed, strict=False)
+    )
     return "\n".join((printer.program_header(program), *shown, *map(str.strip, typed[count:])))
 
 

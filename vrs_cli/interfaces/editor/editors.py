@@ -107,8 +107,9 @@ def _overlay(it: _Context) -> None:
     above, first = printer.step_texts(program)[buffer.at], len(line) - len(line.lstrip())
     below = f"{line[:first]} {line[first + 1 :]}"  # remove the letter, and keep every other character in its column
     width = max(len(above), len(below.rstrip()))
-    pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
-    text = "".join(old if new.isspace() else new for old, new in pairs)
+    text = "".join(
+        old if new.isspace() else new for old, new in zip(above.ljust(width), below.ljust(width)[:width], strict=True)
+    )
     parser.parse_step(text, 1, buffer.dialect)  # check the line; raises LineRefused
     at, buffer.inserting = buffer.at, False
     buffer.add(text)

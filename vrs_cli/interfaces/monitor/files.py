@@ -67,9 +67,7 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
         yield replies.report(ready.diagnostics, text, str(path))
     loaded = [stored for key, stored in programs.items() if before.get(key) is not stored]
     old: list[StoredProgram] = []
-    for stored in loaded:
-        if stored.program.key not in before:
-            continue
+    for stored in (one for one in loaded if one.program.key in before):
         replaced = yield from operands.may_replace(station, stored.name)
         if replaced:
             continue
@@ -86,10 +84,11 @@ def _load_text(station: Station, path: Path, text: str) -> Dialogue[None]:
     if ready.diagnostics and not loaded and not values:
         yield replies.Message(f"nothing of {path} is loaded", replies.Tone.ERROR)
         return
-    names = list[str]()
-    for stored in new:
-        marks = ["replaced"] * (stored.program.key in before) + ["not executable"] * (not stored.analysis.executable)
-        names.append(f"{stored.name} ({', '.join(marks)})" if marks else stored.name)
+    marks = {
+        one.name: ["replaced"] * (one.program.key in before) + ["not executable"] * (not one.analysis.executable)
+        for one in new
+    }
+    names = [f"{name} ({', '.join(marked)})" if marked else name for name, marked in marks.items()]
     stay = f"; {', '.join(one.name for one in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     yield replies.Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 

@@ -171,18 +171,18 @@ def _full_name(name: str) -> str:
 
 
 MAX_USERS = 3
-_TABLES: Mapping[str, Mapping[str, Word]] = {
-    "control structure": CONTROL,
-    "monitor command": COMMANDS,
-    "instruction": INSTRUCTIONS,
-}
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
     """Return the entries of the first few words whose form contains this word (STEP, AT, THEN)."""
+    tables: Mapping[str, Mapping[str, Word]] = {
+        "control structure": CONTROL,
+        "monitor command": COMMANDS,
+        "instruction": INSTRUCTIONS,
+    }
     users = (
         (sort, row)
-        for sort, table in _TABLES.items()
+        for sort, table in tables.items()
         for row in table.values()
         if name in re.findall(r"[A-Z]+", row.form) and row.state is State.SUPPORTED
     )

@@ -184,8 +184,7 @@ class Unstored:
 
     def programs_deleted(self) -> None:
         """Forget the file versions of programs that are no longer in memory."""
-        there = self._environment.programs
-        self._programs = {key: of_file for key, of_file in self._programs.items() if key in there}
+        self._programs = {key: of_file for key, of_file in self._programs.items() if key in self._environment.programs}
 
     def values_loaded(self, values: Mapping[Item, Value]) -> None:
         """Record that these variables have received these values from a file."""

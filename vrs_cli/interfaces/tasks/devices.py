@@ -66,10 +66,9 @@ class Devices(Struct, eq=False):
         if there is not None:
             there.close()
         device = self._devices[task, unit] = Device(name, name, self.outside)
-        others = [one for one in self._devices.values() if one.attached == name and one.open and name != TCP]
         with self._attempt(device):
             try:
-                if others:
+                if name != TCP and any(one.attached == name and one.open for one in self._devices.values()):
                     raise errors.UnitAttached(name, "another task has it")
                 device.begin()
             except (errors.DeviceNotReady, errors.UnitAttached) as fault:

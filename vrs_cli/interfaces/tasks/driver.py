@@ -522,8 +522,10 @@ class Driver:
         if self.cell.follows:
             computed = self.environment.signals.cell_inputs
             known = frozenset[int]() if computed is None or signal in INTERNAL else computed.numbers
-            changes = self._living.answers(signal, on, self.engine.now)
-            left = (structs.replace(one, signal=0) if one.signal in known else one for one in changes)
+            left = (
+                structs.replace(one, signal=0) if one.signal in known else one
+                for one in self._living.answers(signal, on, self.engine.now)
+            )
             self.inputs = self.inputs.with_more(one for one in left if one.signal or one.values)
 
     @contextmanager
