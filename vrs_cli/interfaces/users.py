@@ -18,8 +18,7 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec import Struct, field, structs
 
 from vrs_cli.errors import LeaseHeld, RoleWanted, UsageError
 from vrs_cli.kinematics.transform import Transform
@@ -172,28 +171,30 @@ class RobotLease(Struct, frozen=True):
             return self.acquire(who, now)
         if who in self.asking:
             return self, ()
-        return replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
+        return structs.replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
 
     def give(self, who: str, to: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Give the lease to another user, or to nobody if `to` is empty. Raises LeaseHeld if `who` does not drive."""
         self.check(who)
         if not to:
-            return replace(self, holder="", until=now), ()
+            return structs.replace(self, holder="", until=now), ()
         return self._give(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
         """Prolong the lease of its holder. Raises LeaseHeld if `who` does not drive or has lost the lease."""
         self.check(who)
-        return replace(self, until=max(now + self.length, self.until))
+        return structs.replace(self, until=max(now + self.length, self.until))
 
     def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Record that a user has left. If this user had the lease, it goes to the user who asked for it first."""
         asking = tuple(one for one in self.asking if one != who)
-        left = replace(self, asking=asking)
+        left = structs.replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
 
     def _give(self, to: str, now: float) -> RobotLease:
-        return replace(self, holder=to, until=now + self.length, asking=tuple(one for one in self.asking if one != to))
+        return structs.replace(
+            self, holder=to, until=now + self.length, asking=tuple(one for one in self.asking if one != to)
+        )
 
     def _holder_text(self) -> str:
         return f"{self.holder} drives" if self.holder else "nobody drives"

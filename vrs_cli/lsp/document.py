@@ -15,8 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import chain, pairwise
 from typing import NamedTuple
 
-from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec import Struct, field, structs
 
 from vrs_cli.engine.settings import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
@@ -324,7 +323,7 @@ class Document:
             return None
         in_line = (one for one in occurrences(placed.part) if one.span.line == line - placed.above)
         there = (one for one in in_line if one.span.column <= column <= one.span.end)
-        return next((replace(one, span=placed.span(one.span)) for one in there), None)
+        return next((structs.replace(one, span=placed.span(one.span)) for one in there), None)
 
     def references(self, line: int, column: int) -> tuple[Span, ...]:
         """Return the spans of all occurrences of the name at a position. A label or a local variable is searched only
@@ -368,7 +367,7 @@ class Document:
 
     def check_free(self, asked: Occurrence, new: str) -> None:
         """Check that a new name is not used in this file and would not be read as a function. Raises UsageError."""
-        wanted = replace(asked, key=key_of(new))
+        wanted = structs.replace(asked, key=key_of(new))
         if wanted != asked and self.places(wanted):
             raise UsageError(f"{new} is there already", "another name")
         self._check_renamed(asked, wanted, self.places(asked), new)
@@ -380,7 +379,7 @@ class Document:
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
         new = new_name(asked, name)
-        wanted = replace(asked, key=key_of(new))
+        wanted = structs.replace(asked, key=key_of(new))
         taken = (one for placed in self._scope(asked, here) for one in occurrences(placed.part))
         if wanted != asked and any(one.is_same(wanted) for one in taken):
             raise UsageError(f"{new} is there already", "another name")

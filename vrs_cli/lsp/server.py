@@ -18,17 +18,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
 from lsprotocol import types as lsp
-from pygls import uris
-from pygls.exceptions import (
-    JsonRpcException,
-    JsonRpcInvalidParams,
-    JsonRpcInvalidRequest,
-    JsonRpcParseError,
-    JsonRpcServerNotInitialized,
-)
+from pygls import exceptions, uris, workspace
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, json_rpc
-from pygls.workspace import TextDocument
 
 from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files import opening, program_file
@@ -53,7 +45,7 @@ _SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
 }
 
 
-class InvalidRequest(JsonRpcInvalidParams):
+class InvalidRequest(exceptions.JsonRpcInvalidParams):
     """A request that cannot be carried out; the editor shows the message."""
 
 
@@ -78,10 +70,10 @@ class AnsweringProtocol(LanguageServerProtocol):
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
             return super().structure_message(data)
-        except JsonRpcException as wrong:
+        except exceptions.JsonRpcException as wrong:
             if "method" in data and "id" in data:
                 number = data["id"] if isinstance(data["id"], int | str) else None
-                return UnreadMessage(number, JsonRpcInvalidParams.of(wrong).to_response_error())
+                return UnreadMessage(number, exceptions.JsonRpcInvalidParams.of(wrong).to_response_error())
             raise
 
     def handle_message(self, message: Any) -> None:
@@ -90,12 +82,16 @@ class AnsweringProtocol(LanguageServerProtocol):
         if isinstance(message, UnreadMessage):
             self.refuse(message.number, message.error)
         elif not hasattr(message, "jsonrpc"):
-            self.refuse(None, JsonRpcInvalidRequest("a message is an object with jsonrpc").to_response_error())
+            self.refuse(
+                None, exceptions.JsonRpcInvalidRequest("a message is an object with jsonrpc").to_response_error()
+            )
         elif method is not None and number is not None and self._shutdown:
-            self.refuse(number, JsonRpcInvalidRequest("the server is shut down").to_response_error())
+            self.refuse(number, exceptions.JsonRpcInvalidRequest("the server is shut down").to_response_error())
         elif method not in (None, lsp.INITIALIZE, lsp.EXIT) and self._workspace is None:
             if number is not None:
-                self.refuse(number, JsonRpcServerNotInitialized("initialize comes first").to_response_error())
+                self.refuse(
+                    number, exceptions.JsonRpcServerNotInitialized("initialize comes first").to_response_error()
+                )
         else:
             super().handle_message(message)
 
@@ -137,7 +133,7 @@ class Val2Server(LanguageServer):
         return self._on_disk | {one: document.source for one, document in self.open_texts.items()}
 
     @property
-    def open_texts(self) -> dict[str, TextDocument]:
+    def open_texts(self) -> dict[str, workspace.TextDocument]:
         """Return the texts that are open in the editor, by address."""
         return {document.uri: document for document in self.workspace.text_documents.values()}
 
@@ -226,8 +222,8 @@ class Val2Server(LanguageServer):
         """Answer a message that is not JSON. The editor shows other errors."""
         if isinstance(error, ValueError):
             protocol = cast(AnsweringProtocol, self.protocol)
-            protocol.refuse(None, JsonRpcParseError(str(error)).to_response_error())
-        elif not isinstance(error, JsonRpcException):
+            protocol.refuse(None, exceptions.JsonRpcParseError(str(error)).to_response_error())
+        elif not isinstance(error, exceptions.JsonRpcException):
             super().report_server_error(error, source)
 
     def location(self, place: FileSpan) -> lsp.Location:

@@ -20,10 +20,9 @@ from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.words import monitor
+from vrs_cli.language.words import monitor, values
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
-from vrs_cli.language.words.values import Kind, key_of, numbers_of, plain
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values import numbers, questions
 
@@ -34,13 +33,13 @@ class DefinedNames(Struct, frozen=True):
     """The defined names, each with a short note. `variables`: a function that lists the variables of a kind."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
-    variables: Callable[[Kind], Mapping[str, str] | None] = lambda _kind: None
+    variables: Callable[[values.Kind], Mapping[str, str] | None] = lambda _kind: None
     switches: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     branches: Mapping[str, str] = field(default_factory=dict)
     parts: Mapping[str, str] = field(default_factory=dict)
 
-    def of(self, *kinds: Kind) -> dict[str, str]:
+    def of(self, *kinds: values.Kind) -> dict[str, str]:
         """Return the variables of several kinds."""
         return {name: note for kind in kinds for name, note in (self.variables(kind) or {}).items()}
 
@@ -53,7 +52,7 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
     first = nsmallest(MAX_NAMES, (key for key in programs if key.startswith(begun)))
     written = (name if _NAME.fullmatch(name) else f'"{name}"' for name in parts)
 
-    def variables(kind: Kind) -> dict[str, str]:
+    def variables(kind: values.Kind) -> dict[str, str]:
         return {name: _note(value, memory.units) for name, value in memory.first_variables(kind, MAX_NAMES, begun)}
 
     return DefinedNames(
@@ -68,10 +67,10 @@ def names_of(memory: Memory, branches: Iterable[str], parts: Iterable[str] = (),
 
 def _note(value: numbers.Value, units: JointUnits) -> str:
     if isinstance(value, float | int):
-        return plain(value)
+        return values.plain(value)
     if isinstance(value, str):
         return f'"{value}"'
-    return " ".join(numbers.decimal(number, 1) for number in numbers_of(value, units))
+    return " ".join(numbers.decimal(number, 1) for number in values.numbers_of(value, units))
 
 
 # --- the text before the cursor ------------------------------------------------------------------------------------
@@ -126,10 +125,10 @@ def top_level(text: str) -> str:
 
 Candidates = Iterable[tuple[str, str]]  # pairs of a suggested word and its explanation
 
-PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
+PLACE_FUNCTIONS = (values.Kind.LOCATION, values.Kind.PRECISION)
 
 
-def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
+def _of(*kinds: values.Kind) -> Callable[[DefinedNames], Candidates]:
     """Return a function that lists the variables and the functions of some kinds."""
     functions = [
         (row.name if row.constant else f"{row.name}(", row.summary)
@@ -139,8 +138,8 @@ def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
     return lambda names: (*names.of(*kinds).items(), *functions)
 
 
-_CONSTANTS = {name for name, row in FUNCTIONS.items() if row.constant and row.result is Kind.REAL}
-_reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIONS)
+_CONSTANTS = {name for name, row in FUNCTIONS.items() if row.constant and row.result is values.Kind.REAL}
+_reals, _strings, _places = _of(values.Kind.REAL), _of(values.Kind.STRING), _of(*PLACE_FUNCTIONS)
 
 
 def _items(names: DefinedNames) -> Candidates:
@@ -153,10 +152,10 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
     Shape.STRING: _strings,
     Shape.LOCATION: _places,
     Shape.PLACE: _places,
-    Shape.VARIABLE: lambda names: names.of(*Kind).items(),
-    Shape.REAL_VARIABLE: lambda names: names.of(Kind.REAL).items(),
+    Shape.VARIABLE: lambda names: names.of(*values.Kind).items(),
+    Shape.REAL_VARIABLE: lambda names: names.of(values.Kind.REAL).items(),
     Shape.LOCATION_VARIABLE: lambda names: names.of(*PLACE_FUNCTIONS).items(),
-    Shape.STRING_VARIABLE: lambda names: names.of(Kind.STRING).items(),
+    Shape.STRING_VARIABLE: lambda names: names.of(values.Kind.STRING).items(),
     Shape.PROGRAM: lambda names: names.programs.items(),
     Shape.VALUE: _items,
     Shape.ITEM: _items,
@@ -276,7 +275,7 @@ def _beginnings(names: DefinedNames, in_program: bool, begun: str) -> Candidates
     opens = (".PROGRAM", ".PROGRAM name: type a program, line by line, up to .END")
     heading = (".END", "the program ends here") if in_program else opens
     rows = (row for table in tables for row in _rows(table, begun))
-    return (*rows, heading, *names.of(Kind.REAL, Kind.STRING).items())
+    return (*rows, heading, *names.of(values.Kind.REAL, values.Kind.STRING).items())
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:
@@ -416,7 +415,7 @@ def blank_out(line: str) -> str:
 def _call_signature(name: str, rest: str, programs: Programs) -> Signature | None:
     if (row := FUNCTIONS.get(name.upper())) is not None:
         return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
-    if (program := programs(key_of(name))) is None:
+    if (program := programs(values.key_of(name))) is None:
         return None
     names = [parameter.sigil + parameter.name for parameter in program.parameters]
     return _signature(f"{program.name}({', '.join(names)})", (program.comment or "").strip(), names, rest)

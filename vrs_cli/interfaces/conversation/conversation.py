@@ -24,8 +24,7 @@ from vrs_cli.interfaces.users import StreamKind, UserState
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.language.text.parser import variables_in
-from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.word import Role
+from vrs_cli.language.words import functions, word
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies, results
 
@@ -33,7 +32,7 @@ RUNNING = "*"  # prompt while a program runs
 PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
 A_PROGRAM = "a program"  # what each role may type, for error messages
 MANY_NAMES = 1000  # number of names from which a search takes some milliseconds
-CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
+CONSTANTS = tuple(name.lower() for name, row in functions.FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
 
@@ -156,7 +155,7 @@ class Conversation:
         self.entry = buffer.ProgramBuffer(header)
         name = self.entry.name
         self._refused = name or "the program"
-        self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
+        self.session.check_may(A_PROGRAM, word.Role.SUPERVISOR)
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
@@ -175,7 +174,7 @@ class Conversation:
             yield replies.Message(f"Not in it, for their mistakes: {numbers.count(left_out, 'line')}")
         if not refused:
             try:
-                self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
+                self.session.check_may(A_PROGRAM, word.Role.SUPERVISOR)
             except VrsError:
                 if self.user_state.attended:
                     self.entry = entry  # another user drives now, but this user may drive again later

@@ -12,11 +12,7 @@ from msgspec import structs
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
-from vrs_cli.files import atomic, journal, program_file, trajectory_file
-from vrs_cli.files import store as files
-from vrs_cli.files.disk import copy, delete, entries, existing, rename, target
-from vrs_cli.files.opening import Folder
-from vrs_cli.files.store import MemoryPart
+from vrs_cli.files import atomic, disk, journal, opening, program_file, store, trajectory_file
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station import operands
@@ -141,21 +137,21 @@ def _read_recording(station: Station, path: Path) -> Dialogue[trajectory_file.Re
     )
 
 
-@operands.handles("STORE", extension=".v2", parts=files.EVERYTHING)
-@operands.handles("STOREP", extension=".pg", parts={MemoryPart.PROGRAMS})
-@operands.handles("STOREL", extension=".lc", parts={MemoryPart.LOCATIONS})
-@operands.handles("STORER", extension=".rv", parts={MemoryPart.REALS})
-@operands.handles("STORES", extension=".st", parts={MemoryPart.STRINGS})
-def _store(station: Station, it: Instruction, extension: str, parts: Collection[MemoryPart]) -> Dialogue[None]:
+@operands.handles("STORE", extension=".v2", parts=store.EVERYTHING)
+@operands.handles("STOREP", extension=".pg", parts={store.MemoryPart.PROGRAMS})
+@operands.handles("STOREL", extension=".lc", parts={store.MemoryPart.LOCATIONS})
+@operands.handles("STORER", extension=".rv", parts={store.MemoryPart.REALS})
+@operands.handles("STORES", extension=".st", parts={store.MemoryPart.STRINGS})
+def _store(station: Station, it: Instruction, extension: str, parts: Collection[store.MemoryPart]) -> Dialogue[None]:
     """Store parts of the memory in a file: the parts that belong to the named programs, or all."""
     path = _with_extension(operands.path_of(station, it), extension)
     programs = [operands.word(argument) for argument in it.arguments[1:]]
     memory, layout = station.environment.copy(), station.layout
-    everything = not programs and parts == files.EVERYTHING
+    everything = not programs and parts == store.EVERYTHING
 
     def write() -> tuple[str, Sequence[Program | Section], Mapping[Item, numbers.Value]]:
-        chosen = files.choose_parts(memory, parts, programs)
-        return files.text_of(chosen, layout, everything=everything), chosen, files.values_of(memory, chosen)
+        chosen = store.choose_parts(memory, parts, programs)
+        return store.text_of(chosen, layout, everything=everything), chosen, store.values_of(memory, chosen)
 
     text, chosen, values = yield from beside(write)
     if not text.strip():
@@ -241,7 +237,7 @@ def _list_folder(station: Station, it: Instruction) -> Dialogue[None]:
     """List the files of a folder, or the files that match a pattern."""
     given, folder = operands.operand(it, 0), station.folder
     path = folder.root if given is None else folder.path(operands.word(given), pattern=True)
-    yield replies.FileTable(str(path), entries(path, folder))
+    yield replies.FileTable(str(path), disk.entries(path, folder))
 
 
 @operands.handles("CD")
@@ -293,20 +289,20 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("FDELETE")
 def _delete_file(station: Station, it: Instruction) -> Dialogue[None]:
-    path = existing(operands.path_of(station, it))
+    path = disk.existing(operands.path_of(station, it))
     if (yield from operands.may_delete(station, f"The file {path} will be deleted.")):
-        delete(path, station.folder)
+        disk.delete(path, station.folder)
         yield replies.Message(f"{path} deleted")
 
 
-@operands.handles("FCOPY", act=copy, done="copied to")
-@operands.handles("FRENAME", act=rename, done="renamed to")
+@operands.handles("FCOPY", act=disk.copy, done="copied to")
+@operands.handles("FRENAME", act=disk.rename, done="renamed to")
 def _copy_or_rename(
-    station: Station, it: Instruction, act: Callable[[Path, Path, Folder], None], done: str
+    station: Station, it: Instruction, act: Callable[[Path, Path, opening.Folder], None], done: str
 ) -> Dialogue[None]:
     """Copy or rename the file in `new = old`. Raises FileError and its subclasses."""
-    old = existing(station.folder.path(operands.word(it.value)))
-    new = target(old, operands.path_of(station, it))
+    old = disk.existing(station.folder.path(operands.word(it.value)))
+    new = disk.target(old, operands.path_of(station, it))
     yield from operands.may_write(station, new)
     act(old, new, station.folder)
     yield replies.Message(f"{old} {done} {new}")

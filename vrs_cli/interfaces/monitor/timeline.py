@@ -9,11 +9,10 @@ from collections.abc import Callable, Sequence
 
 from msgspec import Struct
 
-from vrs_cli.engine.book import Parts
+from vrs_cli.engine import book, position
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare, compare_measured
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.station import operands
@@ -30,7 +29,7 @@ from vrs_cli.values import replies
 @operands.handles("UNDO", work=Engine.undoing, done="undone")
 @operands.handles("REDO", work=Engine.redoing, done="done again")
 def _undo_or_redo(
-    station: Station, it: Instruction, work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str
+    station: Station, it: Instruction, work: Callable[[Engine, int], book.Parts[tuple[str, ...]]], done: str
 ) -> Dialogue[None]:
     """Undo or redo commands, and report which ones."""
     engine, steps = station.engine, values.whole(operands.real_or(station, it, 0, 1.0))
@@ -224,7 +223,7 @@ def plot_curves(arm: RobotArm, timeline: Timeline, asked: Selection) -> replies.
 
     first = monitor.QUANTITIES[asked.names[0]]
     times = np.linspace(timeline.start, timeline.end, SAMPLES)
-    positions = positions_at(arm, timeline, times)
+    positions = position.positions_at(arm, timeline, times)
     if first.joints:
         units, columns = arm.model.units, getattr(positions, first.joints).T.tolist()
         curves = tuple(

@@ -9,8 +9,7 @@ from collections.abc import Callable
 from math import floor, inf, isfinite
 from typing import NamedTuple
 
-from msgspec import Struct
-from msgspec.structs import replace
+from msgspec import Struct, structs
 
 from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import IllegalValue
@@ -75,14 +74,14 @@ class Playback(Struct, frozen=True):
 
     def look(self, wall: float, start: float, end: float, now: float) -> Playback:
         """Update the range of the trajectory to `start` ... `end`, and the robot's time to `now` [s]."""
-        grown = replace(self, start=start, end=max(end, now), now=now)
+        grown = structs.replace(self, start=start, end=max(end, now), now=now)
         return grown._anchor(grown.at(wall), wall)
 
     def play(self, wall: float) -> Playback:
-        return replace(self._anchor(self.at(wall), wall), playing=True)
+        return structs.replace(self._anchor(self.at(wall), wall), playing=True)
 
     def pause(self, wall: float) -> Playback:
-        return replace(self._anchor(self.at(wall), wall), playing=False)
+        return structs.replace(self._anchor(self.at(wall), wall), playing=False)
 
     def toggle(self, wall: float) -> Playback:
         """Play or pause. A playback that has ended starts again."""
@@ -92,7 +91,7 @@ class Playback(Struct, frozen=True):
 
     def seek(self, t: float, wall: float) -> Playback:
         """Go to time t, limited to the trajectory. The playback then no longer follows the robot."""
-        free = replace(self, follows=False)
+        free = structs.replace(self, follows=False)
         return free._anchor(free._within(t), wall)
 
     def rewind(self, wall: float) -> Playback:
@@ -104,7 +103,7 @@ class Playback(Struct, frozen=True):
 
     def follow(self, wall: float) -> Playback:
         """Go to the robot's time, and follow the robot."""
-        return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True)
+        return structs.replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True)
 
     def faster(self, wall: float) -> Playback:
         """Play at the next higher rate in RATES."""
@@ -116,10 +115,10 @@ class Playback(Struct, frozen=True):
 
     def at_rate(self, rate: float, wall: float) -> Playback:
         """Play at `rate` seconds of trajectory per second from the present time on."""
-        return replace(self._anchor(self.at(wall), wall), rate=rate)
+        return structs.replace(self._anchor(self.at(wall), wall), rate=rate)
 
     def _anchor(self, t: float, wall: float) -> Playback:
-        return replace(self, shown=t, since=max(wall, self.since))
+        return structs.replace(self, shown=t, since=max(wall, self.since))
 
 
 USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # allowed sample rates [1/s]

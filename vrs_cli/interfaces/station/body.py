@@ -11,8 +11,7 @@ from math import inf
 from threading import Condition
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-from msgspec.structs import replace
+from msgspec import Struct, structs
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
@@ -174,7 +173,7 @@ class RobotBody:
             first = self._numbers.next if first is None else first
             new = self._numbers.new(first, reports)
             found, doubled = self.record.add(new), len(reports) - len(new)
-            found = replace(found, received=len(reports), duplicate=found.duplicate + doubled)
+            found = structs.replace(found, received=len(reports), duplicate=found.duplicate + doubled)
             self._numbers.note(first, len(reports))
             self._counts += found
             if new:
@@ -261,7 +260,7 @@ class RobotBody:
         with self._lock:
             if not self.name and self._last is None:
                 return None
-            counts = replace(self._counts, lost=self._numbers.lost)
+            counts = structs.replace(self._counts, lost=self._numbers.lost)
             clock = self.clock
             return measured.BodySeen(
                 self.name,
