@@ -335,18 +335,17 @@ class RapidTranslator:
         `at`: the indexes chosen so far."""
         if sizes:
             return f"[{', '.join([self._literal(kind, elements, sizes[1:], (*at, k)) for k in range(sizes[0])])}]"
-        value = elements.get(at[0] if len(at) == 1 else at)
-        return EMPTY[kind] if value is None else self._value(value)
-
-    def _value(self, value: object) -> str:
-        match value:
-            case Transform():
+        match elements.get(at[0] if len(at) == 1 else at):
+            case None:
+                return EMPTY[kind]
+            case Transform() as value:
                 return robtarget(self.arm, value, self._joints_at(value))
-            case tuple():
+            case tuple() as value:
                 return jointtarget(self.arm, value)
-            case float():
+            case float(value):
                 return number(value, 9)
-        return f'"{value}"'
+            case value:
+                return f'"{value}"'
 
     def _joints_at(self, T: Transform) -> tuple[float, ...]:
         """Return the joints at which the run reached a location. If the run did not reach it, return the joints to
@@ -676,7 +675,11 @@ class RapidTranslator:
             raise NoCounterpart("an array that is a parameter")
         datum = self._datum(it)
         name = self.shared.get(datum) or self.of_routine[datum]
-        return name + _braces([self._index(one) for one in it.indexes or ()])
+        indexes = (
+            str(int(one.value) + 1) if isinstance(one, ast.Number) else f"{self.value(one, 'num')} + 1"
+            for one in it.indexes or ()
+        )
+        return name + _braces([*indexes])
 
     def _datum(self, it: ast.Variable) -> Datum:
         """Return the identity of a variable. Give the variable a name that is unique in the routine or the module."""
@@ -695,9 +698,6 @@ class RapidTranslator:
             ]
             self.arrays[datum] = [max(pair) for pair in zip(self.arrays.get(datum, sizes), sizes, strict=False)]
         return datum
-
-    def _index(self, it: ast.Expression) -> str:
-        return str(int(it.value) + 1) if isinstance(it, ast.Number) else f"{self.value(it, 'num')} + 1"
 
     def value(self, it: ast.Expression | None, wanted: str) -> str:
         """Return an expression as RAPID text of a given type. Raises NoCounterpart."""

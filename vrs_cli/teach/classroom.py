@@ -56,11 +56,10 @@ class Classroom:
         self.lesson = lesson
         self.local_robot: LocalRobot | None = None
         self._session: Session | None = None
-        self.place: Place
         if lesson.delays is None and page is None:
-            self.place = Local(lesson.robot, cell=lesson.cell_file, dialect=lesson.dialect)
-            return
-        self.local_robot, self.place = _serve(lesson, stack, tell, page, attended=attended, rate=rate)
+            self.place: Place = Local(lesson.robot, cell=lesson.cell_file, dialect=lesson.dialect)
+        else:
+            self.local_robot, self.place = _serve(lesson, stack, tell, page, attended=attended, rate=rate)
 
     def look(self, ask: Callable[[Session], T]) -> T:
         """Call a function with the robot's session, between two actions of the robot; return its result."""
@@ -194,8 +193,7 @@ def _try_marks(
     lines."""
     for lines in tries:
         with ExitStack() as stack:
-            rate = HURRY if lesson.delays is not None else 1.0
-            room = Classroom(lesson, stack, lambda _text: None, rate=rate)
+            room = Classroom(lesson, stack, lambda _text: None, rate=1.0 if lesson.delays is None else HURRY)
             front_end = room.front_end(Notes())
             stack.callback(front_end.closing)
             front_end.opening()

@@ -154,17 +154,15 @@ class ExerciseText(CellText):
         if given == MODEL:
             return ModelPlace()
         if isinstance(given, str):
-            items = list[Item]()
-            for text in given.split(":"):
-                item = item_of_text(text)
-                if item is None or item not in self.locations:
-                    known = sorted({name for name, _ in self.locations})
-                    there = f"given.v2 has {', '.join(known)}" if known else "given.v2 has no locations"
-                    what = f"{_cut(given)}: no given location is called {text.strip()[:40]!r}"
-                    self.fault(entry, key, f"{what}; {did_you_mean(text.strip().lower(), known, there)}")
-                    return FixedPlace(IDENTITY, turned=False)
-                items.append(item)
-            return GivenPlace(given, tuple(items))
+            pairs = [(text.strip(), item_of_text(text)) for text in given.split(":")]
+            unknown = next((text for text, item in pairs if item not in self.locations), None)
+            if unknown is None:
+                return GivenPlace(given, tuple(item for _, item in pairs if item is not None))
+            known = sorted({name for name, _ in self.locations})
+            there = f"given.v2 has {', '.join(known)}" if known else "given.v2 has no locations"
+            what = f"{_cut(given)}: no given location is called {unknown[:40]!r}"
+            self.fault(entry, key, f"{what}; {did_you_mean(unknown.lower(), known, there)}")
+            return FixedPlace(IDENTITY, turned=False)
         is_list = isinstance(given, list) and len(given) in (3, 6)
         if is_list and all(type(one) in (int, float) and abs(one) <= MAX_LENGTH_MM for one in given):
             x, y, z, *angles = map(float, given)

@@ -94,9 +94,8 @@ class _Inspection:
         text = Path(exercise.folder, "exercise", "text.md")
         if not text.is_file():
             yield Finding(str(text), "there is no text for students", "write what they are to do")
-        for check in exercise.checks:
-            if check.points <= 0.0:
-                yield Finding(self._at(check.name), f"{check.name}: its weight is 0", "give it points, or remove it")
+        for name in (check.name for check in exercise.checks if check.points <= 0.0):
+            yield Finding(self._at(name), f"{name}: its weight is 0", "give it points, or remove it")
         if not exercise.wrong:
             where = str(Path(exercise.folder, "teacher", "wrong"))
             yield Finding(where, "there are no wrong submissions", "add typical ones, such as wrong/no_tool.v2", True)
@@ -172,9 +171,8 @@ class _Inspection:
         if variant.seed is None:
             return
         frames = tuple(dict.fromkeys(segment.motion.frames for segment in evidence.timeline))
-        before, after = self.exercise.locations, variant.locations
-        for item, value in after.items():
-            other = before[item]
+        for item, value in variant.locations.items():
+            other = self.exercise.locations[item]
             if not isinstance(value, Transform) or not isinstance(other, Transform) or value == other:
                 continue
             if _reachable(evidence, other, frames) and not _reachable(evidence, value, frames):
@@ -193,14 +191,12 @@ class _Inspection:
                     continue
                 failed |= {one.name: f"{one.reason}{_of(variant)}" for one in marks if not one.passed} | failed
             self.failed = dict.fromkeys(failed, wrong.path) | self.failed
-            for name in wrong.fails:
-                if name not in failed:
-                    what = f"it passes {name!r}, which it says that it fails"
-                    yield Finding(f"{wrong.path}:1", what, "make the check stricter, or mend its comment")
-            for name, reason in failed.items():
-                if name not in wrong.fails:
-                    what = f"it fails {name!r} too: {reason}"
-                    yield Finding(f"{wrong.path}:1", what, f"write `; fails: {name}` above the first program")
+            for name in (one for one in wrong.fails if one not in failed):
+                what = f"it passes {name!r}, which it says that it fails"
+                yield Finding(f"{wrong.path}:1", what, "make the check stricter, or mend its comment")
+            for name in (one for one in failed if one not in wrong.fails):
+                what = f"it fails {name!r} too: {failed[name]}"
+                yield Finding(f"{wrong.path}:1", what, f"write `; fails: {name}` above the first program")
 
     def _numbers_copied(self) -> Iterator[Finding]:
         """Check that a program with copied numbers fails in each variant that moves locations."""
@@ -224,11 +220,9 @@ class _Inspection:
                 wanted -= {one.name for one in marks if not one.passed}
             if not wanted:
                 return
-        for check in exercise.checks:
-            if check.name in wanted:
-                remedy = "make it stricter, or add a wrong submission that fails it"
-                what = f"{check.name}: nothing fails it, no wrong submission and no mutant of the model"
-                yield Finding(self._at(check.name), what, remedy)
+        for name in (check.name for check in exercise.checks if check.name in wanted):
+            what = f"{name}: nothing fails it, no wrong submission and no mutant of the model"
+            yield Finding(self._at(name), what, "make it stricter, or add a wrong submission that fails it")
 
 
 def _of(variant: Exercise) -> str:

@@ -64,7 +64,6 @@ _millimetres = partial(ExerciseText.number, least=0.0, most=MAX_LENGTH_MM, unit=
 _degrees = partial(ExerciseText.number, least=0.0, most=180.0, unit="deg")
 _seconds = partial(ExerciseText.number, least=0.0, most=LATEST, unit="s")
 _per_second = partial(ExerciseText.number, least=0.0, most=MAX_SPEED)
-_points = partial(ExerciseText.number, least=0.0, most=1000.0)
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:
@@ -531,7 +530,7 @@ KINDS: Mapping[str, CheckKind] = {
 }
 COMMON_KEYS = (
     Key("name", ExerciseText.text, "what students see; without it, the kind", ""),
-    Key("points", _points, "its weight", 1.0),
+    Key("points", partial(ExerciseText.number, least=0.0, most=1000.0), "its weight", 1.0),
     Key("hint", ExerciseText.text, "advice for students whose program fails the check", ""),
     Key("hidden", ExerciseText.switch, "whether students see neither its name nor its reason", False),
     Key("partial", ExerciseText.switch, "whether a part of the points can be earned", True),

@@ -8,7 +8,7 @@ programs (optional).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
@@ -155,15 +155,6 @@ def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
     return title, "\n".join(parts).strip(), tasks
 
 
-def _number_names(checks: Iterable[AnyCheck]) -> Iterator[AnyCheck]:
-    """Yield checks with unique names: a second `joints` becomes `joints 2`."""
-    names = list[str]()
-    for check in checks:
-        names.append(check.name)
-        count = names.count(check.name)
-        yield check if count == 1 else structs.replace(check, name=f"{check.name} {count}")
-
-
 class _LessonReader(SurroundingsReader):
     """Reads the files of a lesson and collects their mistakes."""
 
@@ -280,8 +271,15 @@ class _LessonReader(SurroundingsReader):
                 what = "there is none: write [[step.check]] below the step, and below it kind = ..."
                 reader.fault(entry, "check", what)
             named = (check._replace(name=f"{entry.name}check: ") for check in islice(entries, len(own) if right else 0))
-            read = (read_check(reader, check) for check in named)
-            found.append(tuple(_number_names(check for check in read if check is not None)))
+            read = [check for one in named if (check := read_check(reader, one)) is not None]
+            names = [check.name for check in read]
+            counts = [names[: k + 1].count(name) for k, name in enumerate(names)]
+            found.append(
+                tuple(
+                    check if n == 1 else structs.replace(check, name=f"{check.name} {n}")  # `joints`, `joints 2`
+                    for check, n in zip(read, counts, strict=True)
+                )
+            )
         return found
 
     def _wrong_lines(self, reader: ExerciseText, entry: CellEntry) -> tuple[tuple[str, ...], ...]:

@@ -21,7 +21,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileDamaged, FileExists, VrsError
 from vrs_cli.files.opening import FREE
 from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
-from vrs_cli.kinematics.transform import Transform, angle_between, length, position
+from vrs_cli.kinematics.transform import Transform, Vector, angle_between, length, position, vector_difference
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import named_above, parse_file
 from vrs_cli.language.text.printer import print_file
@@ -35,10 +35,12 @@ from vrs_cli.teach.tip import greatest
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.values.diagnostics import Dialect
 from vrs_cli.values.numbers import count
+from vrs_cli.values.world import Fixture
 from vrs_cli.world.settings import WorldSettings
 
 NEAR = 1e-4  # [m] maximum distance between the tool and a location that counts as reached
 MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixture is taken for a table
+CLOSE = 0.06  # [m] maximum distance between a location and the part to which it belongs
 OVER = 0.25  # [m] maximum height above a fixture at which a location belongs to the fixture
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
 SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # factors from a measured value to its limit
@@ -422,7 +424,9 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
     }
     scene = exercise.cell.scene
     parts = {one.name: position(one.T_world_part) for one in scene.parts}
-    fixtures = [one for one in scene.fixtures if _footprint(run, one.name) <= MOVABLE]
+    settings = WorldSettings(run.arm, run.cell)
+    radii = {one.name: max(solid.radius for solid in settings.solids[one.name]) for one in scene.fixtures}  # [m]
+    fixtures = [one for one in scene.fixtures if 2.0 * radii[one.name] <= MOVABLE]
     together = {name: name for name in (*places, *parts, *(one.name for one in fixtures))}
 
     def root(name: str) -> str:
@@ -430,37 +434,28 @@ def groups_of(exercise: Exercise, run: Evidence, programs: Iterable[ast.Program]
             name = together[name]
         return name
 
-    def unite(a: str, b: str) -> None:
-        together[root(b)] = root(a)
+    def is_over(place: Vector, fixture: Fixture) -> bool:
+        x, y, z = vector_difference(place, position(fixture.T_world_fixture))
+        return hypot(x, y) <= radii[fixture.name] and -radii[fixture.name] <= z <= OVER
 
-    for one in fixtures:
-        x, y, z = position(one.T_world_fixture)
-        reach = 0.5 * _footprint(run, one.name)
-        for name, (px, py, pz) in (*places.items(), *parts.items()):
-            if hypot(px - x, py - y) <= reach and -reach <= pz - z <= OVER:
-                unite(name, one.name)
-    for part, at in parts.items():
-        for name, place in (*places.items(), *parts.items()):
-            if dist(place, at) <= 0.06:  # [m] a location this close to a part belongs to the part
-                unite(name, part)
-    for points in re.findall(r"(?i)FRAME\s*\(([^()]*)\)", text):
-        known = [word.strip().lower() for word in points.split(",") if word.strip().lower() in places]
-        for name in known[1:]:
-            unite(known[0], name)
-    for feeder in scene.feeders:
-        for part in feeder.parts[1:]:
-            unite(feeder.parts[0], part)
+    things = (*places.items(), *parts.items())
+    frames = (
+        [word.strip().lower() for word in points.split(",") if word.strip().lower() in places]
+        for points in re.findall(r"(?i)FRAME\s*\(([^()]*)\)", text)
+    )
+    pairs = (
+        *((name, one.name) for one in fixtures for name, place in things if is_over(place, one)),
+        *((name, part) for part, at in parts.items() for name, place in things if dist(place, at) <= CLOSE),
+        *((one[0], name) for one in (*frames, *(feeder.parts for feeder in scene.feeders)) for name in one[1:]),
+    )
+    for a, b in pairs:
+        together[root(b)] = root(a)
     groups: dict[str, list[str]] = {}
     for name in together:
         groups.setdefault(root(name), []).append(name)
     for names in groups.values():
         if any(name in places for name in names):
             yield tuple(names)
-
-
-def _footprint(run: Evidence, name: str) -> float:
-    """Return the largest diameter of a fixture [m]."""
-    return 2.0 * max(solid.radius for solid in WorldSettings(run.arm, run.cell).solids[name])
 
 
 # --- texts -----------------------------------------------------------------------------------------------------------

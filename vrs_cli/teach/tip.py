@@ -236,6 +236,11 @@ class _End(NamedTuple):
     m: float
 
 
+def _sample(piece: Piece, s: float, measure: Measure) -> _End:
+    c = piece.at(s)
+    return _End(s, c, measure(c))
+
+
 def greatest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
     """Return the maximum of a convex measure, within `precision`. If no value exceeds `enough`, the result is only some
     value up to `enough`. Raises ValueError without pieces."""
@@ -294,10 +299,9 @@ def _best(
 
     def look(piece: Piece, s: float) -> _End:
         nonlocal best
-        c = piece.at(s)
-        end = _End(s, c, measure(c))
+        end = _sample(piece, s, measure)
         if best is None or end.m > best.value + NOISE:
-            best = Extreme(end.m, piece.start + s, c)
+            best = Extreme(end.m, piece.start + s, end.c)
         return end
 
     for number, piece in enumerate(pieces):
@@ -385,19 +389,15 @@ def _spans(
     straight line between two samples."""
     found = list[tuple[float, float]]()
 
-    def look(piece: Piece, s: float) -> _End:
-        c = piece.at(s)
-        return _End(s, c, measure(c))
-
     for piece in pieces:
-        waiting = [(look(piece, 0.0), look(piece, piece.finish - piece.start))]
+        waiting = [(_sample(piece, 0.0, measure), _sample(piece, piece.finish - piece.start, measure))]
         while waiting:
             a, b = waiting.pop()
             slack = 0.125 * piece.bend * (b.s - a.s) ** 2
             if max(a.m, b.m) + slack <= most:
                 _add_interval(found, piece.start + a.s, piece.start + b.s, INSTANT)
             elif on_line(a, b) - slack <= most:
-                middle = look(piece, 0.5 * (a.s + b.s))
+                middle = _sample(piece, 0.5 * (a.s + b.s), measure)
                 even = slack < precision and max(abs(one.m - most) for one in (a, middle, b)) < precision
                 if b.s - a.s > INSTANT and not even:
                     waiting += [(middle, b), (a, middle)]

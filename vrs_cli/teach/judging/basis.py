@@ -160,11 +160,6 @@ def figure(value: float, step: float) -> str:
     return f"{round_to(value, step):.{decimals}f}"
 
 
-def place_figures(place: Vector, step: float) -> str:
-    """Return a position given in metres as `[0.0, 550.0, -250.0]` in mm."""
-    return f"[{', '.join(figure(1000.0 * x, step) for x in place)}]"
-
-
 HALF = 0.5  # share of the points for a nearly correct result
 NEAR = 5.0  # a result is nearly correct up to this many times the allowed distance
 MORE = 1.1  # a result is nearly correct up to this factor beyond a limit of speed or time
@@ -234,8 +229,8 @@ class JudgedRun(Struct, frozen=True, dict=True):
         return 1e-3 * PRECISION * self.mm
 
     def place_text(self, place: Vector) -> str:
-        """Return a position as text in mm, for the reason of a verdict."""
-        return place_figures(place, self.mm)
+        """Return a position given in metres as `[0.0, 550.0, -250.0]` in mm."""
+        return f"[{', '.join(figure(1000.0 * x, self.mm) for x in place)}]"
 
     @cached_property
     def tip(self) -> list[Piece]:
