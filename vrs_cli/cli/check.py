@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Diagnostic
 
 
-LOOKED_EVERY = 0.25  # [s] time between two checks for changed files, with --watch
 ROUNDS = 10  # maximum number of rounds of corrections; a correction may uncover another mistake
 
 
@@ -155,14 +154,17 @@ def check(options: Namespace) -> int:
 
 def _check(options: Namespace, model: RobotModel) -> int:
     """Check all files once; return the exit status."""
+    from vrs_cli.values import diagnostics
+
     findings, before, status = list[Finding](), dict[str, str](), main.OK
-    for group in _groups(options):
-        if isinstance(group, Unreadable):  # the other files are still checked
-            print(f"{options.prog}: {group.error}", file=sys.stderr)
-            status = max(status, main.status_of(group.error))
-            if options.format != "text":
-                findings.append(group.finding)
-            continue
+    groups, unreadable = _groups(options)
+    for path, error in unreadable.items():  # the other files are still checked
+        print(f"{options.prog}: {error}", file=sys.stderr)
+        status = max(status, main.status_of(error))
+        if options.format != "text":
+            found = diagnostics.error(type(error), diagnostics.Span(1, 1, 2), error.detail, error.hint)
+            findings.append(Finding(sources.Source(path, ""), (found,)))
+    for group in groups:
         new = [source for source in group if source.path not in before]
         before |= {source.path: source.text for source in new}
         findings += _findings(group, new, options, model)
@@ -179,34 +181,21 @@ def _check(options: Namespace, model: RobotModel) -> int:
     return max(status, main.FAILED if wrong or (options.diff and any(one.mended for one in findings)) else main.OK)
 
 
-class Unreadable(Struct, frozen=True):
-    """A file that cannot be read, and the reason."""
-
-    path: str
-    error: FileError
-
-    @property
-    def finding(self) -> Finding:
-        from vrs_cli.values.diagnostics import Span, error
-
-        found = error(type(self.error), Span(1, 1, 2), self.error.detail, self.error.hint)
-        return Finding(sources.Source(self.path, ""), (found,))
-
-
-def _groups(options: Namespace) -> Iterable[tuple[sources.Source, ...] | Unreadable]:
-    """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together."""
+def _groups(options: Namespace) -> tuple[list[tuple[sources.Source, ...]], dict[str, FileError]]:
+    """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together. Return
+    also the errors of the files that cannot be read, by their paths."""
     files = sources.program_files(options.files)
-    groups, unreadable = list[tuple[sources.Source, ...]](), list[Unreadable]()
+    groups, unreadable = list[tuple[sources.Source, ...]](), dict[str, FileError]()
     for path in files:
         try:
             groups.append(sources.sources_of((path,), samples=False))
         except FileError as error:
-            unreadable.append(Unreadable(path, error))
+            unreadable[path] = error
     if sources.are_together(options.files, files, options.project):
         together = {source.path: source for group in groups for source in group}
         groups = [tuple(together.values())] if together else []
     named = {source.path for group in groups for source in group[1:]}
-    return (*unreadable, *(group for group in groups if len(group) > 1 or group[0].path not in named))
+    return [group for group in groups if len(group) > 1 or group[0].path not in named], unreadable
 
 
 def _findings(
@@ -270,7 +259,7 @@ def _watch(options: Namespace, model: RobotModel) -> int:
             print(f"{time.strftime('%H:%M:%S')} checked; Ctrl-C ends it", file=sys.stderr, flush=True)
             sys.stdout.flush()
             seen = _state(options.files) if options.fix else now
-        time.sleep(LOOKED_EVERY)
+        time.sleep(0.25)
 
 
 def _state(named: Sequence[str]) -> object:

@@ -57,10 +57,7 @@ class Conversion(batch.Batch, frozen=True):
             for note in written.notes:
                 tell(f"note: {note}")
             text = written.text
-        if options.output == commands.STANDARD_STREAM:
-            print(text, end="")
-        else:
-            atomic.write_atomically(options.output, text)
+        outputs.write_text(options.output, text)
         return status
 
 

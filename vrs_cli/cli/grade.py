@@ -245,28 +245,21 @@ def _check_outputs(options: Namespace, several: bool) -> None:
 def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], contents: dict[str, object]) -> None:
     """Write all files. Raises FileError."""
     if options.json is not None:
-        _write_text(options.json, results.written_json(contents))
+        outputs.write_text(options.json, results.written_json(contents))
     if options.csv is not None:
-        _write_text(options.csv, results.gradebook(exercise, gradings))
+        outputs.write_text(options.csv, results.gradebook(exercise, gradings))
     if options.junit is not None:
-        _write_text(options.junit, results.junit(exercise, gradings))
+        outputs.write_text(options.junit, results.junit(exercise, gradings))
     for name in FOR_ONE:
         path = getattr(options, name)
         if path is not None and len(gradings) == 1:
-            _write_text(path, results.written_json(results.FOR_STUDENTS[name](exercise, gradings[0])))
+            outputs.write_text(path, results.written_json(results.FOR_STUDENTS[name](exercise, gradings[0])))
         elif path is not None:
             outputs.make_folder(Path(path), path, "name another folder")
             taken = set[str]()
             for one in gradings:
                 file = Path(path, f"{results.file_stem(one.student, taken)}.json")
-                _write_text(str(file), results.written_json(results.FOR_STUDENTS[name](exercise, one)))
-
-
-def _write_text(path: str, text: str) -> None:
-    if path == commands.STANDARD_STREAM:
-        sys.stdout.write(text)
-    else:
-        atomic.write_atomically(path, text)
+                outputs.write_text(str(file), results.written_json(results.FOR_STUDENTS[name](exercise, one)))
 
 
 def _show(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[results.Likeness]) -> None:

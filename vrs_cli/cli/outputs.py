@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 
 MAX_COMMANDS = 1000  # maximum number of rows in the table of a report
-HALF_DIGIT = 0.0005  # [s] tolerance: messages round the end of a trajectory to three decimals, possibly up
 STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
     "img,svg{max-width:100%;height:auto}table{border-collapse:collapse}td,th{padding:.1rem .8rem;text-align:left}"
@@ -112,7 +111,8 @@ def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timelin
 
 def check_moment(option: str, t: float, timeline: Timeline) -> None:
     """Raise CommandLineError if a time [s] is outside a trajectory."""
-    if not timeline.start <= t <= timeline.end + HALF_DIGIT:
+    # messages round the end of a trajectory to three decimals, possibly up
+    if not timeline.start <= t <= timeline.end + 0.0005:
         span = f"{timeline.start:.3f} to {timeline.end:.3f} s"
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
@@ -124,6 +124,16 @@ def make_folder(folder: Path, named: str, hint: str, error: type[VrsError] = Fil
     except OSError as reason:
         raise error(f"{named}: {reason.strerror}", hint) from None
     return folder.resolve()
+
+
+def write_text(path: str, text: str) -> None:
+    """Write a text to a file, or to standard output for `-`. Raises FileError."""
+    from vrs_cli.files.atomic import write_atomically
+
+    if path == STANDARD_STREAM:
+        sys.stdout.write(text)
+    else:
+        write_atomically(path, text)
 
 
 def check_distinct(paths: Iterable[str]) -> None:

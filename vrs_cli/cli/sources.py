@@ -168,9 +168,6 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 # --- trajectory files -----------------------------------------------------------------------------------------------
 
 
-DIGITS = 12  # decimals of degrees and millimetres in JSON: enough to hide only the noise of floats
-
-
 def is_recording(name: str) -> bool:
     """Return whether a word is the name of a trajectory file, and not an address."""
     return name.endswith(".vrst") or (os.path.exists(name) and not is_program(name))
@@ -209,5 +206,5 @@ def pose_object(T: Transform) -> dict[str, list[float]]:
 
 
 def tidy(value: float) -> float:
-    """Return a number without the noise of its last bits. The result is never -0.0."""
-    return round(value, DIGITS) + 0.0
+    """Return a number of degrees or millimetres without the noise of its last bits. The result is never -0.0."""
+    return round(value, 12) + 0.0

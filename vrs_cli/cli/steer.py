@@ -44,8 +44,6 @@ MAX_LINE_CHARS = 1 << 16  # maximum length of a line in characters; a longer one
 
 LOCAL = ("save", "csv", "rate", "plot", "report", "report_at", "profile", "realtime", "robot", "base", "tip", "task")
 ADDRESSES = ("ws://", "wss://")
-READ_AHEAD = 1000  # maximum number of targets that are read ahead
-TRIES = 3  # number of measured round trips
 ALLOWANCE = 0.1  # [s] allowance for varying delays and for planning
 
 
@@ -294,11 +292,11 @@ class _ServedRun(_Run):
             self.progress(it.t)
 
     def _lead(self, robot: Supervisor) -> float:
-        """Return --lead, or the longest of some measured round trips plus the duration of a chunk [s]."""
+        """Return --lead, or the longest of three measured round trips plus the duration of a chunk [s]."""
         if self.options.lead is not None:
             return float(self.options.lead)
         times = [monotonic()]
-        for _ in range(TRIES):
+        for _ in range(3):
             robot.act(ListBranches())
             times.append(monotonic())
         return max(b - a for a, b in pairwise(times)) + CHUNK_S + ALLOWANCE
@@ -335,8 +333,9 @@ class _ServedRun(_Run):
 
 
 def _read_beside(targets: Iterator[TimedTarget]) -> Queue[TimedTarget | VrsError | None]:
-    """Read targets in a thread. Return a queue of the targets; it ends with None or with the error of the stream."""
-    found: Queue[TimedTarget | VrsError | None] = Queue(READ_AHEAD)
+    """Read up to 1000 targets ahead in a thread. Return a queue of the targets; it ends with None or with the error of
+    the stream."""
+    found: Queue[TimedTarget | VrsError | None] = Queue(1000)
 
     def read() -> None:
         try:

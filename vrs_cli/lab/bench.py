@@ -32,7 +32,6 @@ SWING = 0.12  # maximum amplitude of the goal in "waves", as a fraction of a joi
 SPEED = 0.3  # maximum speed of the goal in "waves", as a fraction of a joint's maximum velocity
 PERIODS = (3.0, 7.0)  # [s] minimum and maximum period of "waves"
 RUN, PAUSE = (0.8, 2.5), (0.5, 1.5)  # [s] minimum and maximum duration of motions and pauses in "stops"
-TIMELINE = "timeline"  # name of the viewer that has the timeline
 
 SCENARIOS = {
     "moves": f"motions to random places, each commanded {LEAD:g} s before it begins",
@@ -203,7 +202,7 @@ class _Bench(Simulation):
         since = [t for t, _ in self._known]
         timelines = [self._known[bisect_right(since, t) - 1][1] for t in times]  # those that have arrived by then
         seen = np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
-        found[TIMELINE] = self._viewer_score(seen[counted:], place[counted:], 0.0)
+        found["timeline"] = self._viewer_score(seen[counted:], place[counted:], 0.0)
         return found
 
     def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 
 RATE = 20.0  # [1/s] number of pictures per second
-ESCAPE = 0.05  # [s] time after which Esc counts as a key of its own
 MIN_PICTURE_ROWS = 10  # minimum height of a picture [rows]; a smaller picture is left out
 
 NEAR = 4  # maximum number of unchanged cells between two changed cells that are rewritten together with them
@@ -187,7 +186,7 @@ class ArmScreen:
         self.app: Application[None] = Application(
             layout=Layout(HSplit([*above, below])), key_bindings=keys, color_depth=colour_depth()
         )
-        self.app.ttimeoutlen = ESCAPE
+        self.app.ttimeoutlen = 0.05  # [s] after which Esc counts as a key of its own
         self.app.key_processor.after_key_press += lambda _: self._look()
 
     @staticmethod

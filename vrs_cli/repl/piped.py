@@ -14,7 +14,6 @@ KEEPING_UP, RESTING = 0.1, 1.0  # [s] interval of updates in real time: while th
 MIN_WAIT_S = 0.01  # [s] minimum wait between updates
 QUESTION = "\0"  # a reader returns this in place of a line when a program asks a question
 AHEAD = 1000  # maximum number of lines that are read in advance
-CHUNK = 65536  # maximum number of bytes in one read
 
 
 class Driven(Protocol):
@@ -61,7 +60,7 @@ class PipedLines:
     def _read(self) -> None:
         left = ""
         try:
-            while chunk := os.read(self._descriptor, CHUNK):
+            while chunk := os.read(self._descriptor, 65536):
                 *lines, left = (left + self._decoder.decode(chunk)).split("\n")
                 for line in lines:
                     self._put(f"{line}\n")

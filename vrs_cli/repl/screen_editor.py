@@ -370,10 +370,8 @@ class ScreenEditor:
 class StepMargin(Margin):
     """The margin with the numbers of the steps. The heading has no number."""
 
-    WIDTH = 6
-
     def get_width(self, get_ui_content: Callable[[], UIContent]) -> int:  # noqa: ARG002 (the interface)
-        return self.WIDTH
+        return 6
 
     def create_margin(
         self,

@@ -223,7 +223,6 @@ def latest(reply: replies.Reply) -> str:
     return ""
 
 
-USUAL = "less"
 OPTIONS = {"LESS": "FRX"}  # the options that git sets: keep colours, quit if one screen is enough, do not clear
 LONG = (
     replies.HelpOverview,
@@ -247,7 +246,7 @@ LONG = (
 
 def pager_of(wanted: bool | str, environment: Mapping[str, str]) -> str:
     """Return the command of a pager; "" if none is wanted or found."""
-    command = wanted if isinstance(wanted, str) else environment.get("PAGER", USUAL) if wanted else ""
+    command = wanted if isinstance(wanted, str) else environment.get("PAGER", "less") if wanted else ""
     try:
         words = shlex.split(command)
     except ValueError:
