@@ -7,6 +7,7 @@ the motion between them, so that no jump of a joint is missed. `load` computes w
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from itertools import accumulate, pairwise
 from math import ceil, inf
 from typing import NamedTuple
@@ -21,7 +22,8 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, Twist, joints_outside
+from vrs_cli.kinematics.compiled import comma_list, written
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, joints_outside
 from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.polynomial import bisect_interval
@@ -86,8 +88,9 @@ class Follower:
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
         self.hopeless = HOPELESS_SLOWING * slowest  # maximum factor on a joint's limit
-        self._path: CartesianPath | None = None  # the last path, and the function that returns its states
-        self._states: Callable[[float], tuple[Transform, Twist]]
+        self._close = _closeness(self.rate_steps, self.hopeless)
+        self._path: CartesianPath | None = None  # the last path, and the function that returns its samples
+        self._at: Callable[..., Sample | None]
         self._judged: tuple[Joints, bool] = (), True  # last joints and result of `nearly_singular`
 
     def samples(
@@ -110,13 +113,14 @@ class Follower:
             for part in CLOSER_PARTS:
                 self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
-        instants = [duration * step / steps for step in range(1, steps + 1)]
+        instants, guesses = [duration * step / steps for step in range(1, steps + 1)], self.arm.guesses
+        at, close = self._sampler(path), self._close
         for until in sorted({*marks, *instants}) if marks else instants:
             last = samples[-1]
             if until - last.s <= MIN_INTERVAL * duration:
                 continue
-            sample = None if self.arm.guesses else self._sample(path, until, last.joints)
-            if sample is not None and self._close(last, sample):  # true for most samples
+            sample = None if guesses else at(until, last.joints)
+            if sample is not None and close(last, sample):  # true for most samples
                 samples.append(sample)
             else:
                 self._refine(path, samples, until, min(finest, steps * FINEST_INTERVAL * (until - last.s)), sample)
@@ -182,10 +186,10 @@ class Follower:
         """
         last, sample = samples[-1], None
         if self.arm.guesses:
-            sample = self._sample(path, s, _ahead(samples, s), soon=True)
+            sample = self._sampler(path)(s, _ahead(samples, s), soon=True)
         if sample is not None and (halves or self._close(last, sample)):
             return sample
-        return None if soon else self._sample(path, s, last.joints)
+        return None if soon else self._sampler(path)(s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """Return the error for the first position at which the line leaves the reach or a range, after a good
@@ -198,26 +202,9 @@ class Follower:
         _, first = bisect_interval(possible, good.s, until, EDGE_STEPS)
         return self._refusal(path, first, good.joints)
 
-    def _close(self, a: Sample, b: Sample) -> bool:
-        """Return whether two samples explain each other: the steps are small, and the velocities explain the motion
-        between them.
-        """
-        half = 0.5 * (b.s - a.s)
-        for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
-            change = q - p
-            # if a joint is so fast that the line is refused, its velocity may change by the same fraction
-            if not (
-                -JOINT_STEP <= change <= JOINT_STEP
-                and (-step <= w - v <= step or self.hopeless * step < RATE_STEP * min(abs(v), abs(w)) >= abs(w - v))
-            ):
-                return False
-            if not -MAX_JUMP <= change - half * (v + w) <= MAX_JUMP:
-                return False
-        return True
-
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
-        # the greatest distance of a joint between two samples that are `_close`
+        # the greatest distance of a joint between two samples that are close
         way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + MAX_JUMP
         columns = zip(*[sample.joints for sample in samples], strict=True)
@@ -314,35 +301,44 @@ class Follower:
         return measures._fields[nearest] if measures[nearest] < NEAR_SINGULAR else ""
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
-        sample = self._sample(path, s, near)
+        sample = self._sampler(path)(s, near)
         if sample is None:
             raise self._refusal(path, s, near)
         return sample
 
-    def _sample(self, path: CartesianPath, s: float, near: Joints, *, soon: bool = False) -> Sample | None:
-        """Return the sample at a time; None if the path is out of reach or a joint out of range. `soon`: return None
-        also if Newton's method does not find it next to `near`."""
-        if path is not self._path:
-            self._path, self._states = path, path.states()
-        arm, at_once, (pose, twist) = self.arm, None, self._states(s)
-        T_robot_flange = pose if self.no_tool else compose(pose, self.T_tool_flange)
-        if arm.guesses or path.guides or arm.steady is not None:
-            at_once = state_on(arm, path, s, (pose, twist), T_robot_flange, near) if arm.guesses else None
-            if at_once is None and soon:
+    def _sampler(self, path: CartesianPath) -> Callable[..., Sample | None]:
+        """Return a function of a time and of joints near the solution: the sample, None if the path is out of reach or
+        a joint out of range. With `soon` it returns None also if Newton's method does not find the joints.
+        """
+        if path is self._path:
+            return self._at
+        arm, tool, configuration, T_tool_flange = self.arm, self.tool, path.configuration, self.T_tool_flange
+        states, branch, inside, no_tool = path.states(), arm.branch_joints, arm.limits_ok, self.no_tool
+        searched = arm.guesses or path.guides or arm.steady is not None
+
+        def sample(s: float, near: Joints, soon: bool = False) -> Sample | None:
+            at_once, (pose, twist) = None, states(s)
+            T_robot_flange = pose if no_tool else compose(pose, T_tool_flange)
+            if searched:
+                at_once = state_on(arm, path, s, (pose, twist), T_robot_flange, near) if arm.guesses else None
+                if at_once is None and soon:
+                    return None
+                joints = at_once[0] if at_once else joints_on(arm, path, s, T_robot_flange, near)
+            else:
+                joints = branch(T_robot_flange, configuration, near)
+            if joints is None or not inside(joints):
                 return None
-            joints = at_once[0] if at_once else joints_on(arm, path, s, T_robot_flange, near)
-        else:
-            joints = arm.branch_joints(T_robot_flange, path.configuration, near)
-        if joints is None or not arm.limits_ok(joints):
-            return None
-        vx, vy, vz, wx, wy, wz = twist
-        if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STANDING_SPEED * STANDING_SPEED:
-            return Sample(s, joints, (0.0,) * len(joints))
-        if at_once:
-            return _new(Sample, (s, *at_once))
-        if path.guides or arm.steady is not None:
-            return _new(Sample, (s, joints, joint_velocity(arm, path, s, joints, twist, self.tool)))
-        return _new(Sample, (s, joints, arm.joint_velocity(joints, twist, self.tool)))
+            vx, vy, vz, wx, wy, wz = twist
+            if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STANDING_SPEED * STANDING_SPEED:
+                return Sample(s, joints, (0.0,) * len(joints))
+            if at_once:
+                return _new(Sample, (s, *at_once))
+            if searched:
+                return _new(Sample, (s, joints, joint_velocity(arm, path, s, joints, twist, tool)))
+            return _new(Sample, (s, joints, arm.joint_velocity(joints, twist, tool)))
+
+        self._path, self._at = path, sample
+        return sample
 
     def joints(self, path: CartesianPath, s: float, near: Joints) -> Joints | None:
         """Return the joints at a time; None where the path is out of reach."""
@@ -403,6 +399,28 @@ class Follower:
             upper=model.upper[joint - 1],
             place=position(pose),
         )
+
+
+@cache
+def _closeness(rate_steps: Joints, hopeless: float) -> Callable[[Sample, Sample], bool]:
+    """Return a function that returns whether two samples explain each other: the steps are small, and the velocities
+    explain the motion between them.
+
+    If a joint is so fast that the line is refused (`hopeless`), its velocity may change by the same fraction. The
+    function is written out for all joints, because it is called for every sample.
+    """
+    numbers = range(len(rate_steps))
+    rows = zip("pqvw", ("a.joints", "b.joints", "a.velocity", "b.velocity"), strict=True)
+    lines = [f"{comma_list(f'{letter}{i}' for i in numbers)} = {row}" for letter, row in rows]
+    tests = [
+        f"{-JOINT_STEP} <= (change := q{i} - p{i}) <= {JOINT_STEP}"
+        f" and ({-step} <= w{i} - v{i} <= {step} or {step} * hopeless < {RATE_STEP}"
+        f" * min(abs(v{i}), abs(w{i})) >= abs(w{i} - v{i}))"
+        f" and {-MAX_JUMP} <= change - half * (v{i} + w{i}) <= {MAX_JUMP}"
+        for i, step in enumerate(rate_steps)
+    ]
+    lines += ["half = 0.5 * (b.s - a.s)", f"return {' and '.join(tests)}"]
+    return written("closely(a, b)", lines, {"hopeless": hopeless})
 
 
 def _ahead(samples: Sequence[Sample], s: float) -> Joints:

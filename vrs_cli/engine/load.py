@@ -5,9 +5,10 @@ each other. Near a limit, where the bound is not tight enough, further samples a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise, repeat
 from math import cbrt, sqrt
+from operator import sub, truediv
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
@@ -87,7 +88,8 @@ class StretchLoad:
     ) -> None:
         self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
         self.arm, self.limits = follower.arm, follower.arm.model
-        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # velocities by joint
+        self.times, _, velocities = zip(*samples, strict=True) if samples else ((), (), ())
+        self.velocities = list(zip(*velocities, strict=True))  # velocities by joint
 
     def parabolic(self, start: Joints) -> Load:
         """Return the maximum load of a stretch with parabolic blends.
@@ -95,16 +97,20 @@ class StretchLoad:
         A joint that is no faster than at the start of the motion, `start`, gets little margin: the interrupted motion
         may have been at its limit.
         """
-        means, fast = _means(self.samples), self._fast()
-        load = self._acceleration(means, ACCELERATION_MARGIN)
+        samples, fast = self.samples, self._fast()
+        times, means = _means(self.times, self.velocities)
+        greatest = _greatest(means)
+        load = self._greatest_of(times, means, greatest, ACCELERATION_MARGIN)
         counts = max(load.acceleration, NEAR_LIMIT) / ACCELERATION_MARGIN
-        first = self._at_end(self.samples[0], means[0], means[1], 0.0 if fast else counts)
-        last = self._at_end(self.samples[-1], means[-1], means[-2], counts)
-        ends = [first, last, *(self._bends() if self.closely else ())]
-        load = load.worse(self._acceleration(ends, ACCELERATION_MARGIN))
+        first = self._at_end(samples[0], times[0], times[1], means, (0, 1), 0.0 if fast else counts)
+        last = self._at_end(samples[-1], times[-1], times[-2], means, (-1, -2), counts)
+        load = self._worse(load, [end for end in (first, last) if end is not None])
+        load = self._worse(load, self._bends() if self.closely else ())
         if load.acceleration > NEAR_LIMIT:
-            load = load.worse(self._acceleration([*self._near_limit(means, counts)], ACCELERATION_MARGIN))
-        return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
+            load = self._worse(load, self._near_limit(means, greatest, counts))
+        if first is None or not fast:
+            return load
+        return self._velocity(start, first[1], [column[0] for column in means]).worse(load)
 
     def smooth(self, start: Joints) -> Load:
         """Return the maximum load of a stretch of a jerk-limited motion, with its jerk.
@@ -116,7 +122,10 @@ class StretchLoad:
         calm = clear is self.samples and not (fast or self.closely) and self._calm()
         if calm and not any(map(self.follower.nearly_singular, (clear[0], clear[-1]))):
             return Load()
-        moments, means = self._moments(clear), _means([self.samples[0], *clear, self.samples[-1]])
+        kept = list({sample.s: sample for sample in (self.samples[0], *clear, self.samples[-1])}.values())
+        instants, _, velocities = zip(*kept, strict=True)
+        times, columns = _means(instants, zip(*velocities, strict=True))
+        moments, means = self._moments(clear), list(zip(times, zip(*columns, strict=True), strict=True))
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
         load = self._velocity(start, at_first, means[0][1]) if fast else Load()
         return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
@@ -168,7 +177,7 @@ class StretchLoad:
         where a joint is fastest.
         """
         samples, columns = self.samples, self.velocities
-        fastest = [max(*column[1:], -min(column[1:])) for column in columns]
+        fastest = _greatest([column[1:] for column in columns])
         starting = zip(fastest, start, self.limits.max_velocity, strict=True)
         later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in starting]
         joint = _where_largest(later)
@@ -194,10 +203,9 @@ class StretchLoad:
     def _peaks(self, columns: Sequence[Joints], worst: float) -> Iterator[Sample]:
         """Yield samples at the times at which joints that may be too fast are fastest. Past a singularity this peak may
         be very short."""
-        samples = self.samples
-        for i, (column, limit) in enumerate(zip(columns, self.limits.max_velocity, strict=True)):
-            k = _where_largest(column)
-            if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # the peak of the first interval is known
+        samples, near = self.samples, NEAR_PEAK * max(worst, 1.0)
+        for i, (most, limit) in enumerate(zip(_greatest(columns), self.limits.max_velocity, strict=True)):
+            if most / limit >= near and (k := _where_largest(columns[i])):  # the peak of the first interval is known
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
@@ -224,27 +232,37 @@ class StretchLoad:
 
     # --- acceleration ---
 
-    def _at_end(self, sample: Sample, near: Rates, far: Rates, counts: float) -> Rates:
+    def _at_end(
+        self,
+        sample: Sample,
+        near: float,
+        far: float,
+        means: list[Sequence[float]],
+        nearest: tuple[int, int],
+        counts: float,
+    ) -> Rates | None:
         """Return the joint accelerations at the first or the last sample. The line through the two means next to it is
-        enough if no joint can come near the part of its limit that `counts`.
-        """
-        part = (sample.s - near[0]) / (near[0] - far[0])
-        guess = tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
-        rows = zip(guess, near[1], self.limits.max_acceleration, strict=True)
-        if all(abs(a) + 2.0 * abs(a - mean) < counts * limit for a, mean, limit in rows):
-            return sample.s, guess
-        return sample.s, self._rates_at(joint_acceleration, sample) or guess
+        enough if no joint can come near the part of its limit that `counts`: then return None.
 
-    def _near_limit(self, means: list[Rates], counts: float) -> Iterator[Rates]:
+        `near`, `far`: the times of these means; `nearest`: their numbers.
+        """
+        part, (i, j) = (sample.s - near) / (near - far), nearest
+        for column, limit in zip(means, self.limits.max_acceleration, strict=True):
+            mean = column[i]
+            guess = mean + part * (mean - column[j])
+            if abs(guess) + 2.0 * abs(guess - mean) >= counts * limit:
+                rates = self._rates_at(joint_acceleration, sample)
+                return sample.s, rates or tuple([column[i] + part * (column[i] - column[j]) for column in means])
+        return None
+
+    def _near_limit(self, means: list[Sequence[float]], greatest: list[float], counts: float) -> Iterator[Rates]:
         """Yield the joint accelerations at both samples of a joint's maximum mean, if that mean is near the limit and
         may hide an acceleration that counts.
 
         The accelerations at the ends of the stretch are known.
         """
-        columns = zip(*[rates for _, rates in means], strict=True)
         near = dict[int, None]()  # the samples in order, each only once
-        for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
-            most = max(*column, -min(column))
+        for column, most, limit in zip(means, greatest, self.limits.max_acceleration, strict=True):
             if most > NEAR_LIMIT * limit:
                 k = _where_largest(column)
                 around = column[max(k - 1, 0) : k + 2]
@@ -289,12 +307,28 @@ class StretchLoad:
         """Return the load by the greatest joint accelerations, raised by a margin."""
         if not rates:
             return Load()
-        columns = list(zip(*[row for _, row in rates], strict=True))
-        rows = zip(columns, self.limits.max_acceleration, strict=True)
-        ratios = [max(*column, -min(column)) / limit for column, limit in rows]
-        joint = ratios.index(max(ratios))
-        at = rates[_where_largest(columns[joint])][0]
-        return Load(0.0, ratios[joint] * margin, joint=joint + 1, at=(self.path, at))
+        times, rows = zip(*rates, strict=True)
+        columns = list(zip(*rows, strict=True))
+        return self._greatest_of(times, columns, _greatest(columns), margin)
+
+    def _greatest_of(
+        self, times: Sequence[float], columns: Sequence[Sequence[float]], greatest: list[float], margin: float
+    ) -> Load:
+        """Return the load by accelerations in columns, one for each joint, whose greatest values are given."""
+        ratios = list(map(truediv, greatest, self.limits.max_acceleration))
+        worst = max(ratios)
+        joint = ratios.index(worst)
+        return Load(0.0, worst * margin, joint=joint + 1, at=(self.path, times[_where_largest(columns[joint])]))
+
+    def _worse(self, load: Load, rates: Iterable[Rates]) -> Load:
+        """Return a load, or a worse one by joint accelerations with their margin."""
+        for s, row in rates:
+            ratios = list(map(truediv, map(abs, row), self.limits.max_acceleration))
+            worst = max(ratios)
+            if worst * ACCELERATION_MARGIN > load.acceleration:
+                at = self.path, s
+                load = load.worse(Load(0.0, worst * ACCELERATION_MARGIN, joint=ratios.index(worst) + 1, at=at))
+        return load
 
     def _smooth_acceleration(self, moments: list[Moment], means: list[Rates]) -> Load:
         """Return the load by acceleration: at the samples, and where the jerk changes its sign between two of them. The
@@ -376,14 +410,17 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
     return found
 
 
-def _means(samples: Sequence[Sample]) -> list[Rates]:
-    """Return the mean joint accelerations between samples."""
-    means = []
-    for (s, _, a), (t, _, b) in pairwise(samples):
-        lasting = t - s
-        if lasting > 0.0:
-            means.append((0.5 * (s + t), tuple([(w - v) / lasting for v, w in zip(a, b, strict=True)])))
-    return means
+def _means(
+    times: Sequence[float], velocities: Iterable[Sequence[float]]
+) -> tuple[list[float], list[Sequence[float]]]:
+    """Return the times halfway between samples, and the mean accelerations between them, one column for each joint."""
+    steps = list(map(sub, times[1:], times))
+    columns: list[Sequence[float]] = [list(map(truediv, map(sub, column[1:], column), steps)) for column in velocities]
+    return [0.5 * (s + t) for s, t in pairwise(times)], columns
+
+
+def _greatest(columns: Iterable[Sequence[float]]) -> list[float]:
+    return [max(max(column), -min(column)) for column in columns]
 
 
 def _where_largest(values: Sequence[float]) -> int:

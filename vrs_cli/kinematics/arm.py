@@ -506,8 +506,9 @@ class RobotArm:
 
         Raises StraightLineSingular.
         """
-        bias = self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
-        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
+        if any(qd):  # joints at rest have no bias
+            rate = beyond(rate, self.acceleration_bias(q, qd, T_flange_tool))
+        return self.joint_velocity(q, rate, T_flange_tool, demands)
 
     def joint_jerk(
         self,

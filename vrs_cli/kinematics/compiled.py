@@ -268,6 +268,13 @@ def function(head: str, lines: Iterable[str]) -> str:
     return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
 
 
+def written(head: str, lines: Iterable[str], names: dict[str, Any]) -> Callable[..., Any]:
+    """Return the function with this head and these lines. It can use the values in `names`."""
+    name = head.partition("(")[0]
+    exec(compile(function(head, lines), f"<{name}>", "exec"), names)
+    return cast(Callable[..., Any], names[name])
+
+
 LOST = 1e-10  # pivots below this fraction of the largest coefficient are rounding
 SMALL = 1e-4  # [m, 1] smaller pivots count as singular
 LARGE = 0.1  # [m, 1] larger pivots are taken without a search
@@ -329,10 +336,8 @@ def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], .
     lines += [f"{comma_list(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
     found = (comma_list(f"x{k}_{side}" for k in range(n)) for side in range(sides))
     lines += [*elimination_lines(n, sides), f"return {comma_list(f'({one})' for one in found)}"]
-    head = f"def square(rows, {comma_list(f'wanted{side}' for side in range(sides))}):\n"
-    names: dict[str, Any] = {"SMALL": SMALL, "LARGE": LARGE}
-    exec(compile(head + "".join(f"    {line}\n" for line in lines), "<elimination>", "exec"), names)
-    return cast(Callable[..., tuple[tuple[float, ...], ...] | None], names["square"])
+    head = f"square(rows, {comma_list(f'wanted{side}' for side in range(sides))})"
+    return written(head, lines, {"SMALL": SMALL, "LARGE": LARGE})
 
 
 def elimination_lines(n: int, sides: int) -> list[str]:
@@ -403,6 +408,4 @@ def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[f
                 changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
                 lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
         lines += [f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
-    names: dict[str, Any] = {"sqrt": sqrt}
-    exec(compile(f"def {name}(rows):\n" + "".join(f"    {line}\n" for line in lines), f"<{name}>", "exec"), names)
-    return cast(Callable[[Sequence[Sequence[float]]], Any], names[name])
+    return written(f"{name}(rows)", lines, {"sqrt": sqrt})

@@ -146,8 +146,9 @@ def rotation_about(axis: Vector, angle: float) -> Transform:
     return turned_about(IDENTITY, axis)(angle)
 
 
-def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
-    """Return a function of an angle [rad]: T turned about an axis of its own frame (Rodrigues).
+def turned_about(T: Transform, axis: Vector) -> Callable[..., Transform]:
+    """Return a function of an angle [rad] and a position: T turned about an axis of its own frame (Rodrigues), at this
+    position, or where T is.
 
     Raises IllegalValue for an axis of length zero.
     """
@@ -156,9 +157,9 @@ def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
         raise IllegalValue(f"the axis {axis} has no direction", "give a vector that is not zero")
     x, y, z = axis[0] / length, axis[1] / length, axis[2] / length
     xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
-    nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+    nx, sx, ax, tx, ny, sy, ay, ty, nz, sz, az, tz = T
 
-    def turn(angle: float) -> Transform:
+    def turn(angle: float, px: float = tx, py: float = ty, pz: float = tz) -> Transform:
         s, half = sin(angle), sin(0.5 * angle)
         versine = 2.0 * half * half
         c = 1.0 - versine

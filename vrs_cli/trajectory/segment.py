@@ -18,6 +18,7 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Demands, Joints, Twist
 from vrs_cli.kinematics.transform import (
+    IDENTITY,
     Transform,
     Vector,
     compose,
@@ -243,6 +244,8 @@ class CartesianPath(NamedTuple):
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
         """Return a function from the time to `pose` and `twist`, for use at many times of one path."""
+        if len(self.turns) < 2 and max(map(len, self.position)) < 4 and len(self.turns[0].angle if self.turns else ()) < 4:
+            return _parabolic_states(self.position, self.orientation, self.turns)
         place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
 
         def state(s: float) -> tuple[Transform, Twist]:
@@ -294,6 +297,37 @@ class CartesianPath(NamedTuple):
         return alpha, beta
 
 
+def _parabolic_states(
+    rows: Sequence[Polynomial], R: Transform, turns: tuple[Turn, ...]
+) -> Callable[[float], tuple[Transform, Twist]]:
+    """Return `CartesianPath.states` of parabolas with at most one turn, by far the most frequent case."""
+    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in rows]
+    if not turns:
+        nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = R
+
+        def shifted(s: float) -> tuple[Transform, Twist]:
+            x, y, z = x0 + s * (x1 + s * x2), y0 + s * (y1 + s * y2), z0 + s * (z1 + s * z2)
+            return (
+                _new(Transform, (nx, sx, ax, x, ny, sy, ay, y, nz, sz, az, z)),
+                (x1 + 2.0 * x2 * s, y1 + 2.0 * y2 * s, z1 + 2.0 * z2 * s, 0.0, 0.0, 0.0),
+            )
+
+        return shifted
+    ((axis, angle),) = turns
+    (kx, ky, kz), turned, (a0, a1, a2) = rotate(R, axis), turned_about(R, axis), (*angle, 0.0, 0.0)[:3]
+
+    def turning(s: float) -> tuple[Transform, Twist]:
+        rate = a1 + 2.0 * a2 * s
+        return (
+            turned(
+                a0 + s * (a1 + s * a2), x0 + s * (x1 + s * x2), y0 + s * (y1 + s * y2), z0 + s * (z1 + s * z2)
+            ),
+            (x1 + 2.0 * x2 * s, y1 + 2.0 * y2 * s, z1 + 2.0 * z2 * s, kx * rate, ky * rate, kz * rate),
+        )
+
+    return turning
+
+
 def _places(
     x: Polynomial, y: Polynomial, z: Polynomial
 ) -> Callable[[float], tuple[float, float, float, float, float, float]]:
@@ -337,16 +371,17 @@ def _orientations(R: Transform, turns: tuple[Turn, ...]) -> Callable[[float], tu
     """Return a function from the time to the orientation, whose position does not count, and the angular velocity."""
     if not turns:
         return lambda _: (R, STILL)
-    (axis, angle), *later = turns
+    (axis, angle), *others = turns
     (kx, ky, kz), turned = rotate(R, axis), turned_about(R, axis)
+    later = [(another, turned_about(IDENTITY, another), polynomial) for another, polynomial in others]
 
     def orientation(s: float) -> tuple[Transform, Vector]:
         phi, rate = value_and_rate(angle, s)
         now, w = turned(phi), (kx * rate, ky * rate, kz * rate)
-        for another, polynomial in later:
+        for another, rotation, polynomial in later:
             phi, rate = value_and_rate(polynomial, s)
             w = vector_sum(w, scaled_vector(rotate(now, another), rate))
-            now = compose(now, rotation_about(another, phi))
+            now = compose(now, rotation(phi))
         return now, w
 
     return orientation
