@@ -88,8 +88,7 @@ class StretchLoad:
     ) -> None:
         self.follower, self.path, self.samples, self.closely = follower, path, samples, closely
         self.arm, self.limits = follower.arm, follower.arm.model
-        self.times, _, velocities = zip(*samples, strict=True) if samples else ((), (), ())
-        self.velocities = list(zip(*velocities, strict=True))  # velocities by joint
+        self.velocities = list(zip(*[sample.velocity for sample in samples], strict=True))  # velocities by joint
 
     def parabolic(self, start: Joints) -> Load:
         """Return the maximum load of a stretch with parabolic blends.
@@ -98,7 +97,7 @@ class StretchLoad:
         may have been at its limit.
         """
         samples, fast = self.samples, self._fast()
-        times, means = _means(self.times, self.velocities)
+        times, means = _means(samples, self.velocities)
         greatest = _greatest(means)
         load = self._greatest_of(times, means, greatest, ACCELERATION_MARGIN)
         counts = max(load.acceleration, NEAR_LIMIT) / ACCELERATION_MARGIN
@@ -110,7 +109,7 @@ class StretchLoad:
             load = self._worse(load, self._near_limit(means, greatest, counts))
         if first is None or not fast:
             return load
-        return self._velocity(start, first[1], [column[0] for column in means]).worse(load)
+        return self._velocity(start, first[1], tuple([column[0] for column in means])).worse(load)
 
     def smooth(self, start: Joints) -> Load:
         """Return the maximum load of a stretch of a jerk-limited motion, with its jerk.
@@ -123,8 +122,7 @@ class StretchLoad:
         if calm and not any(map(self.follower.nearly_singular, (clear[0], clear[-1]))):
             return Load()
         kept = list({sample.s: sample for sample in (self.samples[0], *clear, self.samples[-1])}.values())
-        instants, _, velocities = zip(*kept, strict=True)
-        times, columns = _means(instants, zip(*velocities, strict=True))
+        times, columns = _means(kept, zip(*[sample.velocity for sample in kept], strict=True))
         moments, means = self._moments(clear), list(zip(times, zip(*columns, strict=True), strict=True))
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
         load = self._velocity(start, at_first, means[0][1]) if fast else Load()
@@ -411,16 +409,17 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
 
 
 def _means(
-    times: Sequence[float], velocities: Iterable[Sequence[float]]
+    samples: Sequence[Sample], velocities: Iterable[Sequence[float]]
 ) -> tuple[list[float], list[Sequence[float]]]:
     """Return the times halfway between samples, and the mean accelerations between them, one column for each joint."""
+    times = [sample.s for sample in samples]
     steps = list(map(sub, times[1:], times))
     columns: list[Sequence[float]] = [list(map(truediv, map(sub, column[1:], column), steps)) for column in velocities]
     return [0.5 * (s + t) for s, t in pairwise(times)], columns
 
 
 def _greatest(columns: Iterable[Sequence[float]]) -> list[float]:
-    return [max(max(column), -min(column)) for column in columns]
+    return [max(max(column), -min(column)) for column in columns]  # noqa: PLW3301 (faster than with an argument each)
 
 
 def _where_largest(values: Sequence[float]) -> int:

@@ -177,9 +177,12 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
     Raises PathWithoutJoints if no joints reach the pose, which does not occur for segments planned here.
     """
     path = segment.path
-    if isinstance(path, JointPath):
-        return path.joints(s)
-    flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
+    return path.joints(s) if isinstance(path, JointPath) else _joints_with(arm, segment, path, s, path.pose(s))
+
+
+def _joints_with(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, pose: Transform) -> Joints:
+    """Return the joints at t_s + s of a segment, where the pose of the tool on its path is known."""
+    flange = compose(pose, inverse(segment.motion.frames.tool))
     joints = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, path.seed(s))
     if joints is None:
         raise PathWithoutJoints(
@@ -212,10 +215,11 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
 
 def _state_at(arm: RobotArm, segment: Segment, s: float, *, smoothly: bool) -> Here:
     """Compute the state that `state_at` caches."""
-    path, joints = segment.path, segment_joints(arm, segment, s)
+    path, frame = segment.path, segment.motion.frames.tool
     if isinstance(path, JointPath):
-        return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
-    (pose, twist), frame = path.states()(s), segment.motion.frames.tool
+        return Here(JointState(path.joints(s), path.velocity(s), path.acceleration(s) if smoothly else ()))
+    pose, twist = path.states()(s)
+    joints = _joints_with(arm, segment, path, s, pose)
     rates = path.twist_rate(s) if smoothly else (0.0,) * 6
     tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
     if tool.at_rest:

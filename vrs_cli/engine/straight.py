@@ -8,6 +8,7 @@ joints than the line needs, guides determine the redundant joints.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import reduce
 from itertools import chain, repeat
 from math import ceil, dist, inf, sqrt
@@ -17,8 +18,8 @@ from msgspec import structs
 
 from vrs_cli.engine.boundary import Kinks, Stop, straighten_wrist, survey
 from vrs_cli.engine.following import Follower, Sample, seeds_of
-from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
-from vrs_cli.engine.problem import SLOWEST, Here, Problem
+from vrs_cli.engine.load import ACCELERATION_MARGIN, ROUNDING, Load, StretchLoad
+from vrs_cli.engine.problem import SLOWEST, Here, Problem, joint_acceleration, joints_on
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import WRIST
@@ -55,6 +56,8 @@ Marks = tuple[float, ...]
 WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] maximum step of a walk along a line
 MIN_WALK_STEPS = 6  # minimum number of steps of a walk
 WALK_FACTORS = (1, 5)  # factors on the number of steps; the second one is tried if walks with the first lead to no line
+
+_new = tuple.__new__
 
 
 def straight_segments(problem: Problem) -> tuple[Segment, ...]:
@@ -127,15 +130,34 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
 
 
 def least_duration(problem: Problem) -> float:
-    """Return a lower bound of the duration [s] of a line from rest, by the limits of the tool.
+    """Return a lower bound of the duration [s] of a line from rest, by the limits of the tool, and by the joint
+    accelerations with which the line begins and ends.
 
     0 for arms that may replace the goal of the line, or guide redundant joints.
     """
     arm, motion, state = problem.arm, problem.motion, problem.tool
     if arm.redundancy or arm.holding(motion.frames.tool).steady is not None:
         return 0.0
-    law, limits = LAWS[motion.profile], tool_limits(arm, motion)
-    return sum([one.duration for one in law.straight_motion(state, _goal(problem, state), limits, motion.duration)])
+    law, limits, goal = LAWS[motion.profile], tool_limits(arm, motion), _goal(problem, state)
+    stretches = law.straight_motion(state, goal, limits, motion.duration)
+    loads, q, most, tool = [1.0], problem.here.joints.joints, arm.model.max_acceleration, motion.frames.tool
+    arm, configuration, still = arm.holding(tool), arm.line_ways(q)[0], (0.0,) * len(q)
+    # a line with parabolic blends is slowed down at least so far that the joints can start, and stop at its end
+    for index, pose in ((0, state.pose), (-1, goal)) if stretches and not law.smooth else ():
+        stretch = stretches[index]
+        path, s = _path(stretch, configuration, (q,), 1.0), -index * stretch.duration
+        joints = joints_on(arm, path, s, compose(pose, inverse(tool)), q)
+        with suppress(StraightLineSingular):
+            rates = still if joints is None else joint_acceleration(arm, path, s, joints, still, tool)
+            loads += [ACCELERATION_MARGIN * abs(rate) / limit for rate, limit in zip(rates, most, strict=True)]
+    return sqrt(max(loads)) * sum([one.duration for one in stretches])
+
+
+def _path(stretch: ToolStretch, configuration: Configuration, seeds: Seeds, seed_interval: float) -> CartesianPath:
+    """Return the path of a stretch, without guides."""
+    turns = tuple([_new(Turn, turn) for turn in stretch.turns])
+    rows = stretch.position, stretch.orientation, turns, configuration, seeds, seed_interval, ()
+    return _new(CartesianPath, rows)
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
@@ -361,9 +383,7 @@ class _Line:
         return segments_of(self.problem.begin, self.motion, paths)
 
     def _path(self, stretch: ToolStretch, seeds: Seeds) -> CartesianPath:
-        turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
-        interval = stretch.duration / max(len(seeds) - 1, 1)
-        path = CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
+        path = _path(stretch, self.configuration, seeds, stretch.duration / max(len(seeds) - 1, 1))
         if not stretch.guides:
             return path
         rows = zip(self.state.guides, stretch.guides, strict=True)

@@ -244,7 +244,8 @@ class CartesianPath(NamedTuple):
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
         """Return a function from the time to `pose` and `twist`, for use at many times of one path."""
-        if len(self.turns) < 2 and max(map(len, self.position)) < 4 and len(self.turns[0].angle if self.turns else ()) < 4:
+        angles = [angle for _, angle in self.turns]
+        if len(angles) < 2 and max(map(len, (*self.position, *angles))) < 4:
             return _parabolic_states(self.position, self.orientation, self.turns)
         place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
 
@@ -319,9 +320,7 @@ def _parabolic_states(
     def turning(s: float) -> tuple[Transform, Twist]:
         rate = a1 + 2.0 * a2 * s
         return (
-            turned(
-                a0 + s * (a1 + s * a2), x0 + s * (x1 + s * x2), y0 + s * (y1 + s * y2), z0 + s * (z1 + s * z2)
-            ),
+            turned(a0 + s * (a1 + s * a2), x0 + s * (x1 + s * x2), y0 + s * (y1 + s * y2), z0 + s * (z1 + s * z2)),
             (x1 + 2.0 * x2 * s, y1 + 2.0 * y2 * s, z1 + 2.0 * z2 * s, kx * rate, ky * rate, kz * rate),
         )
 
