@@ -37,8 +37,6 @@ BEFORE, AFTER = 10.0, 10.0  # [s] durations of the past and of the future path i
 LINE_ERROR_M = 0.004  # [m] tolerance of the path's lines: less than a dot of a wide terminal
 SAME_PLACE_M = 1e-6  # [m] tolerance for equal corners
 
-Lines = tuple[tuple[transform.Vector, ...], ...]
-
 
 class Sight:
     """Makes pictures of one arm, in a cell or alone. Data that does not change between pictures is kept."""
@@ -52,18 +50,14 @@ class Sight:
         at = position.position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
         target = transform.position(position.destination_at(arm, timeline, t).T_world_tool) if at.moving else None
-        past, planned = self._way(timeline, t, transform.position(at.T_world_tool))
+        lines = self._path.lines(timeline, t - BEFORE, t + AFTER)
+        # the present line is split at t: its first part ends the past path, its second part begins the planned path
+        split = [line.split_at(t, transform.position(at.T_world_tool)) for line in lines if line.begin < t < line.end]
+        past = (*(line.points for line in lines if line.end <= t), *(before for before, _ in split))
+        planned = (*(after for _, after in split), *(line.points for line in lines if line.begin >= t))
         world = self._world
         seen = () if world is None else bodies(world.settings.scene, world.course(timeline), t)
         return replies.ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
-
-    def _way(self, timeline: Timeline, t: float, tip: transform.Vector) -> tuple[Lines, Lines]:
-        """Return the path before a time [s] and the path after it, as lines. The present segment is split at that time:
-        its first part ends the past path, its second part begins the future path."""
-        lines = self._path.lines(timeline, t - BEFORE, t + AFTER)
-        split = [line.split_at(t, tip) for line in lines if line.begin < t < line.end]
-        past = (*(line.points for line in lines if line.end <= t), *(before for before, _ in split))
-        return past, (*(after for _, after in split), *(line.points for line in lines if line.begin >= t))
 
 
 def reach(arm: RobotArm, frames: commands.Frames) -> tuple[transform.Vector, ...]:
@@ -107,24 +101,18 @@ CIRCLE_POINTS = 8  # number of points by which a circle is approximated
 
 def bodies(scene: cells.CellScene, course: WorldCourse, t: float) -> tuple[replies.PicturedBody, ...]:
     """Return the parts, fixtures and sensors of a cell at a time [s]."""
-    found = [
-        replies.PicturedBody(replies.BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture))
-        for one in scene.fixtures
-    ]
+    pictured, kinds = replies.PicturedBody, replies.BodyKind
     states = ((part, course.state(part.name, t)) for part in scene.parts)
-    found += [
-        replies.PicturedBody(
-            replies.BodyKind.HELD if state.held else replies.BodyKind.PART, corners(part.shape, state.pose)
-        )
-        for part, state in states
-        if state.exists
-    ]
-    for sensor in scene.sensors:
-        on = bool(course.signal(abs(sensor.signal), t)) is (sensor.signal > 0)
-        found.append(
-            replies.PicturedBody(replies.BodyKind.SENSOR_ON if on else replies.BodyKind.SENSOR, _region(sensor.region))
-        )
-    return tuple(found)
+    signals = ((one, bool(course.signal(abs(one.signal), t)) is (one.signal > 0)) for one in scene.sensors)
+    return (
+        *(pictured(kinds.FIXTURE, corners(one.shape, one.T_world_fixture)) for one in scene.fixtures),
+        *(
+            pictured(kinds.HELD if state.held else kinds.PART, corners(part.shape, state.pose))
+            for part, state in states
+            if state.exists
+        ),
+        *(pictured(kinds.SENSOR_ON if on else kinds.SENSOR, _region(one.region)) for one, on in signals),
+    )
 
 
 def corners(shape: cells.Shape, T: transform.Transform) -> tuple[transform.Vector, ...]:

@@ -188,7 +188,8 @@ class LocalPort:
             self.console.show(replies.Message(text, replies.Tone.WARNING))
 
     def preview_now(self) -> port.Previewed:
-        return port.Previewed.of(self.user.timeline, self.user.now)
+        now = self.user.now
+        return port.Previewed(self.user.timeline, now, heard=now, arrives=now, shown=now)
 
     def status(self) -> questions.PromptStatus:
         return self.user.conversation.status()

@@ -216,11 +216,6 @@ class Previewed(Struct, frozen=True):
     round_trip: float = 0.0
     flagged: tuple[tuple[float, float], ...] = ()
 
-    @classmethod
-    def of(cls, timeline: Timeline, now: float) -> Previewed:
-        """Return the preview of a robot in the same process: no commands are on their way."""
-        return cls(timeline, now, now, now, now)
-
     def lines(self, t: float) -> Iterator[str]:
         """Yield the notes that apply at t [s]."""
         if self.predicts:

@@ -106,12 +106,8 @@ class UserSession:
             case messages.Answer():
                 self._answer(message)
             case messages.Complete(id, text, everything):
-                self.ask(
-                    message,
-                    conversation.suggesting(text, everything),
-                    outlet,
-                    lambda found: messages.Completed(id, tuple(found)),
-                )
+                suggested = conversation.suggesting(text, everything)
+                self.ask(message, suggested, outlet, lambda found: messages.Completed(id, tuple(found)))
             case messages.Check(id, text):
                 self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(messages.Checked, id))
             case messages.Positions(id, times):

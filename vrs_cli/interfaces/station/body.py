@@ -353,7 +353,8 @@ class DivergenceGuard:
             self._watch = DivergenceWatch(self._engine.arm)
         timeline, body = self._timeline(), self._body
         for report in reports:
-            since = max(body.ordered_at, self._entered)  # a body needs some time to start
+            # a body may hold if it was ordered to, or has just entered or was just ordered to follow
+            since = max(body.ordered_at, self._entered)
             holds = body.order is measured.BodyMode.HOLDS or report.t < since + DELAYS * body.clock.delay + SETTLES
             if (alarm := self._watch.take(timeline, report, ordered=holds)) is not None:
                 self._raise(alarm)
