@@ -161,10 +161,9 @@ def ends(message: messages.ServerMessage, id: int) -> bool:
 
 
 def check_end(end: messages.ServerMessage) -> messages.ServerMessage:
-    """Return the last message of a request. Raises the error if the robot has refused the request; its traceback begins
-    here, without the frames of the robot."""
+    """Return the last message of a request. Raises the error if the robot has refused the request."""
     if isinstance(end, messages.Done | messages.Refused) and end.refusal is not None:
-        raise end.refusal.error().with_traceback(None) from None
+        raise end.refusal.error()
     return end
 
 

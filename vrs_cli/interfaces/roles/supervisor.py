@@ -16,7 +16,7 @@ from vrs_cli.engine import clock, engine, feed, position
 from vrs_cli.errors import RequestRefused, VrsError, hints_for_python
 from vrs_cli.files import atomic, program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
-from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, check_end, ends
+from vrs_cli.interfaces.port.port import MakeRequest, Port, Previewed, answer_to, ends
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values import acts, commands, replies, results
@@ -196,7 +196,10 @@ class Supervisor(Observer):
                 interrupted = True
         if interrupted:
             raise KeyboardInterrupt
-        return check_end(message)
+        # raised here, not by `check_end`: each frame is a line of what a user in Python reads
+        if isinstance(message, messages.Done | messages.Refused) and message.refusal is not None:
+            raise message.refusal.error().with_traceback(None) from None
+        return message
 
     def _hear(self, message: messages.ServerMessage) -> None:
         notes = self._conversation.notes
