@@ -22,7 +22,6 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 BROKEN_PIPE = 141  # 128 + SIGPIPE, as shells report it
 
 
-HELPS = (["--help"], ["-h"], ["--help-all"])
 FAMILIES = ("class", "lab", "tools")  # first words of subcommands whose name has two words
 MOVED: Mapping[str, str] = {  # old name of a subcommand: its new form
     **{name.split()[1]: f"vrs {name}" for name in SUBCOMMANDS if " " in name},
@@ -72,16 +71,13 @@ def run(arguments: Sequence[str]) -> int:
     return _run_guarded(prog, partial(_subcommand, name, prog, rest))
 
 
-STREAMS = (  # name, treatment of bytes that are not UTF-8, line ends
-    ("stdin", "replace", None),
-    ("stdout", "backslashreplace", "\n"),
-    ("stderr", "backslashreplace", "\n"),
-)
-
-
 def _prepare_streams() -> None:
     """Set the standard streams to UTF-8 with line ends of POSIX. A closed stream is replaced by an empty one."""
-    for name, errors, newline in STREAMS:
+    for name, errors, newline in (  # `errors`: the treatment of bytes that are not UTF-8
+        ("stdin", "replace", None),
+        ("stdout", "backslashreplace", "\n"),
+        ("stderr", "backslashreplace", "\n"),
+    ):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 (for the whole process)
@@ -104,7 +100,11 @@ def _choose(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
         return suited, f"vrs {suited}", arguments
     if name in FAMILIES:
         family = [full.split()[1] for full in SUBCOMMANDS if full.startswith(f"{name} ")]
-        what = f"vrs {name} what?" if arguments[1:] in ([], *HELPS) else f"unknown subcommand {name} {arguments[1]}"
+        what = (
+            f"vrs {name} what?"
+            if arguments[1:] in ([], ["--help"], ["-h"], ["--help-all"])
+            else f"unknown subcommand {name} {arguments[1]}"
+        )
         raise CommandLineError(what, f"there is {', '.join(family)}")
     if name in MOVED:
         raise CommandLineError(f"vrs {name} is now {MOVED[name]}")

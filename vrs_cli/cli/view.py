@@ -27,7 +27,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.net import far_end, http, messages, page_data, socket_port
-from vrs_cli.net.client import Client, hello_of
+from vrs_cli.net.client import hello_of
 from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.relay import Relay
 from vrs_cli.net.server import ListenAddress
@@ -71,6 +71,13 @@ async def _watch(options: Namespace) -> None:
     news, predicted = News(), far_end.Predicted(client.far)
     client.far.ahead = far_end.Ahead.PRESENT if options.ahead is None else options.ahead
     client.told = news.cut
+
+    def abort() -> None:
+        try:
+            client.begin(messages.Abort, news.keep_answer)
+        except VrsError as error:
+            news.cut(f"ABORT is not sent: {error}")
+
     client.far.news.append(news.hear)
     try:
         await client.open()
@@ -80,17 +87,9 @@ async def _watch(options: Namespace) -> None:
             return "\n".join(line for line in (news.line(), *client.far.preview_now().lines(t)) if line)
 
         world = client.far.world or _world(options, predicted.arm)
-        await player.watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news), world)
+        await player.watch(predicted, lines, lambda: mirror.clock.rate is not None, abort, world)
     finally:
         await client.close()
-
-
-def _abort(client: Client, news: News) -> None:
-    """Stop the robot, and show the result."""
-    try:
-        client.begin(messages.Abort, news.keep_answer)
-    except VrsError as error:
-        news.cut(f"ABORT is not sent: {error}")
 
 
 class News:
