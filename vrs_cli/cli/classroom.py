@@ -32,13 +32,14 @@ def _make(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Make a class, or add students to it."""
     listed = "" if options.names is None else opening.text_at(str(Path(options.names)), 100_000)
     names = [*options.students, *filter(None, map(str.strip, listed.splitlines()))]
+    folded = [name.casefold() for name in names]
     for name in names:
-        if not tokens.good_name(name) or name.casefold() == tokens.TEACHER_NAME:
-            raise CommandLineError(f"{name!r} is no name for a student", tokens.NAME_RULE)
-        if [one.casefold() for one in names].count(name.casefold()) > 1:
-            raise CommandLineError(f"{name} is there twice", "give each a name of its own")
-    if not names:
-        raise CommandLineError("a class has students", f"vrs class new {folder.root} NAME ..., or --names FILE")
+        good = tokens.good_name(name) and name.casefold() != tokens.TEACHER_NAME
+        refuse(
+            (not good, f"{name!r} is no name for a student", tokens.NAME_RULE),
+            (folded.count(name.casefold()) > 1, f"{name} is there twice", "give each a name of its own"),
+        )
+    refuse((not names, "a class has students", f"vrs class new {folder.root} NAME ..., or --names FILE"))
     before = folder.tokens.read_bytes() if folder.tokens.exists() else None
     folder.make(names)
     try:
@@ -55,12 +56,12 @@ def _make(folder: tokens.ClassFolder, options: Namespace) -> None:
 def _print_links(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Print a line for each person: the name and the link to the robot."""
     at = urlsplit(options.at or "http://127.0.0.1:8765")
-    if at.scheme not in ("http", "https") or not at.netloc or at.path.strip("/") or at.query or at.fragment:
-        raise CommandLineError(f"--at {options.at}", "https://HOST:PORT, as students reach the server")
+    is_server = at.scheme in ("http", "https") and at.netloc and not (at.path.strip("/") or at.query or at.fragment)
+    refuse((not is_server, f"--at {options.at}", "https://HOST:PORT, as students reach the server"))
     students, teachers = folder.students(), folder.teachers()
     wanted = options.students or [*teachers, *students]
-    if unknown := next((name for name in wanted if name not in {**students, **teachers}), None):
-        raise CommandLineError(f"{unknown} is not in {folder.root}", f"there is {', '.join(students) or 'nobody'}")
+    unknown = next((name for name in wanted if name not in {**students, **teachers}), None)
+    refuse((unknown, f"{unknown} is not in {folder.root}", f"there is {', '.join(students) or 'nobody'}"))
     for name in wanted:
         where, token = (f"view/{name}", students[name]) if name in students else ("wall", teachers[name])
         print(f"{name} {at.scheme}://{at.netloc}/{where}#token={quote(token, safe='')}")
@@ -68,8 +69,7 @@ def _print_links(folder: tokens.ClassFolder, options: Namespace) -> None:
 
 def _collect(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Copy the newest program of each student, and print the names of students without a program."""
-    if options.students:
-        raise CommandLineError("collect takes the programs of all", f"vrs class collect {folder.root}")
+    refuse((options.students, "collect takes the programs of all", f"vrs class collect {folder.root}"))
     target = Path(options.to) if options.to else folder.collected_folder
     found = folder.collect(target)
     for student, path in found.items():
@@ -80,8 +80,7 @@ def _collect(folder: tokens.ClassFolder, options: Namespace) -> None:
 
 def _forget(folder: tokens.ClassFolder, options: Namespace) -> None:
     """Remove students, with their tokens and all their files."""
-    if not options.students:
-        raise CommandLineError("whom to forget?", f"vrs class forget {folder.root} NAME")
+    refuse((not options.students, "whom to forget?", f"vrs class forget {folder.root} NAME"))
     for student in options.students:
         folder.forget(student)
         print(f"{student} is removed, with all files")
@@ -93,8 +92,7 @@ def _forget(folder: tokens.ClassFolder, options: Namespace) -> None:
 def token(options: Namespace) -> None:
     """Print a line for each name: the name and its token. With --revoke remove the tokens instead."""
     wrong = next((name for name in options.names if not tokens.good_name(name)), None)
-    if wrong is not None:
-        raise CommandLineError(f"{wrong!r} is no name", tokens.NAME_RULE)
+    refuse((wrong is not None, f"{wrong!r} is no name", tokens.NAME_RULE))
     path = Path(options.file)
     if options.revoke:
         tokens.take_out(path, options.names)

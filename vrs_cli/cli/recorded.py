@@ -75,9 +75,8 @@ def _reports(options: Namespace, recording: Recording) -> MeasuredTimeline:
 def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
     """Return the measured motion as a timeline. Raises CommandLineError if there are no reports, or too many."""
     measured = _reports(options, recording)
-    if len(measured) > MAX_MEASURED:
-        what = f"{options.file} has {len(measured)} reports, and {MAX_MEASURED} are played at most"
-        raise CommandLineError(what, "--to csv, json or npz take all")
+    what = f"{options.file} has {len(measured)} reports, and {MAX_MEASURED} are played at most"
+    refuse((len(measured) > MAX_MEASURED, what, "--to csv, json or npz take all"))
     assert measured.start is not None, "there are reports"
     assert measured.end is not None, "there are reports"
     made = measured.as_timeline(measured.start, measured.end, recording.timeline)
@@ -113,9 +112,6 @@ def verify(options: Namespace) -> int:
 # --- vrs replay -----------------------------------------------------------------------------------------------------
 
 
-MAX_TABLE_ROWS = 100_000
-
-
 def replay(options: Namespace) -> None:
     """Play, print or write a saved trajectory."""
     outputs = Outputs.of(options)
@@ -133,9 +129,8 @@ def replay(options: Namespace) -> None:
         play(arm, timeline, options.speed)
     else:
         step = options.step or 0.1  # [s]
-        if (timeline.end - timeline.start) / step > MAX_TABLE_ROWS:
-            what = f"--step {step:g} makes too many rows"
-            raise CommandLineError(what, f"at most {MAX_TABLE_ROWS}; --csv writes long tables")
+        many, hint = (timeline.end - timeline.start) / step > 100_000, "at most 100000; --csv writes long tables"
+        refuse((many, f"--step {step:g} makes too many rows", hint))
         from vrs_cli.engine.position import position_at
         from vrs_cli.files.samples import sample_times
         from vrs_cli.render.text import plain_text

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from vrs_cli.cli.command_line import CommandLineError, errors_of_options, teller
+from vrs_cli.cli.command_line import CommandLineError, errors_of_options, refuse, teller
 from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.errors import FileExists, UsageError
 from vrs_cli.files import atomic, opening
@@ -91,13 +91,12 @@ async def signal_comes() -> int:
 def connect(options: Namespace) -> int:
     """Run the shell at a served robot, or put or get a file; return the exit status. Raises an error if the robot
     refuses a request."""
-    needed = {"called": "put", "output": "get"}
-    wrong = next(
-        (name for name, action in needed.items() if getattr(options, name) and not getattr(options, action)), ""
+    see = f"see {options.prog} --help"
+    refuse(
+        (options.called and not options.put, "--as is for --put", see),
+        (options.output and not options.get, "--output is for --get", see),
+        (options.replace and not (options.put or options.get), "--replace is for --put and --get", see),
     )
-    if wrong or (options.replace and not (options.put or options.get)):
-        said = {"called": "--as is for --put", "output": "--output is for --get"}
-        raise CommandLineError(said.get(wrong, "--replace is for --put and --get"), f"see {options.prog} --help")
     if options.put or options.get:
         (_put if options.put else _get)(options)
         return 0

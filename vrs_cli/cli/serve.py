@@ -80,11 +80,11 @@ def _take_class(options: Namespace) -> ClassFolder | None:
         return None
 
     found = ClassFolder(Path(options.class_folder))
-    for name in ("tokens", "journal", "folder"):
-        if getattr(options, name) is not None:
-            raise CommandLineError(f"--class has its own --{name}", f"leave out --{name}")
-    if not found.tokens.exists():
-        raise CommandLineError(f"{found.root} is no class", f"vrs class new {found.root} NAME ...")
+    own = next((name for name in ("tokens", "journal", "folder") if getattr(options, name) is not None), "")
+    refuse(
+        (own, f"--class has its own --{own}", f"leave out --{own}"),
+        (not found.tokens.exists(), f"{found.root} is no class", f"vrs class new {found.root} NAME ..."),
+    )
     options.tokens, options.journal, options.folder = str(found.tokens), str(found.journal), str(found.files)
     options.robots_per_token, options.pages = options.robots_per_token or OWN_ROBOTS, True
     return found

@@ -19,7 +19,7 @@ from typing import TextIO
 
 from vrs_cli.api.control import CHUNK_S, ChunkSteering
 from vrs_cli.cli import main, remote, sources
-from vrs_cli.cli.command_line import CommandLineError, chosen_robot, clock_of
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot, clock_of, refuse
 from vrs_cli.cli.commands import STANDARD_STREAM
 from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.engine.clock import RobotClock, VirtualClock
@@ -65,14 +65,20 @@ def _takes_address(options: Namespace) -> str | None:
         if options.lead is not None:
             raise CommandLineError("--lead is for a robot that is served", "give its address, ws://HOST:PORT")
         return None
-    if not options.url.startswith(ADDRESSES) or options.file.startswith(ADDRESSES):
-        what = options.file if options.file.startswith(ADDRESSES) else options.url
-        raise CommandLineError(f"one argument too many: {what}", "vrs lab steer ws://HOST:PORT FILE.csv")
-    given = [name for name in LOCAL if getattr(options, name) is not None]
-    if given:
-        name = given[0].replace("_", "-")
-        hint = f"leave it out: {options.url} has its own robot and clock"
-        raise CommandLineError(f"--{name} is for a robot of this process", hint)
+    file_is, url_is = options.file.startswith(ADDRESSES), options.url.startswith(ADDRESSES)  # an address
+    local = next((name.replace("_", "-") for name in LOCAL if getattr(options, name) is not None), "")
+    refuse(
+        (
+            file_is or not url_is,
+            f"one argument too many: {options.file if file_is else options.url}",
+            "vrs lab steer ws://HOST:PORT FILE.csv",
+        ),
+        (
+            local,
+            f"--{local} is for a robot of this process",
+            f"leave it out: {options.url} has its own robot and clock",
+        ),
+    )
     return str(options.url)
 
 
