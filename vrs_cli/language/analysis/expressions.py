@@ -44,7 +44,7 @@ from vrs_cli.language.text.ast import FUNCTION_NAMES, Expression
 from vrs_cli.language.text.builder import Grouping
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import form_of, own_function
+from vrs_cli.language.words.foreign import first_hint, form_of, own_function
 from vrs_cli.language.words.functions import FUNCTIONS, LOGICAL, ORDER, RELATIONS, VAL_ORDER
 from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, ON_AND_OFF, Kind
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
@@ -356,23 +356,18 @@ def count_mistakes(
 def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
     """Return a hint at what MOVE 100, 200, 300 or DELAY 0,5 probably means; "" for other arguments."""
     numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
-    if (
-        len(given) == 2
-        and len(row.arguments) == 1
-        and row.arguments[0].shape is Shape.PLACE
-        and numbers == [*given[1:]]
-    ):
-        return f"the form is {row.form}; SPEED {expression_text(numbers[0])} before it sets the speed"
-    if len(numbers) != len(given) or len(given) <= len(row.arguments) or not row.arguments:
-        return ""
-    texts, shape = [expression_text(number) for number in numbers], row.arguments[0].shape
-    if len(numbers) == 6 and shape in (Shape.PLACE, Shape.LOCATION):
-        return f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT({', '.join(texts)})"
-    if len(numbers) >= 3 and shape in (Shape.PLACE, Shape.LOCATION):
-        return f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT(...)"
-    if len(numbers) == 2 and shape is Shape.REAL and numbers[1].span.column == numbers[0].span.end + 1:
-        return f"a decimal number has a point: {'.'.join(texts)}"
-    return ""
+    texts, shape = [expression_text(number) for number in numbers], row.arguments[0].shape if row.arguments else None
+    places = f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT"
+    beyond = 0 < len(row.arguments) < len(given) == len(numbers)  # too many numbers, and nothing else
+    place = beyond and shape in (Shape.PLACE, Shape.LOCATION)
+    glued = len(numbers) == 2 and numbers[1].span.column == numbers[0].span.end + 1
+    speed = len(given) == 2 and len(row.arguments) == 1 and shape is Shape.PLACE and numbers == [*given[1:]]
+    return first_hint(
+        (speed, f"the form is {row.form}; SPEED {''.join(texts)} before it sets the speed"),
+        (place and len(numbers) == 6, f"{places}({', '.join(texts)})"),
+        (place and len(numbers) >= 3, f"{places}(...)"),
+        (beyond and shape is Shape.REAL and glued, f"a decimal number has a point: {'.'.join(texts)}"),
+    )
 
 
 def turns_of_pi(expression: Expression) -> int:

@@ -36,6 +36,7 @@ from vrs_cli.language.words.foreign import (
     QUOTIENT,
     UNITS,
     WHOLE,
+    first_hint,
     only_reads,
     own_word,
     way,
@@ -297,16 +298,6 @@ class Lexer:
     def _other_form(self, word: str, end: int, at_prompt: bool) -> str:
         """Return a hint at the probable meaning of an unknown first word."""
         rest = self._before_comment(end).strip()
-        if word.upper() in COMMANDS:
-            return "a monitor command, typed at the prompt"
-        if rest.startswith("=="):
-            return "= assigns; == compares, in IF, WHILE and the like"
-        if rest.startswith("^"):
-            return POWER
-        if re.match(_ELEMENT, rest):
-            return f"an element of an array is {word}[index]"
-        if rest.startswith("$"):
-            return f"${word} is a text"
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
         # looks like a call of a program; of the known words only READ (lun) and similar ones are followed by (
         called = rest.startswith("(")
@@ -314,19 +305,22 @@ class Lexer:
             word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].group_size))
         )
         begun = max((name for name in INSTRUCTIONS if word.upper().startswith(name)), key=len, default="")
-        if len(begun) > 3 and len(word) > len(begun) + 2:
-            return f"a blank is missing: {begun} {word[len(begun) :]}"
-        if near and len(word) > 1:
-            return near
-        if re.match(r",[^=]*=(?!=)", rest):
-            return f"a line assigns one variable: {word} = ..."
-        if glued := re.match(r"[- ]?[ \t]*([A-Za-z0-9_]\w*)[ \t]*=(?!=)", rest):
-            return f"a name has letters, digits, . and _: {word}_{glued[1]} = ..."
-        if rest and rest[0] != "(":
-            return "an abbreviation has two letters at least" if len(word) == 1 else ""
-        if at_prompt:
-            return f"EXECUTE {word} runs a program, {word} = 5 makes a variable"
-        return f"CALL {word} runs a program"
+        glued = re.match(r"[- ]?[ \t]*([A-Za-z0-9_]\w*)[ \t]*=(?!=)", rest)
+        return first_hint(
+            (word.upper() in COMMANDS, "a monitor command, typed at the prompt"),
+            (rest.startswith("=="), "= assigns; == compares, in IF, WHILE and the like"),
+            (rest.startswith("^"), POWER),
+            (re.match(_ELEMENT, rest), f"an element of an array is {word}[index]"),
+            (rest.startswith("$"), f"${word} is a text"),
+            (len(begun) > 3 and len(word) > len(begun) + 2, f"a blank is missing: {begun} {word[len(begun) :]}"),
+            (near and len(word) > 1, near),
+            (re.match(r",[^=]*=(?!=)", rest), f"a line assigns one variable: {word} = ..."),
+            (glued, f"a name has letters, digits, . and _: {word}_{glued and glued[1]} = ..."),
+            (rest and not called and len(word) == 1, "an abbreviation has two letters at least"),
+            (rest and not called, ""),
+            (at_prompt, f"EXECUTE {word} runs a program, {word} = 5 makes a variable"),
+            (True, f"CALL {word} runs a program"),
+        )
 
     def _operation(self, row: Word, word: re.Match[str], at_prompt: bool) -> None:
         if row.name == "REMARK":
@@ -460,15 +454,13 @@ class Lexer:
     def _number_hint(self, start: int) -> str:
         """Return a hint at what letters or signs directly after a number probably mean."""
         text = self._text[start : self._end_of_run(start)]
-        if "^" in text:
-            return POWER
-        if ".." in text:
-            return "FOR i = 1 TO 3 counts from 1 to 3"
-        if text[0] == "'":
-            return QUOTES
-        if text.lstrip("0123456789.").upper() in UNITS:
-            return NO_UNIT
-        return "a name begins with a letter" if text[0].isdigit() and re.search("[A-Za-z]", text) else ""
+        return first_hint(
+            ("^" in text, POWER),
+            (".." in text, "FOR i = 1 TO 3 counts from 1 to 3"),
+            (text[0] == "'", QUOTES),
+            (text.lstrip("0123456789.").upper() in UNITS, NO_UNIT),
+            (text[0].isdigit() and re.search("[A-Za-z]", text), "a name begins with a letter"),
+        )
 
     def _type_of_name(self, text: str, end: int) -> tuple[str, str]:
         """Return the token type and the value of a word inside a line. `end`: the index after the word."""

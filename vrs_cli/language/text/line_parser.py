@@ -25,7 +25,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable, resolve_line
 from vrs_cli.language.text.builder import Builder, signed_number
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
-from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, form_of, only_reads, way
+from vrs_cli.language.words.foreign import NO_UNIT, PERCENT, SIDES, TIMED, UNITS, first_hint, form_of, only_reads, way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
@@ -553,37 +553,39 @@ class Complaint:
     def _meant_beside(self, last: Token, row: Word | None) -> str:
         """Return a hint at the probable meaning of two values with nothing between them, as in MOVE Z 100, 30 DEG and
         f"x={x}"."""
-        first = () if row is None or INSTRUCTIONS.get(row.name) is not row else row.arguments[:1]
-        moves = any(argument.shape is Shape.PLACE for argument in first)
-        if moves and last.type == "NAME" and self._type == "NUMBER" and last.text.upper() in SIDES:
-            return "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100"
-        if self._start == "header" and len(self._before) == 1:
-            return f"a name has letters, digits, . and _: {last.text}_{self._text}"
-        if self._start == "header":
-            return _PARAMETERS
-        if last.text.upper() == "CALL" and self._type == "NAME":
-            return f"CALL {self._text}(...) stands alone, and gives values back by its parameters"
-        if last.type == "RSQB" and self._type == "LSQB":
-            return "the indexes stand in one pair: a[1, 2]"
-        function = FUNCTIONS.get(last.text.upper())
-        if function is not None and function.arguments and self._type == "NUMBER":  # SIG 1001
-            return f"the form is {function.form}"
-        if last.type == self._type == "NAME" and row is not None and Shape.ITEM in row.operand_shapes:
-            return f'a text stands in double quotes: "{last.text} {self._text}"'
-        word = self._text.upper()
-        if last.type == "PROGRAM":
-            return f"arguments stand in parentheses: {last.text}({self._text})"
-        if word == "DOWNTO" and self._head is not None and self._head.type == "FOR":
-            return "a negative STEP counts down: FOR i = 3 TO 1 STEP -1"
-        if word in TIMED and row is not None and "AT" in INSTRUCTIONS.get(row.name, row).modifiers:
-            return _SECONDS
-        if self._before[0].text.upper() in ("AT", "IN") and word in INSTRUCTIONS:
-            return way("AT", at_prompt=True)
-        if last.type == "NUMBER" and word in UNITS:
-            return PERCENT if row is not None and row.name == "SPEED" else NO_UNIT
-        if last.type == "NAME" and self._type == "STRING" and len(last.text) == 1:
-            return 'commas separate texts and values: TYPE "x =", x'
-        return ""
+        text, kind, word, name = self._text, self._type, self._text.upper(), last.text.upper()
+        header, named = self._start == "header", last.type == "NAME"
+        instruction = None if row is None else INSTRUCTIONS.get(row.name, row)
+        places = row.arguments[:1] if row is not None and INSTRUCTIONS.get(row.name) is row else ()
+        moves = any(argument.shape is Shape.PLACE for argument in places)
+        function = FUNCTIONS.get(name)
+        form = function.form if function is not None and function.arguments else ""
+        shows = row is not None and Shape.ITEM in row.operand_shapes
+        timed = instruction is not None and "AT" in instruction.modifiers and word in TIMED
+        counts = self._head is not None and self._head.type == "FOR" and word == "DOWNTO"
+        measured = last.type == "NUMBER" and word in UNITS
+        return first_hint(
+            (
+                moves and named and kind == "NUMBER" and name in SIDES,
+                "DRAW dx, dy, dz moves by millimetres: DRAW 0, 0, 100",
+            ),
+            (header and len(self._before) == 1, f"a name has letters, digits, . and _: {last.text}_{text}"),
+            (header, _PARAMETERS),
+            (
+                name == "CALL" and kind == "NAME",
+                f"CALL {text}(...) stands alone, and gives values back by its parameters",
+            ),
+            (last.type == "RSQB" and kind == "LSQB", "the indexes stand in one pair: a[1, 2]"),
+            (form and kind == "NUMBER", f"the form is {form}"),  # SIG 1001
+            (named and kind == "NAME" and shows, f'a text stands in double quotes: "{last.text} {text}"'),
+            (last.type == "PROGRAM", f"arguments stand in parentheses: {last.text}({text})"),
+            (counts, "a negative STEP counts down: FOR i = 3 TO 1 STEP -1"),
+            (timed, _SECONDS),
+            (self._before[0].text.upper() in ("AT", "IN") and word in INSTRUCTIONS, way("AT", at_prompt=True)),
+            (measured and row is not None and row.name == "SPEED", PERCENT),
+            (measured, NO_UNIT),
+            (named and kind == "STRING" and len(last.text) == 1, 'commas separate texts and values: TYPE "x =", x'),
+        )
 
     def _other(self) -> Diagnostic:
         head, last = self._head, self._last

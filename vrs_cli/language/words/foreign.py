@@ -210,40 +210,45 @@ _NO_NAMES: Mapping[str, str] = {  # words of other languages that would be varia
 }
 
 
+def first_hint(*rows: tuple[object, str]) -> str:
+    """Return the hint of the first row that applies, otherwise ""."""
+    return next((hint for applies, hint in rows if applies), "")
+
+
 def meant_by(name: str) -> str:
     """Return a hint at the probable meaning of names such as J1 and part.z; "" for other names."""
-    if re.fullmatch(r"(?i)j(oint)?\d", name):
-        return "a joint is a number: DRIVE 1, 30"
-    if (part := re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)) is not None:
-        axis = part[2].upper()
-        return f"D{axis}({part[1]}) is the {axis} of a place, SHIFT({part[1]} BY dx, dy, dz) is one beside it"
-    if re.fullmatch(r"(?i)(out|in|do|di)_?\d+", name):
-        return "a signal is a number: SIGNAL 1 turns one on, SIG(1001) reads one"
-    return f"/{name} is a format" if re.fullmatch(r"(?i)[efgi]\d+\.\d", name) else ""
+    part = re.fullmatch(r"(?i)(\w[\w.]*)\.([xyz])", name)
+    base, axis = ("", "") if part is None else (part[1], part[2].upper())
+    return first_hint(
+        (re.fullmatch(r"(?i)j(oint)?\d", name), "a joint is a number: DRIVE 1, 30"),
+        (part, f"D{axis}({base}) is the {axis} of a place, SHIFT({base} BY dx, dy, dz) is one beside it"),
+        (
+            re.fullmatch(r"(?i)(out|in|do|di)_?\d+", name),
+            "a signal is a number: SIGNAL 1 turns one on, SIG(1001) reads one",
+        ),
+        (re.fullmatch(r"(?i)[efgi]\d+\.\d", name), f"/{name} is a format"),
+    )
 
 
 def giving(name: str, kind: Kind | None) -> str:
     """Return a hint that shows how to assign a value to a variable, or what its name probably means."""
     base, bracket, _ = name.partition("[")
+    meant = _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else "")
+    # the name of a function without its arguments: TIMER for TIMER(1)
     function = FUNCTIONS.get(base.upper())
-    if kind is Kind.PRECISION:
-        return f"HERE {name} defines it"
-    if meant := _NO_NAMES.get(base.upper()) or (own_function(base) if bracket else ""):
-        return meant
-    if function is not None and function.arguments:  # the name of a function without its arguments: TIMER for TIMER(1)
-        return f"the function is {function.form}"
-    if kind is Kind.LOCATION:
-        return f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"
-    if bracket and kind is Kind.STRING:
-        return f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"
-    if bracket and kind is Kind.REAL:
-        return f"{name} = ... defines it; DX(p) is the X of a place p"
-    if kind is not Kind.REAL:
-        return ""
+    form = function.form if function is not None and function.arguments else ""
     word = name.upper()
-    if word in INSTRUCTIONS or word in COMMANDS:
-        return f"{value_given(name)}; the word {word} begins a line of its own"
-    return meant_by(name)
+    begins = f"{value_given(name)}; the word {word} begins a line of its own"
+    return first_hint(
+        (kind is Kind.PRECISION, f"HERE {name} defines it"),
+        (meant, meant),
+        (form, f"the function is {form}"),
+        (kind is Kind.LOCATION, f"HERE {name} or SET {name} = TRANS(x, y, z) defines it"),
+        (bracket and kind is Kind.STRING, f"{name} = ... defines it; $MID({base}, 1, 2) is a part of a text"),
+        (bracket and kind is Kind.REAL, f"{name} = ... defines it; DX(p) is the X of a place p"),
+        (kind is Kind.REAL and (word in INSTRUCTIONS or word in COMMANDS), begins),
+        (kind is Kind.REAL, meant_by(name)),
+    )
 
 
 def value_given(name: str) -> str:
