@@ -126,13 +126,15 @@ class Surroundings:
     def name_meant(self, variable: ast.Variable, own: Candidates) -> str:
         """Return `did you mean name?` with a name of the program or of memory that has the same sigil, or ""."""
         near = (*own.of(variable.key), *self._names_alike.of(variable.key))
-        alike = (key for key in near if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
-        return did_you_mean(variable.key, alike)
+        return did_you_mean(
+            variable.key, (key for key in near if key[0] == variable.key[0] or not (variable.sigil or key[0] in "#$"))
+        )
 
     def program_meant(self, name: str) -> str:
         """Return `did you mean name?` with the name of a program, or ""."""
-        near = self._programs_alike.of(name.lower()[:NAME_LENGTH])
-        return did_you_mean(name, [self.programs[key].name for key in near])
+        return did_you_mean(
+            name, [self.programs[key].name for key in self._programs_alike.of(name.lower()[:NAME_LENGTH])]
+        )
 
     @cached_property
     def _names_alike(self) -> Candidates:
@@ -283,8 +285,12 @@ def delays(program: Program) -> Iterator[Diagnostic]:
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
             if (first := next(telling, None)) is not None and _shows_time(first):  # it would show no pause
-                detail = "DELAY holds the arm, and the program goes on at once"
-                yield warning(PauseOfArm, statement.span, detail, "TIMER 1 = 0 and WAIT TIMER(1) > 2 pause a program")
+                yield warning(
+                    PauseOfArm,
+                    statement.span,
+                    "DELAY holds the arm, and the program goes on at once",
+                    "TIMER 1 = 0 and WAIT TIMER(1) > 2 pause a program",
+                )
                 return
 
 
@@ -348,8 +354,12 @@ def unread_status(program: Program, programs: Iterable[Program]) -> Iterator[Dia
         for one in (program, *programs)
         for node in ast.nodes(one.steps)
     ):
-        detail = "without the file the program goes on, and nothing tells"
-        yield warning(UnreadStatus, first.span, detail, "IF IOSTAT(lun) < 0 THEN behind it asks")
+        yield warning(
+            UnreadStatus,
+            first.span,
+            "without the file the program goes on, and nothing tells",
+            "IF IOSTAT(lun) < 0 THEN behind it asks",
+        )
 
 
 def endless(program: Program, blocks: Collection[Block], surroundings: Surroundings) -> Iterator[Diagnostic]:
@@ -369,8 +379,12 @@ def endless(program: Program, blocks: Collection[Block], surroundings: Surroundi
             )
             if read and fixed and not calls and all(map(_goes_on, inside)):
                 name = next(iter(read.values())).name
-                hint = f"{name} = {name} + 1 in the loop counts"
-                yield warning(FixedCondition, ends.span, f"no step of this loop changes {name}", hint)
+                yield warning(
+                    FixedCondition,
+                    ends.span,
+                    f"no step of this loop changes {name}",
+                    f"{name} = {name} + 1 in the loop counts",
+                )
 
 
 def _goes_on(statement: Statement) -> bool:
@@ -464,8 +478,12 @@ def hidden_statement(statement: Statement, comment: str | None, end: int) -> Ite
         with suppress(LineRefused):
             hidden = parse_step(comment.strip()).statement
             if isinstance(hidden, type(statement)):
-                span = Span(statement.span.line, end - len(comment) - 1, end)
-                yield warning(HiddenStatement, span, f"{comment.strip()} is a comment", "a line holds one statement")
+                yield warning(
+                    HiddenStatement,
+                    Span(statement.span.line, end - len(comment) - 1, end),
+                    f"{comment.strip()} is a comment",
+                    "a line holds one statement",
+                )
 
 
 _NAME = r"[#$]?[A-Za-z][\w.]*"
@@ -521,8 +539,7 @@ class _Steps(Expressions):
             self.check_declaration(statement)
             return
         self._declarations_over = True
-        check = _STATEMENTS.get(type(statement))
-        if check is not None:
+        if (check := _STATEMENTS.get(type(statement))) is not None:
             check(self, statement)
 
     def command(self, statement: Statement) -> None:
@@ -539,8 +556,12 @@ class _Steps(Expressions):
         if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
             if inner.word in ("STOP", "PAUSE", "HALT"):
-                detail = f"{inner.word} is for the program that it stands in"
-                self.warn(WithoutEffect, inner.span, detail, "ABORT stops the robot and its program")
+                self.warn(
+                    WithoutEffect,
+                    inner.span,
+                    f"{inner.word} is for the program that it stands in",
+                    "ABORT stops the robot and its program",
+                )
             self._instruction(inner, table)
         elif isinstance(inner, ast.Assignment):
             self._assignment(inner)
@@ -626,8 +647,7 @@ class _Steps(Expressions):
             self.fault(TypeMismatch, value.span, f"{name} holds a number, no string", f"${name} = ... holds a string")
             self.value(value, STRING)
         elif target.sigil and self.kind_of(value) in PLACE:
-            hint = f"SET {target.name} = ... is a place"
-            self.fault(IllegalAssignment, target.span, f"{name} holds a text", hint)
+            self.fault(IllegalAssignment, target.span, f"{name} holds a text", f"SET {target.name} = ... is a place")
         else:
             self.value(value, wanted)
         if is_truth(value):
@@ -662,8 +682,12 @@ class _Steps(Expressions):
         first, last = ast.plain_number(statement.first), ast.plain_number(statement.last)
         step = 1.0 if statement.step is None else ast.plain_number(statement.step)
         if first is not None and last is not None and step and (last - first) * step < 0.0:
-            hint = f"STEP {'-1 counts down' if step > 0 else '1 counts up'}"
-            self.warn(WithoutEffect, statement.span, "no step of this loop is ever carried out", hint)
+            self.warn(
+                WithoutEffect,
+                statement.span,
+                "no step of this loop is ever carried out",
+                f"STEP {'-1 counts down' if step > 0 else '1 counts up'}",
+            )
 
     def _condition(self, statement: ast.If | ast.IfGoto | ast.While | ast.Until) -> None:
         self._reals(statement.condition)
@@ -689,8 +713,9 @@ class _Steps(Expressions):
         kind = self.kind_of(statement.value) if statement.value is not None else None
         plain = isinstance(statement.value, ast.Number | ast.Variable)
         if isinstance(target, ast.Variable) and plain and kind is Kind.REAL and self.diagnostics:
-            hint = meant_by(target.name) or f"{expression_text(target)} = ... gives a number"
-            self.diagnostics[-1] = replace(self.diagnostics[-1], hint=hint)
+            self.diagnostics[-1] = replace(
+                self.diagnostics[-1], hint=meant_by(target.name) or f"{expression_text(target)} = ... gives a number"
+            )
         if not isinstance(target, ast.Variable) or kind not in PLACE or target.sigil == "$":
             return
         wanted = SIGIL_KINDS.get(target.sigil, Kind.LOCATION)
@@ -824,8 +849,11 @@ class _Steps(Expressions):
         """Warn of TRANS(0.3, 0.45, -0.2), which looks like metres: all coordinates are small and at least two have
         decimals."""
         given = [abs(ast.plain_number(one) or 0.0) for one in place.arguments[:3]]
-        known = all(one is None or ast.plain_number(one) is not None for one in place.arguments[:3])
-        if known and sum(not one.is_integer() for one in given) >= 2 and 0.1 <= max(given) < 2.0:
+        if (
+            all(one is None or ast.plain_number(one) is not None for one in place.arguments[:3])
+            and sum(not one.is_integer() for one in given) >= 2
+            and 0.1 <= max(given) < 2.0
+        ):
             self.warn(LengthUnit, place.span, "TRANS takes millimetres", "0.3 m is 300")
 
     # --- programs as arguments ---

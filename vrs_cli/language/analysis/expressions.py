@@ -106,8 +106,7 @@ class Expressions(NameFindings):
             self._define(expression, PLACE)
 
     def _define(self, expression: Expression, wanted: Kinds) -> None:
-        variable = self._checked_variable(expression)
-        if variable is not None:
+        if (variable := self._checked_variable(expression)) is not None:
             self.define(variable, wanted)
 
     def _checked_variable(self, expression: Expression) -> ast.Variable | None:
@@ -115,8 +114,12 @@ class Expressions(NameFindings):
         if isinstance(expression, ast.Variable):
             self.reference(expression)
             return expression
-        hint = "SET p = TRANS(x, y, z) gives a place the name p" if self.kind_of(expression) in PLACE else ""
-        self.fault(IllegalAssignment, expression.span, "a variable is wanted here", hint)
+        self.fault(
+            IllegalAssignment,
+            expression.span,
+            "a variable is wanted here",
+            "SET p = TRANS(x, y, z) gives a place the name p" if self.kind_of(expression) in PLACE else "",
+        )
         return None
 
     def reference(self, variable: ast.Variable) -> None:
@@ -127,8 +130,7 @@ class Expressions(NameFindings):
 
     def _elements(self, expression: Expression) -> None:
         """Check an argument that is an array of reals: the whole array, or the element where it begins."""
-        variable = self._checked_variable(expression)
-        if variable is not None:
+        if (variable := self._checked_variable(expression)) is not None:
             if variable.indexes is None:
                 self.fault(
                     IllegalArrayIndex,
@@ -182,8 +184,9 @@ class Expressions(NameFindings):
         self.check(variable)
         for index in variable.indexes or ():
             if variable.sigil == "$" and isinstance(index, ast.Binary) and index.operator == ":":
-                hint = f"$MID(${variable.name}, 1, 2) is a part of a text"
-                self.fault(IllegalExpression, index.span, ": is no range", hint)
+                self.fault(
+                    IllegalExpression, index.span, ": is no range", f"$MID(${variable.name}, 1, 2) is a part of a text"
+                )
             else:
                 self._kind(index, REAL)
         if variable.many:
@@ -215,8 +218,7 @@ class Expressions(NameFindings):
             self.signal_number(expression.left)
         if operator in RELATIONS:
             left = expression.left
-            chained = isinstance(left, ast.Binary) and not left.grouped and self._warn_of_chain(left, expression)
-            if not chained:
+            if not (isinstance(left, ast.Binary) and not left.grouped and self._warn_of_chain(left, expression)):
                 self._check_comparison(expression)
             sides = self.kind_of(left), self.kind_of(expression.right)
             if not PLACE.isdisjoint(sides) and PLACE.issuperset(sides):
@@ -262,14 +264,22 @@ class Expressions(NameFindings):
         """Warn if a truth value is compared with a number and the result is the same for TRUE and FALSE."""
         text, other = expression_text(value), relation.right if value is relation.left else relation.left
         never = "" if ast.plain_number(other) in (-1.0, 0.0) else f", never {expression_text(other)}"
-        hint = f"write {'NOT ' if relation.operator in ('<>', '<', '<=') else ''}{text}"
-        self.warn(FixedCondition, relation.span, f"{text} is TRUE (-1) or FALSE (0){never}", hint)
+        self.warn(
+            FixedCondition,
+            relation.span,
+            f"{text} is TRUE (-1) or FALSE (0){never}",
+            f"write {'NOT ' if relation.operator in ('<>', '<', '<=') else ''}{text}",
+        )
 
     def signal_number(self, condition: Expression) -> None:
         """Warn of IF 1001 THEN and IF 1001 == TRUE THEN, which do not read the signal 1001."""
         if isinstance(condition, ast.Number) and condition.value in (*INPUTS, *INTERNAL):
-            hint = f"SIG({condition.text}) reads the signal"
-            self.warn(FixedCondition, condition.span, f"{condition.text} is a number here", hint)
+            self.warn(
+                FixedCondition,
+                condition.span,
+                f"{condition.text} is a number here",
+                f"SIG({condition.text}) reads the signal",
+            )
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
         """Check both operands of an operator. Return the kind of the result, or None if an operand has a wrong kind."""
@@ -285,8 +295,7 @@ class Expressions(NameFindings):
     # --- functions ---
 
     def _call(self, call: ast.Call) -> Kind | None:
-        function = FUNCTIONS.get(call.name)
-        if function is None:
+        if (function := FUNCTIONS.get(call.name)) is None:
             hint = own_function(call.name) or did_you_mean(call.name, usable_names(FUNCTIONS))
             if call.name.lower()[:NAME_LENGTH] in self._program_keys:
                 hint = f"CALL {call.name}(...) runs the program, which gives values back by its parameters"
@@ -317,8 +326,9 @@ class Expressions(NameFindings):
         """Warn of angles that are probably given in radians."""
         for angle in given:
             if angle is not None and turns_of_pi(angle) > 0:
-                hint = "half a turn is 180; x * 180 / PI converts radians"
-                self.warn(AngleUnit, angle.span, f"{word} takes degrees", hint)
+                self.warn(
+                    AngleUnit, angle.span, f"{word} takes degrees", "half a turn is 180; x * 180 / PI converts radians"
+                )
 
     # --- kinds that are certain ---
 

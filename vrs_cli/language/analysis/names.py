@@ -208,8 +208,7 @@ def own_variables(program: Program) -> tuple[Own, ...]:
     for parameter in program.parameters:
         found.pop(parameter.key, None)
     plain = {key for key, own in found.items() if not own.array}
-    rest = tuple(one for one in program.statements if not declares(one)) if plain else ()
-    for node in ast.nodes(rest):
+    for node in ast.nodes(tuple(one for one in program.statements if not declares(one)) if plain else ()):
         if isinstance(node, ast.Variable) and node.key in plain:
             plain.discard(node.key)
             found[node.key] = replace(found[node.key], array=node.indexes is not None)
@@ -345,8 +344,7 @@ class NameFindings(DiagnosticCollector):
         """Return the kind of a name. A use that allows only one kind decides an undecided name. Warn if the present
         value has the other kind."""
         key, name = variable.key, variable.name
-        decided = self._decision(variable)
-        if decided is None:
+        if (decided := self._decision(variable)) is None:
             choice = wanted & BARE
             if not choice:
                 sigil = next((sigil for sigil, kind in SIGIL_KINDS.items() if kind in wanted), "")

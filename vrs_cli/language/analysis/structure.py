@@ -74,8 +74,7 @@ class Structure(DiagnosticCollector):
         if isinstance(statement, ast.Instruction) and statement.word == "ENDIF":  # another check refuses ENDIF itself
             self._unread(index, ast.BadLine("END", span=statement.span))
             return
-        action = _ACTIONS.get(type(statement))
-        if action is not None:
+        if (action := _ACTIONS.get(type(statement))) is not None:
             action(self, index, statement)
         elif isinstance(statement, ast.BadLine):
             self._unread(index, statement)
@@ -97,8 +96,7 @@ class Structure(DiagnosticCollector):
         known = ", ".join(str(label) for label in sorted(self.labels)[:8])
         hint = f"the labels are {known}" if known else "a label is a number before a statement"
         for statement in statements:
-            label = label_of(statement)
-            if label is not None and label not in self.labels and str(label) not in unread:
+            if (label := label_of(statement)) is not None and label not in self.labels and str(label) not in unread:
                 self.fault(UndefinedLabel, statement.span, str(label), hint)
 
     def _fault(self, span: Span, detail: str, hint: str = "") -> None:

@@ -123,13 +123,14 @@ class ProgramCompiler(ExpressionCompiler):
         flags = [tree.assign(flag, tree.constant(None)) for flag in self._real.values()]
         turn = tree.assign("B", py.Attribute(tree.name("X"), "turn", py.Load()))
         body = [*flags, tree.assign("t", tree.constant(0)), turn, _LOAD_LEFT]
-        body += self._with_frame(loop) if self._lowered.slots else loop
+        if self._lowered.slots:  # load the slots from the frame, and store them again however the program ends
+            frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
+            kept = py.Assign([frame], tree.tuple_of(map(tree.name, self.slots)))
+            loop = [py.Assign([tree.unpacked(self.slots)], tree.name("F")), py.Try(loop, [], [], [kept])]
         names = ["X", *CELLS.values(), *KEYS.values(), "C", "F", "pc", *self.parameter_fields(), *self.arrays.values()]
-        body = [*body, tree.yield_(tree.constant(None))]  # never reached, but it makes every function a generator
-        rest = py.arg("_rest")  # the arrays that later functions need
-        return tree.make_function(
-            py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace
-        )
+        body += [*loop, tree.yield_(tree.constant(None))]  # the yield is never reached, but makes a generator
+        parameters = tree.parameters(names, rest=py.arg("_rest"))
+        return tree.make_function(py.FunctionDef("program", parameters, body, [], None), self.namespace)
 
     def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
         if len(blocks) == 1:
@@ -137,13 +138,6 @@ class ProgramCompiler(ExpressionCompiler):
         half = len(blocks) // 2
         test = tree.compare(tree.name("pc"), py.Lt(), tree.constant(first + half))
         return [py.If(test, self._tree(blocks[:half], first), self._tree(blocks[half:], first + half))]
-
-    def _with_frame(self, loop: list[py.stmt]) -> list[py.stmt]:
-        """Load the slots from the frame, and store them again however the program ends."""
-        taken = tree.unpacked(self.slots)
-        frame = py.Subscript(tree.name("F"), py.Slice(), py.Store())
-        kept = py.Assign([frame], tree.tuple_of(map(tree.name, self.slots)))
-        return [py.Assign([taken], tree.name("F")), py.Try(loop, [], [], [kept])]
 
     # blocks
 
@@ -205,8 +199,7 @@ class ProgramCompiler(ExpressionCompiler):
             return [*told, _store(0), py.Return(tree.constant(target))]
         if target == self._inner:
             return [py.Continue()]
-        away = py.Continue() if self._inner is None else py.Break()
-        return [*told, tree.assign("pc", tree.constant(target)), away]
+        return [*told, tree.assign("pc", tree.constant(target)), py.Continue() if self._inner is None else py.Break()]
 
     def _operation(self, place: int, op: lowering.Op, stop: int) -> list[py.stmt]:
         self.reads = self.observes = False
@@ -270,13 +263,13 @@ class ProgramCompiler(ExpressionCompiler):
         statement = op.statement
         limit, step = f"l{op.slot}", f"s{op.slot}"
         known = _constant_step(statement)
-        addend = tree.name(step) if known is None else tree.constant(known)
-        sum_ = py.BinOp(self.value(statement.variable), py.Add(), addend)
+        sum_ = py.BinOp(
+            self.value(statement.variable), py.Add(), tree.name(step) if known is None else tree.constant(known)
+        )
         cells, _, key = self.place(statement.variable, Kind.REAL)
         assert key is not None
-        target = py.Subscript(tree.name(cells), key, py.Store())
         return [
-            py.Assign([py.Name("v", py.Store()), target], sum_),
+            py.Assign([py.Name("v", py.Store()), py.Subscript(tree.name(cells), key, py.Store())], sum_),
             py.If(self._another_pass(statement, limit, step), self._to(op.target), []),
         ]
 
@@ -292,8 +285,7 @@ class ProgramCompiler(ExpressionCompiler):
         kind = self.kind_of(op.subject)
         subject = tree.name(f"l{op.slot}")
         tests = [self.comparison(subject, "==", self.value(value), kind) for value in op.values]
-        matched = tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)
-        return [py.If(tree.not_(matched), self._to(op.target), [])]
+        return [py.If(tree.not_(tests[0] if len(tests) == 1 else py.BoolOp(py.Or(), tests)), self._to(op.target), [])]
 
     def _finish(self) -> list[py.stmt]:
         told = [] if self._counted is None else [_store(1, self._counted)]
@@ -474,8 +466,8 @@ def _join(parts: Sequence[Callable[..., Steps]], firsts: Sequence[int]) -> Calla
     def program(*arguments: object) -> Steps:
         pc = arguments[at]
         while pc is not None:
-            part = parts[bisect_right(firsts, cast(int, pc)) - 1]
-            pc = yield from part(*arguments[:at], pc, *arguments[at + 1 :])
+            number = bisect_right(firsts, cast(int, pc)) - 1
+            pc = yield from parts[number](*arguments[:at], pc, *arguments[at + 1 :])
         return None
 
     return program

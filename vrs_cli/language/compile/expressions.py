@@ -7,7 +7,7 @@ Python truth value while it is only tested; where it is used as a number it beco
 from __future__ import annotations
 
 import ast as py
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from itertools import zip_longest
 from types import MappingProxyType
 from typing import Any
@@ -18,7 +18,7 @@ from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.names import VARIABLES, kind_of
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.text import ast
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind, whole
 from vrs_cli.language.words.word import Argument, Shape, argument_at
 
@@ -177,8 +177,14 @@ class ExpressionCompiler:
                 return tree.constant(expression.value)
             case ast.Variable():
                 return self.read(expression, wanted)
+            case ast.Unary(operator="NOT"):
+                return self._truth_value(expression)
+            case ast.Unary(operator="COM"):
+                return tree.call("complement", self.value(expression.operand))
+            case ast.Unary(operator="-"):
+                return py.UnaryOp(py.USub(), self.value(expression.operand))
             case ast.Unary():
-                return self._unary(expression)
+                return self.value(expression.operand)
             case ast.Binary():
                 return self._binary(expression)
             case ast.Call():
@@ -197,14 +203,6 @@ class ExpressionCompiler:
                 left, right = self.value(expression.left), self.value(expression.right)
                 return self.comparison(left, expression.operator, right, self.kind_of(expression.left))
         return tree.compare(self.value(expression), py.NotEq(), tree.constant(0.0))
-
-    def _unary(self, expression: ast.Unary) -> py.expr:
-        if expression.operator == "NOT":
-            return self._truth_value(expression)
-        operand = self.value(expression.operand)
-        if expression.operator == "COM":
-            return tree.call("complement", operand)
-        return py.UnaryOp(py.USub(), operand) if expression.operator == "-" else operand
 
     def _binary(self, expression: ast.Binary) -> py.expr:
         operator = expression.operator
@@ -236,7 +234,11 @@ class ExpressionCompiler:
         if not function.arguments and contextual is None:
             constant = evaluate()
             return tree.constant(constant) if isinstance(constant, float) else self.global_of("k", constant)
-        arguments = self._arguments(function, call.arguments)
+        # the row of each argument in the table; the last row again for further arguments of a function that repeats it
+        given, rows = call.arguments, function.arguments
+        repeated = [argument_at(function, place) for place in range(len(given))]
+        pairs = zip_longest(given, repeated if function.repeats else rows)
+        arguments = [self.operand(item, row) for item, row in pairs if row is not None]
         if contextual is not None:
             arguments.insert(0, tree.name("X"))
         name = f"f_{call.name.replace('$', 's_').replace('#', 'p_').replace('.', '__')}"
@@ -244,12 +246,6 @@ class ExpressionCompiler:
         self.reads = self.reads or call.name == "GETC"
         self.observes = self.observes or call.name in ("SIG", "BITS")
         return tree.call(name, *arguments)
-
-    def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
-        """Return the code for each argument in the table: None for an omitted one, several for the last argument if it
-        repeats."""
-        rows = function.arguments if not function.repeats else [argument_at(function, at) for at in range(len(given))]
-        return [self.operand(item, row) for item, row in zip_longest(given, rows) if row is not None]
 
     # operands
 

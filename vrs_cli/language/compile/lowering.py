@@ -244,7 +244,11 @@ class _Lowering:
 
     def _instruction(self, number: int, statement: ast.Instruction) -> Op:
         if statement.word in LOOP_JUMPS:
-            return self._leave_loop(number, statement)
+            # EXIT jumps to the step after the end of the loop, NEXT to the end of the loop and its test
+            around = (b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer)
+            loops = sorted(around, key=lambda block: block.opener, reverse=True)
+            closer = loops[loops_of(statement) - 1].closer
+            return Jump(number, closer + (statement.word == "EXIT"), counted=True)
         if statement.word in ("CALL", "GOSUB"):
             called = statement.arguments[0]
             assert isinstance(called, ast.ProgramCall)
@@ -254,14 +258,6 @@ class _Lowering:
             condition, first = _CONDITIONS[statement.word](statement)
             return JumpIf(number, self._labels[label], condition, True, first)
         return Mark(number) if statement.word in DECLARATIONS else Perform(number, statement)
-
-    def _leave_loop(self, number: int, statement: ast.Instruction) -> Op:
-        """Lower EXIT, which jumps to the step after the end of the loop, or NEXT, which jumps to the end of the loop
-        and its test."""
-        around = [b for b in self._openers.values() if b.kind in LOOPS and b.opener < number < b.closer]
-        around.sort(key=lambda block: block.opener, reverse=True)
-        closer = around[loops_of(statement) - 1].closer
-        return Jump(number, closer + (statement.word == "EXIT"), counted=True)
 
     def _value(self, number: int, statement: ast.Value) -> Op:
         block = self._middles[number]

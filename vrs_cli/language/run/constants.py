@@ -96,8 +96,7 @@ class Constants(Struct, frozen=True):
     def _expression(self, expression: Expression) -> list[Diagnostic]:
         if not _evaluable(expression):
             return self._in_expressions(ast.children(expression))
-        error = _error(lambda: self._evaluate(expression), (*NEVER_RIGHT, errors.UsageError))
-        if error is None:
+        if (error := _error(lambda: self._evaluate(expression), (*NEVER_RIGHT, errors.UsageError))) is None:
             return []
         named = next((one for one in ast.children(expression) if isinstance(one, ast.BareWord)), expression)
         return self._in_expressions(ast.children(expression)) or [_wrong(named.span, error)]
@@ -127,10 +126,8 @@ class Constants(Struct, frozen=True):
 
     def _check(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
         value = None if expression is None else self._value(expression)
-        if expression is not None and isinstance(value, float):
-            error = _error(lambda: check(value))
-            if error is not None:
-                yield _wrong(expression.span, error)
+        if expression is not None and isinstance(value, float) and (error := _error(lambda: check(value))) is not None:
+            yield _wrong(expression.span, error)
 
     def _instruction(self, statement: ast.Instruction) -> Iterator[Diagnostic]:
         if statement.word not in HANDLERS:

@@ -259,8 +259,7 @@ class Reactions:
     def note_change(self, signal: int, on: bool) -> bool:
         """Record that a signal has changed. Return whether this makes a reaction wait; a reaction that is already
         waiting is not called twice."""
-        reaction = self._set.get(signal)
-        if reaction is None or (reaction.signal > 0) is not on or reaction in self.waiting:
+        if (reaction := self._set.get(signal)) is None or (reaction.signal > 0) is not on or reaction in self.waiting:
             return False
         self.waiting.append(reaction)
         return True
@@ -392,24 +391,21 @@ class RecordRefused(UnitEffect, frozen=True):
 
 def checked_unit(number: float) -> int:
     """Return the number of a unit that can be read and written. Raises IllegalValue for other units."""
-    unit = whole(number)
-    if unit != TERMINAL and unit not in DISKS and unit not in OTHERS:
+    if (unit := whole(number)) != TERMINAL and unit not in DISKS and unit not in OTHERS:
         raise IllegalValue(f"logical unit {plain(number)}", UNITS)
     return unit
 
 
 def checked_disk(number: float, word: str) -> int:
     """Return the number of a disk unit. Raises IllegalValue for other units."""
-    unit = checked_unit(number)
-    if unit not in DISKS:
+    if (unit := checked_unit(number)) not in DISKS:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk: 5 to 8, 17 to 19")
     return unit
 
 
 def checked_open(number: float, word: str) -> int:
     """Return the number of a unit that can be opened and closed. Raises IllegalValue for other units."""
-    unit = checked_unit(number)
-    if unit == TERMINAL:
+    if (unit := checked_unit(number)) == TERMINAL:
         raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk or another device: 5 to 19")
     return unit
 

@@ -461,8 +461,7 @@ class Environment(Memory):
         self._executables: WeakKeyDictionary[StoredProgram, Executable] = WeakKeyDictionary()
 
     def executable(self, stored: StoredProgram) -> Executable:
-        known = self._executables.get(stored)
-        if known is None:
+        if (known := self._executables.get(stored)) is None:
             known = self._executables[stored] = Executable(self, stored)
         return known
 

@@ -56,8 +56,7 @@ def speed(engine: Engine, number: int) -> float:
 
 def state(engine: Engine, number: int) -> float:
     """Return the state that STATE(number) gives. Raises IllegalValue."""
-    tell = STATES.get(number)
-    if tell is None:
+    if (tell := STATES.get(number)) is None:
         raise errors.IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
     return float(tell(engine))
 

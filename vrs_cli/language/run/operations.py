@@ -70,8 +70,7 @@ def cosine(angle: float) -> float:
 
 
 def tangent(angle: float) -> float:
-    adjacent = cosine(angle)
-    if adjacent == 0.0:
+    if (adjacent := cosine(angle)) == 0.0:
         raise ArithmeticOverflow(f"TAN({values.plain(angle)})", "the tangent of a right angle is infinite")
     return sine(angle) / adjacent
 
@@ -152,8 +151,7 @@ def shift(
 
 
 def _direction(v: transform.Vector, problem: str) -> transform.Vector:
-    length = math.hypot(*v)
-    if length < 1e-9:
+    if (length := math.hypot(*v)) < 1e-9:
         raise IllegalValue(f"FRAME: {problem}", "give three positions that are not on one line")
     return v[0] / length, v[1] / length, v[2] / length
 
@@ -267,8 +265,7 @@ def _stretch(array: Reference, first: float, count: float) -> tuple[list[Referen
 
 def _from_one(number: float, what: str) -> int:
     """Return a character's number in a text, counted from 1. Raises IllegalValue below 1."""
-    place = values.whole(number)
-    if place < 1:
+    if (place := values.whole(number)) < 1:
         raise IllegalValue(f"character {place} of {what}", "characters count from 1")
     return place
 
@@ -330,8 +327,7 @@ def latched_place(context: Context, select: float | None) -> tuple[transform.Tra
     """Return the value of LATCH or #PLATCH: the location or the joints at the latch signal. Raises UndefinedValue
     before the signal."""
     values.integer_between(_or(select, 0.0), 0, 0, "LATCH")
-    found = context.environment.system.latch()
-    if found is None:
+    if (found := context.environment.system.latch()) is None:
         raise UndefinedValue("LATCH", "PARAMETER LATCH.SIGNAL names the signal, and it has not come yet")
     return found
 

@@ -452,11 +452,15 @@ class Task:
             elif code.co_name == DIRECT:
                 activation.between = activation.reached = False
                 activation.continue_later(activation.op + 1)
-                activation = self._activation_of(trace.tb_frame.f_locals, op)
-                direct = activation.program.direct
-                assert direct is not None
+                known = trace.tb_frame.f_locals
+                program: Executable = known["E"]
+                arguments = [known[f"a{number}"] for number in range(len(program.program.parameters))]
+                count = program.compilation.lowered.slots
+                slots = [known[f"{letter}{number}"] for number in range(count) for letter in "ls"]
+                activation = Activation(self._context, program, (*arguments, *known.get("o", ())), op, slots)
+                assert program.direct is not None
                 self._activations.append(activation)
-                left = trace.tb_frame.f_locals["n"] + direct.following[op]
+                left = known["n"] + program.direct.following[op]
             elif not located:
                 located, activation.op = True, op
                 performed = activation.program.compilation.lowered.ops[op]
@@ -467,13 +471,6 @@ class Task:
                         left += activation.program.compilation.ordinary.following.get(op, 0)
             trace = trace.tb_next
         return left
-
-    def _activation_of(self, known: Mapping[str, Any], op: int) -> Activation:
-        """Make an activation for a direct call from the variables of its Python function."""
-        program = known["E"]
-        arguments = [known[f"a{number}"] for number in range(len(program.program.parameters))]
-        slots = [known[f"{letter}{number}"] for number in range(program.compilation.lowered.slots) for letter in "ls"]
-        return Activation(self._context, program, (*arguments, *known.get("o", ())), op, slots)
 
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > MAX_CALL_DEPTH:
@@ -492,7 +489,10 @@ class Task:
         activation = self._activations[-1]
         program = activation.program.program
         span = program.steps[activation.step].span if program.steps else program.span
-        error = _with_text_meant(error, program.steps[activation.step].statement if program.steps else None)
+        statement = program.steps[activation.step].statement if program.steps else None
+        types = isinstance(statement, ast.Instruction) and statement.word == "TYPE"
+        if types and isinstance(error, UndefinedValue) and error.hint == value_given(error.detail):
+            error = error.reworded(hint=text_meant(error.detail))  # TYPE Hello: "Hello" may have been meant
         self._environment.last_error = error.code
         self.state = TaskState.FAILED
         self.fault = ProgramFault(
@@ -507,14 +507,6 @@ class Task:
             str(error.for_python()) if error.in_python else "",
         )
         return Failed(self.fault, error)
-
-
-def _with_text_meant(error: VrsError, statement: Statement | None) -> VrsError:
-    """Return the error of a step. For TYPE Hello, add the hint that "Hello" may have been meant."""
-    types = isinstance(statement, ast.Instruction) and statement.word == "TYPE"
-    if types and isinstance(error, UndefinedValue) and error.hint == value_given(error.detail):
-        return error.reworded(hint=text_meant(error.detail))
-    return error
 
 
 # --- lines of the prompt ---------------------------------------------------------------------------------------------
@@ -584,6 +576,5 @@ def arguments_of(
 def definable(environment: Environment, engine: Engine, expression: ast.Expression) -> Definable:
     """Return the location that HERE or POINT at the prompt defines: `a`, `#p`, `row[3]`, or the last name of `a:b`.
     Raises VrsError."""
-    evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds)
-    made: Definable = evaluate(Context(environment, engine))
-    return made
+    make = evaluator(lambda compiler: compiler.definable(expression), environment.kinds)
+    return cast(Definable, make(Context(environment, engine)))

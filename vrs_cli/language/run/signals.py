@@ -386,17 +386,13 @@ class LivingCell:
         """Yield the changes that the rules of the cell cause after a change of a signal."""
         number = signal if on else -signal
         for place, follow in enumerate(self.cell.follows):
-            if follow.when == number:
-                yield from self._follow(place, follow, now)
-
-    def _follow(self, place: int, follow: Follow, now: float) -> Iterator[InputChange]:
-        used, values = self._used[place], dict[str, Value]()
-        if follow.rows:
-            if used == len(follow.rows) and not follow.again:
-                return
-            values = dict(zip(follow.variables, follow.rows[used % len(follow.rows)], strict=True))
-            self._used[place] = used + 1
-        first = now + follow.after
-        yield InputChange(first, abs(follow.sets or 0), (follow.sets or 0) > 0, values)
-        if follow.sets is not None and follow.lasting is not None:
-            yield InputChange(first + follow.lasting, abs(follow.sets), follow.sets < 0)
+            used, values = self._used[place], dict[str, Value]()
+            if follow.when != number or (used and used == len(follow.rows) and not follow.again):
+                continue
+            if follow.rows:
+                values = dict(zip(follow.variables, follow.rows[used % len(follow.rows)], strict=True))
+                self._used[place] = used + 1
+            first = now + follow.after
+            yield InputChange(first, abs(follow.sets or 0), (follow.sets or 0) > 0, values)
+            if follow.sets is not None and follow.lasting is not None:
+                yield InputChange(first + follow.lasting, abs(follow.sets), follow.sets < 0)

@@ -409,8 +409,7 @@ class Variables:
         key, index = item
         for kind in kinds_of_name(key):
             cells = self._simple[kind] if index is None else self._arrays[kind].get(key, NO_CELLS)
-            found = cells.get(key if index is None else index)
-            if found is not None:
+            if (found := cells.get(key if index is None else index)) is not None:
                 return found
         return None
 

@@ -71,14 +71,6 @@ def signed_number(text: str) -> float | None:
 _BASES = {"B": 2, "H": 16, "D": 10}
 
 
-def _number(token: Token) -> ast.Number:
-    value = number_value(token.text)
-    if value is None:
-        hint = "write ^HFF, ^B101 (8 digits), ^17 or 'A" if token.text[0] in "^'" else "reals go to about 3E38"
-        raise refusal(InvalidNumber, token.span, token.text, hint)
-    return ast.Number(value, token.text.upper() if token.text[0] != "'" else token.text, span=token.span)
-
-
 def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -> ast.Variable:
     text = name.text
     if text[0] == "%":
@@ -231,8 +223,7 @@ class _Given(Struct):
         self.arguments += items
 
     def put_value(self, sign: Token, given: _Piece) -> None:
-        wanted = self.row.value
-        if wanted is None:
+        if (wanted := self.row.value) is None:
             raise self._refusal(sign)
         self.values = _items(given.children, self.row, None if wanted.repeated else 1)
         if not wanted.repeated:
@@ -296,8 +287,7 @@ class _Given(Struct):
         return items
 
     def _refuse_beyond(self, items: Items, most: int, what: str, hint: str = "") -> None:
-        beyond = next((item for item in items[most:] if item is not None), None)
-        if beyond is not None:
+        if (beyond := next((item for item in items[most:] if item is not None), None)) is not None:
             hint = hint or f"the form is {self.row.form}"
             raise refusal(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", hint)
 
@@ -472,7 +462,11 @@ class Builder:
         return self._grouping.tree(children)
 
     def number(self, children: Children) -> ast.Number:
-        return _number(children[0])
+        token: Token = children[0]
+        if (value := number_value(token.text)) is None:
+            hint = "write ^HFF, ^B101 (8 digits), ^17 or 'A" if token.text[0] in "^'" else "reals go to about 3E38"
+            raise refusal(InvalidNumber, token.span, token.text, hint)
+        return ast.Number(value, token.text.upper() if token.text[0] != "'" else token.text, span=token.span)
 
     def format(self, children: Children) -> ast.Format:
         token: Token = children[0]
@@ -490,8 +484,7 @@ class Builder:
     def name(self, children: Children) -> ast.Call | ast.Variable:
         """Return a constant, or a variable."""
         token: Token = children[0]
-        known = FUNCTIONS.get(token.text.upper())
-        if known is not None and known.constant:
+        if (known := FUNCTIONS.get(token.text.upper())) is not None and known.constant:
             return ast.Call(known.name, (), span=token.span)
         return _variable(token, None, token.span)
 
@@ -507,8 +500,7 @@ class Builder:
         if max(len(indexes), commas + 1) > INDEXES:
             at = indexes[INDEXES].span if len(indexes) > INDEXES else inner[-1].span
             raise refusal(IllegalExpression, at, "too many indexes", f"an array has up to {INDEXES}")
-        rest = commas - max(len(indexes) - 1, 0)
-        return replace(_variable(name, indexes, span), rest=rest)
+        return replace(_variable(name, indexes, span), rest=commas - max(len(indexes) - 1, 0))
 
     @_by_name
     def applied(self, span: Span, text: ast.Variable | Token, _open: Token, *inner: Any) -> ast.Applied:

@@ -156,8 +156,7 @@ class Lexer:
 
     def step(self) -> list[Token]:
         """Return the tokens of a program line: `[label] [statement] [;comment]`."""
-        match = _LABEL.match(self._text)
-        if match is not None:
+        if (match := _LABEL.match(self._text)) is not None:
             self._add("LABEL", match[1], *match.span(1))
             label_value(match[1], self.tokens[0].span)
         if not self._at_end():
@@ -190,8 +189,7 @@ class Lexer:
         signs."""
         self._ends = frozenset()
         while not self._at_end():
-            number = re.compile(_ENTRY_NUMBER).match(self._text, self._at)
-            if number is not None:
+            if (number := re.compile(_ENTRY_NUMBER).match(self._text, self._at)) is not None:
                 self._add("NUMBER", number[1], *number.span(1))
             else:
                 self._token()
@@ -260,8 +258,7 @@ class Lexer:
 
     def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
         self._skip_blanks()
-        match = _WORD.match(self._text, self._at)
-        if match is None:
+        if (match := _WORD.match(self._text, self._at)) is None:
             self._refuse_foreign_comment(self._at, LINE_COMMENT)
             if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
@@ -404,16 +401,14 @@ class Lexer:
 
     def _task(self) -> None:
         """Read the task number in EXECUTE 2 pick, as if it were in parentheses."""
-        qualifier = re.compile(_QUALIFIER).match(self._text, self._at)
-        if qualifier is not None:
+        if (qualifier := re.compile(_QUALIFIER).match(self._text, self._at)) is not None:
             raise self._refusal(
                 NotAvailable,
                 *qualifier.span(1),
                 f"{qualifier[1]}: only where the task does not run yet",
                 "IF TASK(1, 2) <> 4 THEN asks that",
             )
-        match = re.compile(_TASK).match(self._text, self._at)
-        if match is not None:
+        if (match := re.compile(_TASK).match(self._text, self._at)) is not None:
             start, end = match.span(1)
             self._add("LGROUP", "(", start, start)
             self._add("NUMBER", match[1], start, end)
@@ -425,12 +420,10 @@ class Lexer:
         while self._at < size:
             self._token()
         if len(self.tokens) > MAX_TOKENS:
-            beyond = self.tokens[MAX_TOKENS]
-            raise self._refusal(CannotInterpret, beyond.span.column - 1, size, "the line is too long")
+            raise self._refusal(CannotInterpret, self.tokens[MAX_TOKENS].span.column - 1, size, "the line is too long")
 
     def _token(self) -> None:
-        match = self._patterns.next.match(self._text, self._at)
-        if match is None:
+        if (match := self._patterns.next.match(self._text, self._at)) is None:
             raise self._unreadable()
         kind = match.lastgroup
         assert kind is not None
@@ -439,7 +432,14 @@ class Lexer:
             case "NAME":
                 self._add(*self._type_of_name(text, end), start, end)
             case "INFIX":
-                self._sign(text, start, end)
+                self._refuse_foreign_comment(start)
+                wanted = not self._operand  # a value must follow here
+                code = re.compile(self._patterns.format).match(self._text, start) if wanted and text == "/" else None
+                if code is not None:
+                    self._add("FORMAT", code[0], *code.span())
+                else:
+                    sign = _SPELLINGS.get(text, text)
+                    self._add("PREFIX" if wanted and text in "+-" else "INFIX", sign, start, end)
             case "NUMBER":
                 if (glued := self._end_of_run(end)) > end:
                     raise self._refusal(InvalidNumber, start, glued, self._text[start:glued], self._number_hint(start))
@@ -511,15 +511,6 @@ class Lexer:
             depth += _DEPTH.get(token.type, 0)
             commas += token.type == "COMMA" and not depth
         return None if depth else commas
-
-    def _sign(self, text: str, start: int, end: int) -> None:
-        self._refuse_foreign_comment(start)
-        wanted = not self._operand  # a value must follow here
-        format_code = re.compile(self._patterns.format).match(self._text, start) if wanted and text == "/" else None
-        if format_code is not None:
-            self._add("FORMAT", format_code[0], *format_code.span())
-        else:
-            self._add("PREFIX" if wanted and text in "+-" else "INFIX", _SPELLINGS.get(text, text), start, end)
 
     # --- characters ---
 

@@ -89,8 +89,7 @@ class Table(NamedTuple):
 def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
     """Return the parse table of a grammar, from the cache or from Lark; None if this release of Lark has a different
     form of table."""
-    kept = cached("grammar.table", f"{FORM}\n{grammar}", partial(_sound_table, grammar, starts))
-    if kept is None:
+    if (kept := cached("grammar.table", f"{FORM}\n{grammar}", partial(_sound_table, grammar, starts))) is None:
         return None
     states, rules, *rest = kept
     return Table(states, [Rule(*rule) for rule in rules], *rest)
@@ -289,8 +288,7 @@ class LineParser:
             return None
         row = tokens[0].row
         statement: Statement = resolve_line(self._parse(tokens, "prompt"), names)
-        is_command = row is not None and COMMANDS.get(row.name) is row
-        if is_command or isinstance(statement, ast.DoInstruction | ast.Show):
+        if (row is not None and COMMANDS.get(row.name) is row) or isinstance(statement, ast.DoInstruction | ast.Show):
             return statement
         return ast.DoInstruction(statement, span=statement.span)
 
@@ -306,8 +304,7 @@ class LineParser:
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
         """Parse a line of a section. Return a variable with its value, the text of a comment, or None for a blank line.
         Raises LineRefused."""
-        usual = usual_entry(text, line)
-        if usual is not None:
+        if (usual := usual_entry(text, line)) is not None:
             return usual
         tokens = Lexer(self._patterns, text, line).entry()
         comment = _text(_pop_comment(tokens))

@@ -137,8 +137,7 @@ def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span
     for line in lines_of(text):
         if line.directive:
             return
-        match = comment.match(line.text)
-        if match is not None:
+        if (match := comment.match(line.text)) is not None:
             yield match[1], line.span
 
 
@@ -185,8 +184,7 @@ class FileReader(DiagnosticCollector):
         """Yield the program or section with which the lines begin, and the lines outside it."""
         head, end = lines[0], -1
         if head.directive == PROGRAM or head.directive in SECTIONS:
-            found = end_of(lines)
-            if found is None:
+            if (found := end_of(lines)) is None:
                 self.warn(ControlStructure, head.span, f"{head.directive} has no .END")
             end = len(lines) if found is None else found
             yield (self._program if head.directive == PROGRAM else self._section)(head, lines[1:end])
@@ -221,8 +219,7 @@ class FileReader(DiagnosticCollector):
 
     def _damage_in(self, line: SourceLine) -> Diagnostic | None:
         """Return an error for the first character that cannot occur in a program file, or None."""
-        found = _BINARY.search(line.text) if self._damaged else None
-        if found is None:
+        if not self._damaged or (found := _BINARY.search(line.text)) is None:
             return None
         span = Span(line.number, found.start() + 1, found.start() + 2)
         return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
@@ -238,8 +235,7 @@ class FileReader(DiagnosticCollector):
                     f"{MAX_LINE_CHARS} at most: give it in parts",
                 )
             )
-        damage = self._damage_in(line)
-        if damage is not None:
+        if (damage := self._damage_in(line)) is not None:
             raise LineRefused(damage)
 
     # --- programs ---
@@ -381,8 +377,7 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
     """Return the error for a program that has the name of another program. `above`: the number of lines above the
     program's part."""
-    span = replace(program.span, line=program.span.line + above)
-    return error(ProgramExists, span, f"{program.name} {how}")
+    return error(ProgramExists, replace(program.span, line=program.span.line + above), f"{program.name} {how}")
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
@@ -574,12 +569,9 @@ _NAME_OF_FUNCTION = "(?i)" + "|".join(map(re.escape, FUNCTION_NAMES))
 @cache
 def _parser(dialect: Dialect) -> LineParser:
     """Return the parser for a dialect: V+ has the default order of operators; VAL-II and VAL have a different one."""
-    return LineParser() if dialect is Dialect.VPLUS else _val_parser()
-
-
-@cache
-def _val_parser() -> LineParser:
-    return LineParser(ValBuilder())
+    if dialect is Dialect.VAL:
+        return _parser(Dialect.VAL2)
+    return LineParser(None if dialect is Dialect.VPLUS else ValBuilder())
 
 
 # --- the parts of a file -----------------------------------------------------------------------------------------
@@ -641,8 +633,7 @@ def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: st
     bare = "" if has_program(text) else name
     for lines in cut(lines_of(text)):
         texts, end = tuple(line.text for line in lines), end_of(lines)
-        part = known.get(texts)
-        if part is None or part.dialect is not own:
+        if (part := known.get(texts)) is None or part.dialect is not own:
             part = Part(texts, len(lines) if end is None else end + 1, own, "" if above else bare)
         placed.append(Placed(part, above))
         above += len(lines)

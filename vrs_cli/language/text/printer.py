@@ -77,8 +77,11 @@ _UNQUOTABLE = r'(["\x00-\x08\x0a-\x1f])'
 
 def _quote(text: str) -> str:
     """Return a text in quotes. A character that cannot be written in quotes is added with $CHR: `"a"+$CHR(34)+"b"`."""
-    pieces = re.split(_UNQUOTABLE, text)
-    shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
+    shown = (
+        f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"'
+        for at, piece in enumerate(re.split(_UNQUOTABLE, text))
+        if piece
+    )
     return "+".join(shown) or '""'
 
 
@@ -232,8 +235,7 @@ def _list_text(items: Sequence[Expression | None]) -> str:
 
 
 def _explain(it: ast.ExplainCommand) -> str:
-    asked = "" if it.statement is None else statement_text(it.statement)
-    return " ".join(filter(None, ("EXPLAIN", it.topic, asked)))
+    return " ".join(filter(None, ("EXPLAIN", it.topic, "" if it.statement is None else statement_text(it.statement))))
 
 
 _STATEMENTS: Mapping[type, Callable[[Any], str]] = {

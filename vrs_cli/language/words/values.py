@@ -103,8 +103,7 @@ def integer_between(value: float, low: int, high: int, what: str) -> int:
 
 def wrap(bits: int) -> float:
     """Return an integer reduced to 24 bits and a sign, as the bitwise operators give it."""
-    span = INTEGER_HIGH - INTEGER_LOW + 1
-    return float((bits - INTEGER_LOW) % span + INTEGER_LOW)
+    return float((bits - INTEGER_LOW) % (INTEGER_HIGH - INTEGER_LOW + 1) + INTEGER_LOW)
 
 
 def within_range(value: float) -> float:
@@ -198,8 +197,7 @@ def rounding(numbers: Iterable[float]) -> float:
 def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
     """Return X, Y, Z [mm], O, A, T [degrees] of a transformation, or the joints [degrees, mm] of a precision point."""
     if isinstance(value, Transform):
-        angles = to_oat(value)
-        return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, angles))
+        return (*map(millimetres, (value.px, value.py, value.pz)), *map(in_degrees, to_oat(value)))
     return tuple([round(number, EDGE_DIGITS) + 0.0 for number in units.to_display(value)])
 
 

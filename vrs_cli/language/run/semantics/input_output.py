@@ -153,22 +153,17 @@ def _attach(
     """Attach a unit; without a number, attach the robot. In mode 4 the system chooses a unit, and stores its number in
     the variable."""
     if integer_between(mode or 0.0, 0, effects.MODE_BITS, "ATTACH mode") & effects.CHOOSE:
-        yield from _attach_any(asked, device)
+        name = effects.checked_device(device, None)
+        if not isinstance(asked, Reference):
+            raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
+        if (answer := (yield effects.AttachUnit(effects.ANY, name))) is None:
+            raise UnitNotAttached("no unit is free", "DETACH one")
+        asked.assign(float(answer))
         return
     given = asked.value() if isinstance(asked, Reference) else asked
     unit = effects.ROBOT if given is None else whole(cast(float, given))
     name = effects.checked_device(device, unit)
     yield effects.AttachRobot() if unit == effects.ROBOT else effects.AttachUnit(effects.checked_unit(unit), name)
-
-
-def _attach_any(asked: Unit, device: str | None) -> effects.Answers:
-    name = effects.checked_device(device, None)
-    if not isinstance(asked, Reference):
-        raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
-    answer = yield effects.AttachUnit(effects.ANY, name)
-    if answer is None:
-        raise UnitNotAttached("no unit is free", "DETACH one")
-    asked.assign(float(answer))
 
 
 def _detach(_context: Context, _it: Wording, number: float | None = None) -> Iterable[effects.Event]:

@@ -282,20 +282,16 @@ def _acceleration(
 ) -> Iterable[effects.Event]:
     """Set the profile, the acceleration and the deceleration; omitted values do not change."""
     if profile is not None:
-        yield commands.SetParameter("PROFILE", _profile(profile).name)
+        # profile 0 is a square wave of acceleration, also in place of a profile that the robot does not define (V+
+        # Language Reference Guide, ACCEL)
+        names = dict(enumerate(one.name for one in Profile))
+        number = integer_between(profile, 0, LAST_PROFILE, "a profile of")
+        yield commands.SetParameter("PROFILE", names.get(number, names[0]))
     if acceleration is not None or deceleration is not None:
         if deceleration is not None:
             DECELERATION.check(deceleration)
         given = context.engine.settings.acceleration * FULL_SPEED if acceleration is None else acceleration
         yield commands.SetAcceleration(ACCELERATION.check(given), deceleration)
-
-
-def _profile(number: float) -> Profile:
-    """Return a profile by its number. Profile 0 is a square wave of acceleration; a profile that the robot does not
-    define is treated as profile 0 (V+ Language Reference Guide, ACCEL)."""
-    index = integer_between(number, 0, LAST_PROFILE, "a profile of")
-    profiles = tuple(Profile)
-    return profiles[index] if index < len(profiles) else profiles[0]
 
 
 def _payload(context: Context, _it: Wording, percent: float | None = None, joint: float | None = None) -> None:
