@@ -72,7 +72,7 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.foreign import form_of, giving, meant_by, own_word, text_meant, value_given
+from vrs_cli.language.words.foreign import first_hint, form_of, giving, meant_by, own_word, text_meant, value_given
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS, EXPLAINED
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, kinds_of_name
@@ -254,16 +254,16 @@ def confusions(program: Program, names: NameFindings, surroundings: Surroundings
 def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
     """Warn if a variable that gets its first value at the prompt has the name of a function or an instruction."""
     name, word = target.sigil + target.name.lower(), target.name.upper()
-    row = COMMANDS.get(word) or INSTRUCTIONS.get(word)
-    if target.key in FUNCTION_NAMES:
-        hint = f"{FUNCTION_NAMES[target.key]}() is the function"
-        if target.key == "here":
-            hint = "HERE p keeps the place where the arm stands"
+    row, function = COMMANDS.get(word) or INSTRUCTIONS.get(word), FUNCTION_NAMES.get(target.key, "")
+    form = row.form if row is not None and row.required_count and not target.sigil and target.indexes is None else ""
+    hint = first_hint(
+        (target.key == "here", "HERE p keeps the place where the arm stands"),
+        (function, f"{function}() is the function"),
+        (form, f"the form of the command is {form}"),
+        (True, meant_by(name)),
+    )
+    if hint:
         yield _warning(target, f"{name} is a variable from now on", hint)
-    elif row is not None and not target.sigil and target.indexes is None and row.required_count:
-        yield _warning(target, f"{name} is a variable from now on", f"the form of the command is {row.form}")
-    elif meant := meant_by(name):
-        yield _warning(target, f"{name} is a variable from now on", meant)
 
 
 def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnostic:
@@ -273,8 +273,6 @@ def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnosti
 # --- misunderstood instructions: DELAY, BREAK, FOPENR, and loops without an end ------------------------------
 
 
-_TYPES = frozenset({"TYPE", "TYPEI", "PROMPT"})
-_CLOCKS = frozenset({"TIME", "TIMER", "$TIME"})
 _WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})  # these may wait
 
 
@@ -295,10 +293,10 @@ def delays(program: Program) -> Iterator[Diagnostic]:
 
 
 def _shows_time(statement: Statement) -> bool:
-    if isinstance(statement, ast.Instruction) and statement.word in _TYPES:
+    if isinstance(statement, ast.Instruction) and statement.word in ("TYPE", "TYPEI", "PROMPT"):
         return True
     calls = (node.name for node in ast.nodes(statement) if isinstance(node, ast.Call))
-    return _at_once(statement) and not _CLOCKS.isdisjoint(calls)
+    return _at_once(statement) and not {"TIME", "TIMER", "$TIME"}.isdisjoint(calls)
 
 
 def _at_once(statement: Statement) -> bool:
@@ -605,14 +603,12 @@ class _Steps(Expressions):
         ]
         own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
-            name = variable.sigil + variable.name
-            detail = f"{name} is given a value nowhere"
+            name, decided = variable.sigil + variable.name, self._decision(variable)
             hint = around.name_meant(variable, own) if number < MAX_HINTS else ""
-            decided = self._decision(variable)
-            hint = hint or other_sigil(variable, {**dict.fromkeys(self.given), **around.known})
+            hint = hint or other_sigil(variable, {*self.given, *around.known})
             hint = hint or giving(name, decided.kind if decided else Kind.REAL)
             usual = text_meant(name) if variable.key in self.typed and not variable.sigil else value_given(name)
-            self.warn(UndefinedValue, variable.span, detail, hint or usual)
+            self.warn(UndefinedValue, variable.span, f"{name} is given a value nowhere", hint or usual)
         for variable, relation in self.compared:
             if variable.key in self.truths and not around.given_elsewhere(variable.key, program):
                 givers = [one for one in program.statements if variable.key in variables_given_by(one)]

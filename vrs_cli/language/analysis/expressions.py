@@ -404,11 +404,12 @@ def _part_of_pi(value: float, text: str) -> bool:
     """Return whether a decimal number equals a common fraction or multiple of PI (such as 1.5708) to the decimals that
     are written."""
     decimals = len(text.partition(".")[2])
-    return decimals > 2 and any(abs(value - pi * part) < 10.0**-decimals for part in _PARTS)
+    return decimals > 2 and any(
+        abs(value - pi * part) < 10.0**-decimals for part in (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 3 / 2, 2)
+    )
 
 
 _COMPARE = {"==": eq, "<>": ne, "<": lt, ">": gt, "<=": le, ">=": ge}
-_PARTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1, 3 / 2, 2)
 _ANGLES = {
     **dict.fromkeys(("SIN", "COS", "TAN", "RX", "RY", "RZ", "#PPOINT"), 0),
     "TRANS": 3,

@@ -164,7 +164,6 @@ _ARTICLES = {
 }
 
 
-_NAMED = (ast.Variable, ast.Number, ast.StringConstant)
 _SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
 _EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # by the kind of an expression and the kinds that are required
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
@@ -381,7 +380,9 @@ class NameFindings(DiagnosticCollector):
         since = f" since step {step}" if step not in (None, self.step) else ""
         hint = f"{with_article(wanted)} is wanted"
         example = _EXAMPLES.get((kind, wanted), "") if is_read else ""
-        example = example.replace("NAME", shown if isinstance(expression, _NAMED) else _SAMPLES[kind])
+        example = example.replace(
+            "NAME", shown if isinstance(expression, ast.Variable | ast.Number | ast.StringConstant) else _SAMPLES[kind]
+        )
         self.fault(
             TypeMismatch,
             expression.span,

@@ -137,7 +137,7 @@ class Structure(DiagnosticCollector):
             if any(one.closing == first for one in self._open):
                 self._close(index, line, first, "")
         elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # such an IF jumps
-            kind = _UNREAD_OPENERS.get(first) or _UNREAD_LAST.get(last)
+            kind = BlockKind.__members__.get(first) or _UNREAD_LAST.get(last)
             if kind is not None:
                 sure = kind is BlockKind.FOR or last in _UNREAD_LAST
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
@@ -165,9 +165,8 @@ class Structure(DiagnosticCollector):
         end."""
         if not any(block.closing == word for block in self._open):
             inside = f", inside {self._open[-1].name}" if self._open else ""
-            hint = ".END ends the program" if not inside else ""
-            if word == "UNTIL":
-                hint = "DO, alone on its line, begins the loop"
+            wanted = "DO, alone on its line, begins the loop" if word == "UNTIL" else ".END ends the program"
+            hint = wanted if word == "UNTIL" or not inside else ""
             self._fault(statement.span, f"{word} without {openers}{inside}", hint)
             return
         while self._open[-1].closing != word:
@@ -188,7 +187,6 @@ _OPENERS: Mapping[type, BlockKind] = {
 }
 
 # the first and last words of unreadable lines, and the kind of block that they open or divide
-_UNREAD_OPENERS: Mapping[str, BlockKind] = {kind.value: kind for kind in BlockKind}
 _UNREAD_LAST: Mapping[str, BlockKind] = {"THEN": BlockKind.IF, "DO": BlockKind.WHILE, "OF": BlockKind.CASE}
 _UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
     "ELSE": BlockKind.IF,
@@ -301,8 +299,6 @@ def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[
             waiting += (block.closer + 1 for block in blocks if block.opener < index < block.closer)
     return reached
 
-
-NOTHING_LIKE_IT = "there is nothing like it"
 
 IN_VAL2: Mapping[str, str] = {
     # instructions
@@ -450,4 +446,4 @@ class _DialectCheck(Struct, frozen=True):
         if not self.dialect.knows(where):
             of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
             ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2
-            yield self.refusal(f"{name} is", ways.get(name, NOTHING_LIKE_IT), span, of)
+            yield self.refusal(f"{name} is", ways.get(name, "there is nothing like it"), span, of)

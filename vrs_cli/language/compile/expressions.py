@@ -42,7 +42,6 @@ _RELATIONS: dict[str, type[py.cmpop]] = {
 # operators that always evaluate both operands
 _LOGICAL: dict[str, type[py.operator]] = {"AND": py.BitAnd, "OR": py.BitOr, "XOR": py.BitXor}
 ARGUMENT = "the argument"  # the key of a value that a CALL passes as an argument
-NO_PARAMETERS: Mapping[str, int] = MappingProxyType({})
 KEYS = {
     "R": "KR",
     "L": "KL",
@@ -77,7 +76,7 @@ class ExpressionCompiler:
     """
 
     def __init__(
-        self, library: Library, kinds: Mapping[str, Kind], parameters: Mapping[str, int] = NO_PARAMETERS
+        self, library: Library, kinds: Mapping[str, Kind], parameters: Mapping[str, int] = MappingProxyType({})
     ) -> None:
         self.library, self.kinds, self.parameters = library, kinds, parameters
         self.arrays: dict[Array, str] = {}

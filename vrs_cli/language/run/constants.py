@@ -47,7 +47,6 @@ CHECKED_BY_THE_ROBOT = (
     commands.SetParameter,
     commands.SetConfiguration,
 )
-LIMITED = frozenset({"SPEED", "ACCEL"})  # instructions that limit a percentage to full speed without an error
 # values tried for an unknown real: if all three cause an error, every number is assumed to cause it
 STAND_INS = (1.0, 8.0, 32.0)
 TAKE_CHANNELS = frozenset({"WAIT", "IFSIG"})  # instructions that take a plain number as a signal number
@@ -82,7 +81,9 @@ class Constants(Struct, frozen=True):
 
     def above_full_speed(self, program: Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant speed above full speed; a run limits it to full speed without a message."""
-        limited = (one for one in program.statements if isinstance(one, ast.Instruction) and one.word in LIMITED)
+        limited = (
+            one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("SPEED", "ACCEL")
+        )
         found = (one for statement in limited for one in self._instruction(statement))
         yield from (one for one in found if one.code == errors.AboveFullSpeed.code)
 

@@ -86,7 +86,6 @@ _LINKS = {
 _MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}
 _SPELLINGS = {"=<": "<=", "=>": ">="}
 _PREFIXES = frozenset({"NOT", "COM"})
-_SYMBOLS = ("COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
 # tokens that end an expression
 _ENDS = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RPAR", "RSQB", "ALWAYS", "UNIT"})
 _DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RGROUP": -1, "RSQB": -1}
@@ -96,8 +95,6 @@ _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
 # Patterns that few lines need are compiled on first use, so that the program starts faster.
 VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
-_TASK = r"\s*(\d+)(?=\s*[A-Za-z])"
-_QUALIFIER = r"[ \t]*(/[A-Za-z])\b"
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
@@ -108,9 +105,6 @@ _OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)^%]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
-_RAW = r'"[^"]*"|[^\s;,="]+'
-_RELATION = r"[=<>]{1,2}"
-_LIST = r"[ \t]+(\[[^\]]*\])[ \t]*(?:;|$)"
 _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])"
 
 
@@ -123,7 +117,7 @@ class Patterns(Struct, frozen=True):
 
 def patterns_of(terminals: Mapping[str, str]) -> Patterns:
     """Compile the patterns. `terminals`: the pattern of each terminal, by its name."""
-    names = ("STRING", "NUMBER", "NAME", "INFIX", *_SYMBOLS)
+    names = ("STRING", "NUMBER", "NAME", "INFIX", "COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
     choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
     return Patterns(re.compile(f"[ \t]*(?:{choices})"), terminals["FORMAT"])
 
@@ -246,14 +240,16 @@ class Lexer:
     def _refuse_list(self, word: re.Match[str]) -> None:
         """Refuse MOVE [100, 200, 300], because it would be read as an element of an array."""
         row = INSTRUCTIONS.get(word[0].upper())
-        given = re.compile(_LIST).match(self._text, word.end())
+        given = re.compile(r"[ \t]+(\[[^\]]*\])[ \t]*(?:;|$)").match(self._text, word.end())
         if row is None or given is None or word[0].lower()[:NAME_LENGTH] in self._defined:
             return
-        hint, numbers = f"the form is {row.form}", given[1][1:-1]
-        if any(argument.shape is Shape.PLACE for argument in row.arguments):
-            hint = f"write {row.name} TRANS({numbers})"
-            if numbers.count(",") == 5:
-                hint = f"joints in degrees: {row.name} #PPOINT({numbers}); a place in mm: {row.name} TRANS(...)"
+        numbers, moves = given[1][1:-1], any(argument.shape is Shape.PLACE for argument in row.arguments)
+        both = f"joints in degrees: {row.name} #PPOINT({numbers}); a place in mm: {row.name} TRANS(...)"
+        hint = first_hint(
+            (moves and numbers.count(",") == 5, both),
+            (moves, f"write {row.name} TRANS({numbers})"),
+            (True, f"the form is {row.form}"),
+        )
         raise self._refusal(CannotInterpret, *given.span(1), f"{given[1]} is no value", hint)
 
     def _first_word(self, kind: type[VrsError], detail: str, hint: str) -> re.Match[str]:
@@ -262,10 +258,12 @@ class Lexer:
             self._refuse_foreign_comment(self._at, LINE_COMMENT)
             if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
-            if self.tokens and self._text.startswith(":", self._at):
-                hint = "a label has no colon: 10 TYPE; VALUE 1: begins what a CASE does for 1"
-            elif self._text.startswith('"', self._at):
-                hint = 'TYPE "hello" types a text, ; begins a comment'
+            sign = self._text[self._at : self._at + 1]
+            hint = first_hint(
+                (self.tokens and sign == ":", "a label has no colon: 10 TYPE; VALUE 1: begins what a CASE does for 1"),
+                (sign == '"', 'TYPE "hello" types a text, ; begins a comment'),
+                (True, hint),
+            )
             raise self._refusal(kind, self._at, max(self._end_of_run(self._at), self._at + 1), detail, hint)
         if self._text[match.end() : match.end() + 1].isalnum():
             # a letter of another alphabet does not end a word, but is a mistake in it
@@ -367,8 +365,8 @@ class Lexer:
         elif row.raw:
             # words are read as typed; if no value follows, a relation is accepted too (HELP ==)
             while not self._at_end():
-                relation = re.compile(_RELATION).match(self._text, self._at) if row.value is None else None
-                raw = relation or re.compile(_RAW).match(self._text, self._at)
+                relation = re.compile(r"[=<>]{1,2}").match(self._text, self._at) if row.value is None else None
+                raw = relation or re.compile(r'"[^"]*"|[^\s;,="]+').match(self._text, self._at)
                 if raw is None:
                     self._token()
                 else:
@@ -401,14 +399,14 @@ class Lexer:
 
     def _task(self) -> None:
         """Read the task number in EXECUTE 2 pick, as if it were in parentheses."""
-        if (qualifier := re.compile(_QUALIFIER).match(self._text, self._at)) is not None:
+        if (qualifier := re.compile(r"[ \t]*(/[A-Za-z])\b").match(self._text, self._at)) is not None:
             raise self._refusal(
                 NotAvailable,
                 *qualifier.span(1),
                 f"{qualifier[1]}: only where the task does not run yet",
                 "IF TASK(1, 2) <> 4 THEN asks that",
             )
-        if (match := re.compile(_TASK).match(self._text, self._at)) is not None:
+        if (match := re.compile(r"\s*(\d+)(?=\s*[A-Za-z])").match(self._text, self._at)) is not None:
             start, end = match.span(1)
             self._add("LGROUP", "(", start, start)
             self._add("NUMBER", match[1], start, end)
@@ -560,11 +558,11 @@ class Lexer:
         if character == '"':
             return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
         if character in "^'" and glued > at:
-            hint = "write ^HFF, ^B101, ^17 or 'A"
-            if character == "^" and self._operand:
-                hint = POWER
-            elif glued > at + 2 and character == "'":
-                hint = QUOTES
+            hint = first_hint(
+                (character == "^" and self._operand, POWER),
+                (character == "'" and glued > at + 2, QUOTES),
+                (True, "write ^HFF, ^B101, ^17 or 'A"),
+            )
             return self._refusal(InvalidNumber, at, glued, self._text[at:glued], hint)
         sign = next((sign for sign in FOREIGN_SIGNS if self._text.startswith(sign, at)), "")
         if sign and (sign != "%" or self._operand):  # %name is a name in other systems

@@ -378,7 +378,6 @@ _BEGINS_VALUE = _VALUES | {"PREFIX", "LPAR", "LGROUP", "LSQB"}
 _ENDS_VALUE = _VALUES | {"RPAR", "RGROUP", "RSQB"}
 _PARAMETERS = "a parameter is a name alone: .PROGRAM name(a, $text, #joints)"
 _SECONDS = "a time is in seconds: AT 2 is a time of the clock, IN 2 is two seconds from now"
-_CONDITIONS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
 
 
 class Complaint:
@@ -421,30 +420,29 @@ class Complaint:
     def _no_operand(self) -> Diagnostic | None:
         """Explain that nothing follows an operator, a comma or a linking word."""
         last = self._last
-        if last is None or self._type in _BEGINS_VALUE or last.type in _ENDS_VALUE:
+        behind_value = last is not None and last.type in _ENDS_VALUE
+        if last is None or behind_value or self._type in _BEGINS_VALUE or self._accepted.isdisjoint(("NAME", "NUMBER")):
             return None
-        if self._accepted.isdisjoint({"NAME", "NUMBER"}):
-            return None
+        word = last.text.upper()
         if last.type in CONTROL:
-            return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
+            return self._say(CannotInterpret, f"a value is missing after {word}", CONTROL[last.type].form)
         if last.text == ":" and not self._type and self._head is not None and self._head.type in CONTROL:
-            form = f"the form is {CONTROL[self._head.type].form}"
-            hint = "VALUE 1: begins a case" if self._head.type == "CASE" else form
+            cases = self._head.type == "CASE"
+            hint = "VALUE 1: begins a case" if cases else f"the form is {CONTROL[self._head.type].form}"
             return self._say(CannotInterpret, "a : ends no line", hint, last)
-        if last.type != "COMMA" and END in self._accepted:
-            return None  # an operand is optional here
-        if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
+        optional = not self._type if last.type == "COMMA" else END in self._accepted
+        if optional or last.type == "LGROUP":
             return None
         if self._type == "EQUAL" and last.text == ":":
             return self._equals()
         if self._type == "EQUAL" and last.text in "<>=":
             return self._say(IllegalExpression, f"{last.text}=", "the relations are == <> < > <= >=", last)
-        if last.text.upper() in ("AT", "IN") and not self._type:
-            return self._say(IllegalExpression, f"a value is missing after {last.text.upper()}", _SECONDS)
+        if word in ("AT", "IN") and not self._type:
+            return self._say(IllegalExpression, f"a value is missing after {word}", _SECONDS)
         closed = self._type == "RPAR" and last.type == "LPAR"
         if closed and len(self._before) == 2 and self._before[0].text.upper() in ("EXIT", "QUIT", "BYE"):
             return self._say(CannotInterpret, f"{self._before[0].text}()", "EXIT or Ctrl-D leaves", self._before[0])
-        detail = "nothing stands in the parentheses" if closed else f"a value is missing after {last.text.upper()}"
+        detail = "nothing stands in the parentheses" if closed else f"a value is missing after {word}"
         return self._say(IllegalExpression, detail, _PARAMETERS if self._start == "header" else "")
 
     def _parenthesis(self) -> Diagnostic | None:
@@ -484,7 +482,7 @@ class Complaint:
         function = FUNCTIONS.get(self._head.text.upper()) if self._start == "prompt" else None
         if function is not None and function.arguments and self._last is not None and self._last.type == "RPAR":
             return self._say(CannotInterpret, *only_reads(function), self._head)
-        condition = self._head.type in _CONDITIONS or self._head.value == "WAIT"
+        condition = self._head.type in ("IF", "WHILE", "UNTIL", "CASE") or self._head.value == "WAIT"
         hint = "= assigns, == compares" if condition or self._head.type == "NAME" else ""
         return self._say(IllegalExpression, "= has no place here", hint)
 
@@ -511,14 +509,11 @@ class Complaint:
     def _instruction_in_place_of_value(self) -> Diagnostic | None:
         """Explain that an instruction follows a command that takes no instruction: WHY DRIVE 1, 500."""
         head, last = self._head, self._last
-        if head is None or head.row is None or last is None or self._before[-2:-1] != [head]:
+        beside = last is not None and self._before[-2:-1] == [head] and self._type in _BEGINS_VALUE
+        if not beside or head is None or head.row is None or last is None or last.text.upper() not in INSTRUCTIONS:
             return None
-        word = last.text.upper()
-        if word not in INSTRUCTIONS or self._type not in _BEGINS_VALUE:
-            return None
-        return self._say(
-            CannotInterpret, f"{head.value}: {word} is an instruction", f"the form is {head.row.form}", last
-        )
+        detail = f"{head.value}: {last.text.upper()} is an instruction"
+        return self._say(CannotInterpret, detail, f"the form is {head.row.form}", last)
 
     def _neighbours(self) -> Diagnostic | None:
         """Explain that there is nothing between two values."""

@@ -67,9 +67,7 @@ SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
-_LABEL = r"[ \t]*([0-9]+)(?![\w.])[ \t]*"
 _STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
-_GOTO = r"(?i)\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)"
 DISK_END = "\x1a"  # Ctrl-Z ends a text on old disks
 
 
@@ -393,19 +391,20 @@ def step_numbers(lines: Sequence[SourceLine]) -> bool:
             if match is None or int(match[1][:9]) != len(rest) + 1:
                 return False
             rest.append(line.text[match.end() :])
-    labels = {inner[1] for text in rest if (inner := re.match(_LABEL, text))}
-    targets = {target for text in rest for target in re.findall(_GOTO, text)}
+    labels = {inner[1] for text in rest if (inner := re.match(r"[ \t]*([0-9]+)(?![\w.])[ \t]*", text))}
+    targets = {
+        target for text in rest for target in re.findall(r"(?i)\b(?:GOTO|THEN|GRASP\b[^;]*,)[ \t]*([0-9]+)", text)
+    }
     return len(rest) > 1 and targets <= labels
 
 
-_MARK: Final = "vrs:"
 _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$", re.IGNORECASE)
 
 
 def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Return the diagnostics without the warnings that comments in the lines suppress."""
     everything = tuple(found)
-    asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
+    asked = [(number, line) for number, line in enumerate(lines, 1) if "vrs:" in line and len(line) <= MAX_LINE_CHARS]
     if not asked or not everything:
         return everything
     unwanted: dict[int, set[str]] = {}  # by line number, with 0 for the whole file

@@ -102,10 +102,6 @@ _PARTS: Mapping[type, Callable[[Any], Iterable[str]]] = {
 
 # --- steps -------------------------------------------------------------------------------------------------------
 
-_OPENERS = (ast.If, ast.While, ast.Do, ast.For, ast.Case)
-_MIDDLES = (ast.Else, ast.Value, ast.Any)
-_CLOSERS = (ast.End, ast.Until)
-
 
 def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
     """Yield the indented steps. The comments of consecutive steps begin in the same column."""
@@ -125,14 +121,14 @@ def _bodies(steps: Sequence[Step]) -> Iterator[str]:
     depth = 1
     for step in steps:
         statement = step.statement
-        if isinstance(statement, _CLOSERS):
+        if isinstance(statement, ast.End | ast.Until):
             depth = max(depth - 1, 1)
-        shown = depth - 1 if isinstance(statement, _MIDDLES) else depth
+        shown = depth - 1 if isinstance(statement, ast.Else | ast.Value | ast.Any) else depth
         indent = " " * (INDENT * max(shown, 1))
         label = "" if step.label is None else f"{step.label} "
         text = "" if statement is None else statement_text(statement)
         yield f"{label:<{len(indent)}}{text}".rstrip() if label else f"{indent}{text}"
-        if isinstance(statement, _OPENERS):
+        if isinstance(statement, ast.If | ast.While | ast.Do | ast.For | ast.Case):
             depth += 1
 
 
@@ -220,12 +216,9 @@ def _shape_at(row: Word, place: int) -> Shape:
 
 def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
     """Return words of switches, parameters and settings in upper case; return other expressions unchanged."""
-    if shape in _CAPITAL and isinstance(expression, ast.BareWord):
+    if shape in (Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING) and isinstance(expression, ast.BareWord):
         return ast.BareWord(expression.text.upper(), span=expression.span)
     return expression
-
-
-_CAPITAL = frozenset({Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING})
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:

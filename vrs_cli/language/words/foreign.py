@@ -36,8 +36,10 @@ QUOTIENT, WHOLE = r"//\s*[\d(]", "INT(7 / 2) is a whole quotient; a comment begi
 FOREIGN_COMMENT, OWN_COMMENT = r"//|/\*|#(?![A-Za-z])", "a comment begins with ;"
 # comment signs at the start of a line: MATLAB, BASIC, RAPID, Lua
 LINE_COMMENT = rf"{FOREIGN_COMMENT}|[%'!*](?=\s)|--(?=\s)"
-_UNITS = "MM CM M DEG DEGREES RAD S SEC MS MMS MPS MM/S M/S"
-UNITS, NO_UNIT = frozenset(_UNITS.split()), "numbers have no unit: lengths are mm, angles degrees, times seconds"
+UNITS, NO_UNIT = (
+    frozenset(["MM", "CM", "M", "DEG", "DEGREES", "RAD", "S", "SEC", "MS", "MMS", "MPS", "MM/S", "M/S"]),
+    "numbers have no unit: lengths are mm, angles degrees, times seconds",
+)
 PERCENT = "SPEED 50 is in percent, SPEED 500 MMPS in mm/s"
 MEANT_ELSEWHERE = {  # VAL-II words that have further meanings in other languages
     "SWITCH": "CASE x OF chooses by a value",
@@ -56,9 +58,10 @@ SIDES = frozenset(["X", "Y", "Z", "UP", "DOWN", "LEFT", "RIGHT", "FORWARD", "BAC
 TIMED = frozenset(["AFTER", "DURING", "FOR", "TIME", "UNTIL", "WHEN"])  # as in DRIVE 1, 30 AFTER 2
 
 # functions of other languages, with hints
-_NUMBER_TEXT = "$ENCODE(5) is the text of a number"
 FOREIGN_FUNCTIONS: Mapping[str, str] = {
-    **dict.fromkeys(("STR", "STRING", "NUM2STR", "TOSTRING", "FORMAT", "STR$", "$STR"), _NUMBER_TEXT),
+    **dict.fromkeys(
+        ("STR", "STRING", "NUM2STR", "TOSTRING", "FORMAT", "STR$", "$STR"), "$ENCODE(5) is the text of a number"
+    ),
     **dict.fromkeys(("FLOAT", "STR2NUM", "STR2DOUBLE", "TONUMBER", "NUM"), 'VAL("5") is the number of a text'),
     **dict.fromkeys(("ROUND", "FLOOR", "CEIL"), "INT(x) cuts the decimals off: INT(x + 0.5) rounds"),
     "POW": POWER,
@@ -118,9 +121,11 @@ _SAME = {
     "FCOPY": "CP",
     "FRENAME": "MV",
 }
-_PLACE = "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed"
 _MORE: Mapping[str, str] = {  # an additional hint, by the foreign word
-    **dict.fromkeys(("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"), _PLACE),
+    **dict.fromkeys(
+        ("MOVEJ", "MOVJ", "MOVEABSJ", "PTP", "MOVEL", "MOVL", "LIN", "MOVELIN"),
+        "a place is TRANS(x, y, z) in mm, or joints in degrees #PPOINT(j1, j2, ...); SPEED 50 before it sets the speed",
+    ),
     "RUN": "LOAD hello reads hello.v2 first",
 }
 _WORDS: Mapping[str, str] = {foreign: ours for ours, theirs in _SAME.items() for foreign in theirs.split()}

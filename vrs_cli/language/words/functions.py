@@ -224,12 +224,13 @@ def _refusal(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Fu
     return Function(f"{name}([number])", "+", summary, f"{name}(1)", note, state=State.REFUSED, result=result)
 
 
-_VISION = ("VFEATURE", "VRESULT", "VSTATE", "VLOCATION")
-
 _REFUSED = (
     _refusal("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
     _refusal("AIO.IN", "analog input", "there are no analog signals at this robot"),
-    *(_refusal(name, "a camera", "there is no camera at this robot") for name in _VISION),
+    *(
+        _refusal(name, "a camera", "there is no camera at this robot")
+        for name in ("VFEATURE", "VRESULT", "VSTATE", "VLOCATION")
+    ),
     _refusal("IOGETB", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
     _refusal("IOGETS", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
     _refusal("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),

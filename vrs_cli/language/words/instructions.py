@@ -273,8 +273,6 @@ _FILES = (
         'WRITE (lun) "x =", /F8.2, x'),
 )  # fmt: skip
 
-_VISION = ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "VRUN")
-_GRAPHICS = ("GCLEAR", "GLINE", "GTYPE", "GETEVENT", "FSET")
 
 _REFUSED = (
     unavailable("ELSEIF", "", "not a word of VAL-II", "write ELSE, and IF ... THEN on the next line"),
@@ -298,8 +296,14 @@ _REFUSED = (
     unavailable("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all there is"),
     unavailable("ESTOP", "+", "power off at once", "use HALT"),
     unavailable("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
-    *(unavailable(name, "+", "a camera", "there is no camera at this robot") for name in _VISION),
-    *(unavailable(name, "+", "windows of a controller", "TYPE prints on the terminal") for name in _GRAPHICS),
+    *(
+        unavailable(name, "+", "a camera", "there is no camera at this robot")
+        for name in ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "VRUN")
+    ),
+    *(
+        unavailable(name, "+", "windows of a controller", "TYPE prints on the terminal")
+        for name in ("GCLEAR", "GLINE", "GTYPE", "GETEVENT", "FSET")
+    ),
     unavailable("SETDEVICE", "+", "set up a camera or an encoder", "there are no such devices at this robot"),
     unavailable("DEF.DIO", "+", "give signals to boards", "signals 1-512, 1001-1512 and 2001-2512 are there"),
     unavailable("IOPUTB", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),

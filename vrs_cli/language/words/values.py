@@ -121,20 +121,18 @@ def storable(text: str) -> str:
 
 
 _BASES = {"b": 2, "h": 16, "": 8}
-_BASED = r"(?i)\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)"
-_DECIMAL = r"(?i)[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?"
 
 
 def leading_number(text: str) -> tuple[float, int] | None:
     """Return the number at the start of a text and its length, or None. The number may have any form that programs
     allow."""
-    if based := re.match(_BASED, text):
+    if based := re.match(r"(?i)\^(?P<base>[bh]?)(?P<digits>[0-9a-f]+)", text):
         digits = based["digits"]
         try:
             return float(int(digits, _BASES[based["base"].lower()])), based.end()
         except ValueError:
             return None
-    if decimal := re.match(_DECIMAL, text):
+    if decimal := re.match(r"(?i)[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", text):
         value = float(decimal[0])
         return (value, decimal.end()) if isfinite(value) and abs(value) <= LIMIT else None
     return None
