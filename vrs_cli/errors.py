@@ -59,8 +59,10 @@ class VrsError(Exception):
 
     def __init_subclass__(cls, *, code: int | None = None, text: str | None = None) -> None:
         """Set the code and the text of a subclass; by default they are the code and the text of its base class."""
-        cls.code = cls.code if code is None else code
-        cls.text = cls.text if text is None else text
+        if code is not None:
+            cls.code = code
+        if text is not None:
+            cls.text = text
 
     def __init__(
         self,
