@@ -9,6 +9,7 @@ from math import hypot, pi, radians
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from tests.laws.boundary_lines import check_rates, check_segments
 from vrs_cli.engine.boundary import pace_of, survey
@@ -118,7 +119,7 @@ def past_the_fold(profile: str, off: float) -> Engine:
     bar = unit(vector_difference(position(elbow), position(shoulder)))
     way = unit(cross(across, bar))
     begin, end = (along(along(position(touch), bar, off), way, part) for part in (-0.05, 0.05))
-    start = arm.select(at_position(touch, *begin), folded, Configuration(elbow=Elbow.BELOW))
+    start = arm.select(at_position(touch, *begin), folded, Configuration.of(elbow=Elbow.BELOW))
     engine = Engine(arm.model, start=start)
     engine.perform(SetParameter("PROFILE", profile))
     engine.perform(Move(PoseTarget(at_position(touch, *end)), True))
@@ -235,14 +236,14 @@ def test_the_pace_of_a_tool_that_turns_evenly_is_that_of_a_circle() -> None:
     path = CartesianPath(at_rest, IDENTITY, (turn,), arm.ways[0], ((0.0,) * 6,), 1.0)
     pace = pace_of(path, 1.0, hand, inverse(tool))
     round_it = w * reach, w * w * reach, w * reach, w * w * reach, w, w * w
-    assert tuple(pace) == pytest.approx(round_it)
+    assert structs.astuple(pace) == pytest.approx(round_it)
     for v in ((0.4, 0.0, 0.0), (0.0, 0.0, 0.5)):
-        going = path._replace(position=tuple((x, rate) for (x,), rate in zip(at_rest, v, strict=True)))  # type: ignore[arg-type]
+        going = structs.replace(path, position=tuple((x, rate) for (x,), rate in zip(at_rest, v, strict=True)))  # type: ignore[arg-type]
         beside, all_of_it = hypot(*v[:2]), hypot(*v)
         faster = beside, 0.0, all_of_it, 0.0, 0.0, 0.0
         wanted = [one + more for one, more in zip(round_it, faster, strict=True)]
-        assert tuple(pace_of(going, 1.0, hand, inverse(tool))) == pytest.approx(wanted)
-    two = path._replace(turns=(turn, Turn((0.0, 1.0, 0.0), (0.0, 0.5))))
+        assert structs.astuple(pace_of(going, 1.0, hand, inverse(tool))) == pytest.approx(wanted)
+    two = structs.replace(path, turns=(turn, Turn((0.0, 1.0, 0.0), (0.0, 0.5))))
     both = pace_of(two, 1.0, hand, inverse(tool))
     assert both.speed == pytest.approx((w + 0.5) * reach)
     assert both.bend == pytest.approx(2.0 * (w + 0.5) ** 2 * reach)
@@ -299,6 +300,6 @@ def test_a_path_that_comes_again_is_not_looked_at_again() -> None:
     path = CartesianPath(((x, 0.1), (y,), (z,)), pose, (), engine.arm.configuration(joints), (), 1.0)
     follower = Follower(engine.arm, path.configuration, IDENTITY)
     first = survey(follower, path, 1.0)
-    assert survey(follower, path._replace(seeds=(joints,)), 1.0) is first
+    assert survey(follower, structs.replace(path, seeds=(joints,)), 1.0) is first
     assert survey(follower, path, 0.5) is not first
     assert survey(Follower(engine.arm, path.configuration, translation(0.0, 0.0, 0.1)), path, 1.0) is not first

@@ -114,7 +114,7 @@ def with_line(**changes: object) -> Timeline:
     timeline = planned(6, seed=1)[0]
     segments = list(timeline)
     at = next(i for i, s in enumerate(segments) if isinstance(s.path, CartesianPath) and s.duration > 0.1)
-    segments[at] = structs.replace(segments[at], path=segments[at].path._replace(**changes))
+    segments[at] = structs.replace(segments[at], path=structs.replace(segments[at].path, **changes))
     return Timeline(segments)
 
 
@@ -163,5 +163,5 @@ def sooner(segment: Segment, factor: float) -> Segment:
     if not isinstance(path, CartesianPath):
         return segment
     x, y, z = (tuple(c * factor**k for k, c in enumerate(row)) for row in path.position)
-    path = path._replace(position=(x, y, z), seed_interval=path.seed_interval / factor)
+    path = structs.replace(path, position=(x, y, z), seed_interval=path.seed_interval / factor)
     return structs.replace(segment, start=segment.start / factor, finish=segment.finish / factor, path=path)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.engine.wall import ManualWall
 from tests.examples import examples
-from vrs_cli.engine.clock import SLICE_S, VirtualClock
+from vrs_cli.engine.clock import SLICE_S, ClockFace, VirtualClock
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import on_grid
 
@@ -50,7 +50,7 @@ def test_what_is_read_belongs_together_however_long_reading_takes() -> None:
     clock = ManualWall(each_look=lambda: 1.0).clock(rate=2.0)
     for _ in range(3):
         reading = clock.read()
-        assert reading == (2.0 * (reading.wall - 1001.0), 2.0, False, reading.wall)
+        assert reading == ClockFace(2.0 * (reading.wall - 1001.0), 2.0, False, reading.wall)
 
 
 def test_a_wait_is_cut_into_slices() -> None:

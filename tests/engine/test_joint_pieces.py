@@ -9,6 +9,7 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.examples import examples
 from tests.kinematics.pointing import FIVE, SEVEN
@@ -97,7 +98,7 @@ def test_a_path_without_joints_has_no_pieces() -> None:
     first = lines_of(engine)[0]
     path = first.path
     assert isinstance(path, CartesianPath)
-    away = path._replace(position=((9.0,), (9.0,), (9.0,)))
+    away = structs.replace(path, position=((9.0,), (9.0,), (9.0,)))
     damaged = Segment(first.start, first.finish, away, first.phase, first.motion)
     assert joint_pieces(engine.arm, damaged, 1e-3) == ()
 

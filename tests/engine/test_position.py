@@ -170,7 +170,7 @@ def test_a_line_where_the_arm_has_no_joints_is_told_and_not_made_up() -> None:
     *before, last = engine.timeline
     assert isinstance(last.path, CartesianPath)
     x, y, z = last.path.position
-    away = structs.replace(last, path=last.path._replace(position=((x[0] + 1.0, *x[1:]), y, z)))
+    away = structs.replace(last, path=structs.replace(last.path, position=((x[0] + 1.0, *x[1:]), y, z)))
     timeline = Timeline([*before, away])
     with pytest.raises(PathWithoutJoints, match=r"0\.010 s into MOVES far"):
         joints_at(engine.arm, timeline, away.start + 0.01)

@@ -67,7 +67,7 @@ def test_a_motion_to_joints_ends_the_configuration_words(target: JointTarget | N
     told = Settings()
     for flag in (Arm.LEFTY, Elbow.BELOW, Wrist.FLIP, Arm.RIGHTY):
         told = told.after(SetConfiguration(flag))
-    assert told.configuration == Configuration(Arm.RIGHTY, Elbow.BELOW, Wrist.FLIP)
+    assert told.configuration == Configuration.of(Arm.RIGHTY, Elbow.BELOW, Wrist.FLIP)
     assert told.after_motion(POSE).configuration == told.configuration
     assert told.after_motion(target).configuration == NONE
 

@@ -122,7 +122,7 @@ def test_the_eight_in_their_order() -> None:
 
 
 def test_equal_by_value_and_fit_for_pickle() -> None:
-    c = Configuration(Arm.LEFTY, Elbow.BELOW, Wrist.FLIP)
+    c = Configuration.of(Arm.LEFTY, Elbow.BELOW, Wrist.FLIP)
     assert c == ALL[7]
     assert hash(c) == hash(ALL[7])
     assert pickle.loads(pickle.dumps(c)) == c
@@ -214,6 +214,6 @@ def test_an_arm_goes_back_to_where_it_was_taught_by_its_words() -> None:
     taught = (0.4, -pi / 3, pi, 0.1, 0.6, 0.2)
     at = points(model, taught)
     assert at.elbow[2] > max(at.shoulder[2], at.wrist[2])
-    q = arm.select(arm.forward(taught), (0.0,) * 6, Configuration(elbow=Elbow.ABOVE))
+    q = arm.select(arm.forward(taught), (0.0,) * 6, Configuration.of(elbow=Elbow.ABOVE))
     assert arm.configuration(q).elbow is Elbow.ABOVE
     assert q == pytest.approx(taught, abs=1e-9)

@@ -234,7 +234,7 @@ def test_a_right_arm_has_its_elbow_on_the_right() -> None:
     arm = arm_of("cobra600")
     q = arm.model.units.read((-45.0, 90.0, 0.0, 0.0))  # elbow at (230, -230), hand at (424, -35): to its left
     assert arm.configuration(q).arm is Arm.RIGHTY
-    lefty = arm.select(arm.forward(q), q, Configuration(arm=Arm.LEFTY))
+    lefty = arm.select(arm.forward(q), q, Configuration.of(arm=Arm.LEFTY))
     assert arm.configuration(lefty).arm is Arm.LEFTY
     assert lefty[1] == pytest.approx(-q[1])
     assert arm.forward(lefty) == pytest.approx(arm.forward(q), abs=1e-12)
@@ -244,7 +244,7 @@ def test_the_elbow_of_a_ur_is_above_where_it_looks_so() -> None:
     arm = arm_of("ur5e")
     q = arm.model.units.read((0.0, -90.0, -90.0, -90.0, 90.0, 0.0))  # upper arm straight up, forearm level
     assert arm.configuration(q).elbow is Elbow.ABOVE
-    below = arm.select(arm.forward(q), q, Configuration(elbow=Elbow.BELOW))
+    below = arm.select(arm.forward(q), q, Configuration.of(elbow=Elbow.BELOW))
     elbows = [arm.frames(joints)[2].pz for joints in (q, below)]
     _, shoulder, _, wrist, *_ = arm.frames(q)
     assert elbows[0] > (shoulder.pz + wrist.pz) / 2 > elbows[1]

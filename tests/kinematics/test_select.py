@@ -65,10 +65,10 @@ def test_the_wrist_reached_sooner_is_taken_unless_one_is_asked_for() -> None:
     near = deg(20, -60, 150, 10, 1, -40)
     T = ARM.forward(deg(20, -60, 150, 10, -2, -40))
     assert ARM.select(T, near) == pytest.approx(deg(20, -60, 150, 10, -2, -40), abs=1e-9)
-    strict = ARM.select(T, deg(20, -60, 150, -10, 1, -40), Configuration(wrist=Wrist.FLIP))
+    strict = ARM.select(T, deg(20, -60, 150, -10, 1, -40), Configuration.of(wrist=Wrist.FLIP))
     assert ARM.configuration(strict).wrist is Wrist.FLIP
     with pytest.raises(JointOutOfRange) as refused:
-        ARM.select(T, near, Configuration(wrist=Wrist.NOFLIP))
+        ARM.select(T, near, Configuration.of(wrist=Wrist.NOFLIP))
     assert str(refused.value) == (
         "*Joint 4 out of range* would be 190.00 deg, its range is -110.00 to 170.00 deg (in reach FLIP; say FLIP first)"
     )
@@ -80,7 +80,7 @@ def test_words_given_are_kept_strictly() -> None:
     for arm in Arm:
         for elbow in Elbow:
             try:
-                q = ARM.select(T, READY, Configuration(arm, elbow))
+                q = ARM.select(T, READY, Configuration.of(arm, elbow))
             except JointOutOfRange:
                 continue
             assert (ARM.configuration(q).arm, ARM.configuration(q).elbow) == (arm, elbow)
@@ -91,7 +91,7 @@ def test_a_hint_names_the_words_that_help() -> None:
     T = ARM.forward(deg(-10, 0, 120, 0, 50, 0))
     with pytest.raises(JointOutOfRange, match=r"\(in reach LEFTY; say LEFTY first\)"):
         ARM.select(T, near)
-    assert ARM.select(T, near, Configuration(arm=Arm.LEFTY)) == pytest.approx(deg(-10, 0, 120, 0, 50, 0))
+    assert ARM.select(T, near, Configuration.of(arm=Arm.LEFTY)) == pytest.approx(deg(-10, 0, 120, 0, 50, 0))
 
 
 def test_too_far_says_how_far() -> None:

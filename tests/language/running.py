@@ -70,7 +70,7 @@ class StillRobot:
         return Position(t, self.angles, STILL, STILL, self.goal, 0.0, False, "")
 
     def configuration(self, joints: Joints) -> Configuration:
-        return Configuration(Arm.RIGHTY, Elbow.ABOVE, Wrist.FLIP if joints[4] < 0.0 else Wrist.NOFLIP)
+        return Configuration.of(Arm.RIGHTY, Elbow.ABOVE, Wrist.FLIP if joints[4] < 0.0 else Wrist.NOFLIP)
 
     def world_pose(self, joints: Joints) -> Transform:
         return translation(joints[0], 0, 0)

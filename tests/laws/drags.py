@@ -134,7 +134,7 @@ def check_holds(engine: Engine, dragging: Dragging, wish: Transform, held: Short
             assert min(arm.singularity(goal)) < 0.15, (goal, arm.singularity(goal))
         elif hold.limit is Limit.REACH and hold.which:
             kept, wrist = dragging.pursuit.kept, arm.configuration(goal).wrist
-            way = Configuration(kept.arm, kept.elbow, wrist)
+            way = Configuration.of(kept.arm, kept.elbow, wrist)
             assert arm.branch_joints(flange_of(engine, wish), way, goal) is None, hold
         elif hold.limit is Limit.SPEED:
             joint, here = hold.joint - 1, engine.position().joints
@@ -230,7 +230,7 @@ class Hand:
     def _beyond(self, dragging: Dragging, wish: Transform) -> bool:
         """Whether the arm does not reach it as it is: its wrist may have passed through straight."""
         arm, pursuit = self.engine.arm, dragging.pursuit
-        way = Configuration(pursuit.kept.arm, pursuit.kept.elbow, arm.configuration(pursuit.goal).wrist)
+        way = Configuration.of(pursuit.kept.arm, pursuit.kept.elbow, arm.configuration(pursuit.goal).wrist)
         return arm.inverse_branch(flange_of(self.engine, wish), way, pursuit.goal) is None
 
     def _astray(self, dragging: Dragging) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from vrs_cli.trajectory.state import ToolLimits
 
@@ -31,4 +32,7 @@ def test_blends_alone_are_slowed(acceleration: float, jerk: float) -> None:
     assert blended.blend_spin_acceleration == pytest.approx(LIMITS.blend_spin_acceleration / acceleration)
     assert blended.blend_jerk == pytest.approx(LIMITS.blend_jerk / jerk)
     assert blended.blend_spin_jerk == pytest.approx(LIMITS.blend_spin_jerk / jerk)
-    assert blended.slow_down(1.0, 1.0)._replace(blending=LIMITS.blending, blending_jerk=LIMITS.blending_jerk) == LIMITS
+    assert (
+        structs.replace(blended.slow_down(1.0, 1.0), blending=LIMITS.blending, blending_jerk=LIMITS.blending_jerk)
+        == LIMITS
+    )

@@ -157,7 +157,7 @@ def read_command(line: str, kinds: tuple[JointKind, ...]) -> Disturbance | Relea
     return reader.disturbance(word, table, word, kinds)
 
 
-class ScenarioReader(DataReader):
+class ScenarioReader(DataReader, frozen=True):
     """Reads disturbances from tables in millimetres, newtons, kilograms and seconds."""
 
     def disturbance(self, word: str, data: object, key: str, kinds: tuple[JointKind, ...]) -> Disturbance:

@@ -19,7 +19,7 @@ from itertools import zip_longest
 from math import hypot, inf
 from typing import NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
@@ -80,7 +80,7 @@ class PathSurvey(Struct, frozen=True):
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurvey:
     """Search all of a path, from 0 to `lasting` [s]. Raises MotionError if no line can follow it."""
-    found = _survey(follower.arm, follower.tool, path._replace(seeds=()), lasting)
+    found = _survey(follower.arm, follower.tool, structs.replace(path, seeds=()), lasting)
     if found.beyond is not None:
         raise follower.refuse_beyond(path, found.beyond, path.seeds[0])
     if found.endless is not None:

@@ -13,7 +13,7 @@ from itertools import islice
 from math import inf
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.boundary import survey
 from vrs_cli.engine.following import MIN_INTERVAL, Follower, Sample
@@ -55,7 +55,7 @@ def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
         stretch = _Stretch(arm, [*before, *blocks], first - len(before))
         yield from sorted(stretch.breaches(), key=lambda breach: breach.index)
         first += sum(block.last - block.first for block in blocks)
-        before = [blocks[-1]._replace(first=blocks[-1].last - 1)]
+        before = [structs.replace(blocks[-1], first=blocks[-1].last - 1)]
     yield from _Stretch(arm, before, first - 1).at_the_end()
 
 

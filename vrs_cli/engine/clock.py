@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
@@ -43,7 +44,7 @@ class VirtualClock:
         self.now = to
 
 
-class ClockFace(NamedTuple):
+class ClockFace(Struct, frozen=True):
     """The reading of a clock at the time `wall` [s], with its rate and whether it is paused."""
 
     now: float

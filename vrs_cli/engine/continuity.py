@@ -11,7 +11,7 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.engine.position import flange_poses, guide_values
@@ -170,7 +170,7 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
     if max([abs(y - x) for a, b in pairwise(seeds) for x, y in zip(a, b, strict=True)]) < continuation.sure:
         return seeds
     for _ in range(SEED_DOUBLINGS):
-        path = followed.path._replace(seeds=seeds, seed_interval=followed.duration / max(len(seeds) - 1, 1))
+        path = structs.replace(followed.path, seeds=seeds, seed_interval=followed.duration / max(len(seeds) - 1, 1))
         misled = misled_at(follower, path, followed)
         if not len(misled):
             return seeds

@@ -270,7 +270,7 @@ def fit_delta(
         keep, drop, segments = count, 0, ()
     if edit is not None:
         kept, events = edit.keep - known.first + known.values, timeline.event_count
-        edit = edit._replace(keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
+        edit = replace(edit, keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
     # not _replace, which leaves a tuple of 11 items in the free list (CPython 3.11 keeps 2000 of them)
     return TimelineDelta(*delta[:6], keep, drop, delta.shift, segments, edit)
 
@@ -279,7 +279,7 @@ def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENT
     """Return the delta of the whole timeline from one of its known part: the reverse of `fit_delta`."""
     edit = delta.events
     if edit is not None:
-        edit = edit._replace(keep=edit.keep + known.first - known.values)
+        edit = replace(edit, keep=edit.keep + known.first - known.values)
     return delta._replace(keep=delta.keep + first, events=edit)
 
 

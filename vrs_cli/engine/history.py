@@ -96,7 +96,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
         """Return an edit of events with the index that its events have now."""
-        return edit and edit._replace(keep=edit.keep + self.earlier)
+        return edit and structs.replace(edit, keep=edit.keep + self.earlier)
 
     def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
         """Return this step and a recorded step in exchanged order, as if the recorded step had come first. `undone`:

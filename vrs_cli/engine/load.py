@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise, repeat
 from math import cbrt, sqrt
 from operator import sub, truediv
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from msgspec import Struct
 
@@ -67,7 +67,7 @@ class Load(Struct, frozen=True):
         return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
 
 
-class Moment(NamedTuple):
+class Moment(Struct, frozen=True):
     """A sample, with the joint accelerations and jerks there [rad/s2, rad/s3]."""
 
     sample: Sample

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from msgspec import Struct, structs
 
@@ -192,7 +192,7 @@ def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]
             yield block, slice(first, last)
 
 
-class _Rates(NamedTuple):
+class _Rates(Struct, frozen=True):
     """Joints (N, n), and their velocity and acceleration to be computed."""
 
     q: Floats
@@ -200,7 +200,7 @@ class _Rates(NamedTuple):
     qdd: Floats
 
 
-class _Line(NamedTuple):
+class _Line(Struct, frozen=True):
     """A straight line in a table of segments.
 
     `rows` (k,): the indices of the times on this line. `s` (k,): the time [s] from the start of the line to each of
@@ -370,7 +370,7 @@ def _fill_rates(
     """Compute velocity and acceleration where the robot moves; `places`, `s`, `moving` (N,)."""
     import numpy as np
 
-    q, qd, qdd = rates
+    q, qd, qdd = rates.q, rates.qd, rates.qdd
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
     alone = table.straight[places] & moving
     # the rates of a line are the unique solution of six equations; they are solved for many times at once
@@ -379,7 +379,7 @@ def _fill_rates(
         for line in lines:
             on = alone[line.rows]
             if len(line.path.turns) <= 1 and on.any():
-                part = line._replace(rows=line.rows[on], s=line.s[on])
+                part = structs.replace(line, rows=line.rows[on], s=line.s[on])
                 alike.setdefault(line.segment.motion.frames.tool, []).append(part)
         for tool, some in alike.items():
             _fill_line_rates(arm, tool, some, rates, alone)

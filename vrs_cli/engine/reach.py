@@ -237,7 +237,7 @@ def _choice(
     reasons = [f"{asked} asked"] if asked != NONE else []
     if not stand.arm.lines_keep_words:  # a MOVE does not keep the configuration words either
         return chosen, ", ".join((*reasons, "the nearest of all solutions"))
-    if not Configuration(have.arm, have.elbow).words_beside((chosen,)):
+    if not Configuration.of(have.arm, have.elbow).words_beside((chosen,)):
         reasons.append("arm and elbow stay as they are" if chosen.elbow else "arm as it is")
     if asked.wrist is None:
         reasons += _why_this_wrist(stand, chosen, options)

@@ -87,7 +87,7 @@ class _PlanKey:
         numbers: Iterable[float] = chain(*here.joints, target)
         others: tuple[object, ...] = ()
         if motion.kind is MotionKind.STRAIGHT:
-            numbers = chain(numbers, frames.base, frames.tool, *(tool[:5] if tool else ()))
+            numbers = chain(numbers, frames.base, frames.tool, *(structs.astuple(tool)[:5] if tool else ()))
             limits = motion.tip_speed, motion.rotation, problem.slowest, problem.latest - problem.begin
             others = *limits, motion.swivel, here.T_flange_tool, tool is None, tool and tool.guides
             if resting is not None:
@@ -135,8 +135,8 @@ def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
     """Return joint velocities and accelerations at the motion's fractions of them, and the jerks of the robot."""
     hardest = hardest_limits(arm)
     velocity = tuple(v * motion.speed for v in hardest.velocity)
-    return hardest._replace(
-        velocity=velocity, acceleration=tuple(a * motion.acceleration for a in hardest.acceleration)
+    return structs.replace(
+        hardest, velocity=velocity, acceleration=tuple(a * motion.acceleration for a in hardest.acceleration)
     )
 
 

@@ -9,6 +9,8 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from msgspec import structs
+
 from vrs_cli.engine.planner import cut_at, drop_rest
 from vrs_cli.engine.problem import NoRoomToStop, Problem
 from vrs_cli.engine.single_motion import hardest_limits, joint_limits, plan_stop
@@ -44,7 +46,7 @@ def plan_steering(
     cut = cut_at(arm, timeline, executed)
     steer, coming = LAWS[motion.profile].steer, partial(_coming_rows, timeline, cut.keep, executed)
     limits = joint_limits(arm, motion)
-    limits = limits._replace(lower=target.lower or limits.lower, upper=target.upper or limits.upper)
+    limits = structs.replace(limits, lower=target.lower or limits.lower, upper=target.upper or limits.upper)
     segments = steer(cut.here.joints, target, limits, hardest_limits(arm), tick, executed, motion, coming)
     segments = segments or plan_stop(Problem(arm, cut.here, motion, executed))
     return drop_rest(timeline, cut.keep, segments, motion, executed, executed)

@@ -156,8 +156,7 @@ def least_duration(problem: Problem) -> float:
 def _path(stretch: ToolStretch, configuration: Configuration, seeds: Seeds, seed_interval: float) -> CartesianPath:
     """Return the path of a stretch, without guides."""
     turns = tuple([_new(Turn, turn) for turn in stretch.turns])
-    rows = stretch.position, stretch.orientation, turns, configuration, seeds, seed_interval, ()
-    return _new(CartesianPath, rows)
+    return CartesianPath(stretch.position, stretch.orientation, turns, configuration, seeds, seed_interval)
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
@@ -190,7 +189,7 @@ class _Line:
         self.law, self.stops = LAWS[motion.profile], stops
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base, problem.slowest)
         if not arm.model.task.turns:
-            self.state = state._replace(spin=STILL, spin_rate=STILL)
+            self.state = structs.replace(state, spin=STILL, spin_rate=STILL)
         self.goal = straighten_wrist(self.follower, state.pose if stops else _goal(problem, state))
 
     def segments(self) -> tuple[Segment, ...]:
@@ -387,7 +386,7 @@ class _Line:
         if not stretch.guides:
             return path
         rows = zip(self.state.guides, stretch.guides, strict=True)
-        return path._replace(guides=tuple(Guide(guide.weights, value) for guide, value in rows))
+        return structs.replace(path, guides=tuple(Guide(guide.weights, value) for guide, value in rows))
 
 
 def line_stop(problem: Problem) -> tuple[Segment, ...]:
@@ -432,9 +431,9 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         poses = [compose(pose, T_tool_flange) for pose in _poses(state.pose, goal, finer)]
         for walk in arm.walks(begin.joints, poses, asked):
             none = False
-            yield state._replace(guides=_guides(begin, walk))
+            yield structs.replace(state, guides=_guides(begin, walk))
     if none:  # with this walk the line is refused later
-        yield state._replace(guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
+        yield structs.replace(state, guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
 
 
 def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]:
@@ -468,6 +467,6 @@ def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: To
         min([a / abs(w) for guide in state.guides for a, w in zip(most, guide.weights, strict=True) if w] or [inf])
         for most in (model.max_velocity, model.max_acceleration, model.max_jerk)
     )
-    return limits._replace(
-        guide=speed * motion.speed, guide_acceleration=acceleration * motion.acceleration, guide_jerk=jerk
+    return structs.replace(
+        limits, guide=speed * motion.speed, guide_acceleration=acceleration * motion.acceleration, guide_jerk=jerk
     )

@@ -178,7 +178,7 @@ class Pursuit:
     @property
     def _way(self) -> Configuration:
         """The configuration with the arm and elbow that are kept, and the present wrist."""
-        return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
+        return Configuration.of(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, pose: Transform) -> Joints | None:
         """Return the joints for a pose in the present configuration; None if the pose is out of reach in it."""

@@ -296,7 +296,7 @@ class RobotArm:
         """
         self.check_task(T)
         have = self.configuration(near)
-        asked = Configuration(asked.arm or have.arm, asked.elbow or have.elbow, asked.wrist)
+        asked = Configuration.of(asked.arm or have.arm, asked.elbow or have.elbow, asked.wrist)
         suited = [way for way in self.ways if way.has(asked)]
         wanted = tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
         found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
@@ -379,9 +379,8 @@ class RobotArm:
         T_flange_tool.
         """
         if (forbidden := self.unchanging.forbids(T)) is not None:
-            what, right = forbidden
-            asked, instead = (compose(inverse(T_robot_world), compose(P, T_flange_tool)) for P in (T, right))
-            raise LocationOutOfRange(f"this robot {what}", f"give {difference(asked, instead)} instead")
+            asked, instead = (compose(inverse(T_robot_world), compose(P, T_flange_tool)) for P in (T, forbidden.right))
+            raise LocationOutOfRange(f"this robot {forbidden.what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
         """Raise IllegalValue if a turn of the flange that does not count for the task moves the tip of this tool."""

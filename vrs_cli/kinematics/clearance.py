@@ -16,7 +16,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import acos, degrees, dist, hypot, inf, sqrt
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics import transform
@@ -30,14 +31,14 @@ AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 CONSTANT = 1e-9  # [m, sine] smaller changes count as 0
 
 
-class Forbidden(NamedTuple):
+class Forbidden(Struct, frozen=True):
     """The part of a pose that an arm cannot reach, in words, and the nearest pose that it can reach."""
 
     what: str
     right: Transform
 
 
-class Unchanging(NamedTuple):
+class Unchanging(Struct, frozen=True):
     """The parts of a pose that no joint changes: positions of the flange along some directions [m], and the direction
     of its axis.
     """
@@ -122,7 +123,7 @@ ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundar
 UNKNOWN = -inf  # clearance without a known bound, because another clearance that it depends on may be 0
 
 
-class Hand(NamedTuple):
+class Hand(Struct, frozen=True):
     """The point and the direction of the flange that a closed form follows, seen from a frame with z along axis 1."""
 
     T_axis_base: Transform
@@ -130,7 +131,7 @@ class Hand(NamedTuple):
     approach: Vector  # direction of the last axis, in the flange's frame
 
 
-class HandPace(NamedTuple):
+class HandPace(Struct, frozen=True):
     """The maximum first and second derivatives of the motion of the hand on a path, by the parameter of the path.
 
     `across`: the part of the wrist centre's speed that is perpendicular to axis 1. `tilt`: the rate at which the last
@@ -145,7 +146,7 @@ class HandPace(NamedTuple):
     tilt_bend: float
 
 
-class Clearance(NamedTuple):
+class Clearance(Struct, frozen=True):
     """The clearances of a pose, or the minimum clearances on a path; infinite for edges that an arm does not have.
 
     `shoulder` [m2]: the squared distance of the wrist from axis 1, less the squared distance of the arm's plane from
@@ -168,7 +169,7 @@ class Clearance(NamedTuple):
 SHOULDER, WRIST = 0, 3  # indexes in `sizes`
 
 
-class TwoBars(NamedTuple):
+class TwoBars(Struct, frozen=True):
     """Two hinged bars that limit the reach, in a plane at the distance `side` from axis 1 [m]."""
 
     upper: float
@@ -215,7 +216,7 @@ class TwoBars(NamedTuple):
         return LocationTooClose(what, hint or right, value=far, lower=least)
 
 
-class Turning(NamedTuple):
+class Turning(Struct, frozen=True):
     """Bounds of the motion of joint 1 and of the wrist centre, which is at least u from axis 1 in the arm's plane.
 
     With unit vectors r outward and t across, the wrist centre c seen from above, w = side and u = r . c: u q1' = t . c'

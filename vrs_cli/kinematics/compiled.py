@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from math import cos, sin, sqrt
 from operator import mul
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
+
+from msgspec import Struct
 
 from vrs_cli.kinematics.joints import JointKind, Twist
 from vrs_cli.kinematics.model import Link
@@ -25,7 +27,7 @@ STILL: Column = (0.0, 0.0, 0.0)
 NOTHING = 1e-15  # maximum entry that counts as rounding of right angles
 
 
-class Formulas(NamedTuple):
+class Formulas(Struct, frozen=True):
     """The functions of one arm. Entries that do not depend on q are plain numbers.
 
     `forward(q)` returns the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)` returns six rows of
@@ -56,7 +58,7 @@ def _angles(arrays: bool) -> dict[str, Any]:
     return {"cos": np.cos, "sin": np.sin}
 
 
-class Biases(NamedTuple):
+class Biases(Struct, frozen=True):
     """The parts of a tool's acceleration and jerk that come from the lower derivatives of the joints: six entries like
     a twist.
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from math import radians
 from reprlib import repr as brief
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.transform import Transform, from_oat
@@ -16,7 +17,7 @@ HUGE = 1e9  # maximum length, angle or rate of a robot; excludes infinity and Na
 TINY = 1e-9  # minimum positive number
 
 
-class Quantity(NamedTuple):
+class Quantity(Struct, frozen=True):
     """The kind of a number: its unit in a TOML file ("" if it has none), and whether it must be above zero."""
 
     unit: str
@@ -36,7 +37,7 @@ LENGTH, ANGLE = Quantity("mm"), Quantity("deg")
 PLAIN, POSITIVE = Quantity(""), Quantity("", positive=True)
 
 
-class DataReader(NamedTuple):
+class DataReader(Struct, frozen=True):
     """Checks plain data of a file. Data for people (`human`) is in millimetres and degrees, other data in metres and
     radians.
     """

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache, partial
 from math import atan2
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
@@ -100,7 +102,7 @@ def _spherical_shoulder(model: RobotModel) -> RobotArm | None:
 TOOLS = 4  # number of tools whose poses at the inner arm are cached
 
 
-class Canonical(NamedTuple):
+class Canonical(Struct, frozen=True):
     """The chain of a robot with the links of a closed form, and the model with these links and their limits.
 
     The whole pose counts for this model, even if only a part counts for the robot.
@@ -133,14 +135,14 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
     chain = chain_of(joint_axes(model), model.units.kinds, T_base_flange, alphas)
     if chain is None:
         return None
-    base, (first, *others, last), flange, signs = chain
+    base, (first, *others, last), flange = chain.base, chain.links, chain.flange
     if bare and _along_axis(base):
         first = first._replace(theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
         base = IDENTITY
     if bare and _along_axis(flange):
         last = last._replace(theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
         flange = IDENTITY
-    chain = Chain(base, (first, *others, last), flange, signs)
+    chain = Chain(base, (first, *others, last), flange, chain.signs)
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)

@@ -7,12 +7,14 @@ velocity of the tool's point [m/s] and the angular velocity [rad/s], both in the
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 from itertools import product
 from math import ceil, degrees, pi, radians
 from operator import mul
 from typing import NamedTuple
+
+from msgspec import Struct
 
 Joints = tuple[float, ...]
 Steps = dict[str, float]  # intermediate values of a closed form [m, rad, 1], by their symbols in `render/symbols.py`
@@ -25,8 +27,7 @@ class JointKind(Enum):
     PRISMATIC = "prismatic"
 
 
-@dataclass(frozen=True, slots=True)
-class JointUnits:
+class JointUnits(Struct, frozen=True):
     """Converts joint values for people: degrees for joints that turn, millimetres for joints that slide.
 
     Joints beyond the end of `kinds` turn.
@@ -171,7 +172,7 @@ def beyond(rate: Twist, bias: Twist) -> Twist:
 Asked = tuple[tuple[int, float], ...]  # indexes of joints, with their values at the end: each has a guide of its own
 
 
-class Walk(NamedTuple):
+class Walk(Struct, frozen=True):
     """A walk along a line, from which the guides of a redundant arm follow.
 
     `end`: the joints at the end of the walk. `weights`: one row for each guide. `margin`: the least distance of any
@@ -228,38 +229,43 @@ Flag = Arm | Elbow | Wrist
 ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
 
 
-@dataclass(frozen=True, slots=True)
-class Configuration:
-    """The words for arm, elbow and wrist; None for a choice that the robot does not have. `signs`: the words as +1.0
-    or -1.0, for formulas. `index`: the index in ALL. Replies on the wire contain these fields.
-    """
+class ArmWords(Struct, frozen=True):
+    """The words for arm, elbow and wrist; None for a choice that the robot does not have."""
 
     arm: Arm | None = None
     elbow: Elbow | None = None
     wrist: Wrist | None = None
-    signs: tuple[float, float, float] = field(init=False, repr=False, compare=False)
-    index: int = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        arm, elbow, wrist = (1.0 if flag is None else float(flag.value) for flag in self.flags)
-        signs = (arm, elbow, wrist)
-        object.__setattr__(self, "signs", signs)
-        object.__setattr__(
-            self, "index", sum(w for w, sign in zip((ARM, ELBOW, WRIST), signs, strict=True) if sign < 0)
-        )
 
     @property
     def flags(self) -> tuple[Flag | None, ...]:
         return self.arm, self.elbow, self.wrist
 
+
+class Configuration(ArmWords, frozen=True, kw_only=True):
+    """The words for arm, elbow and wrist; None for a choice that the robot does not have. `signs`: the words as +1.0
+    or -1.0, for formulas. `index`: the index in ALL. Replies on the wire contain these fields.
+    """
+
+    signs: tuple[float, float, float]
+    index: int
+
+    @staticmethod
+    @cache
+    def of(arm: Arm | None = None, elbow: Elbow | None = None, wrist: Wrist | None = None) -> Configuration:
+        """Return the configuration with these words."""
+        first, second, third = (1.0 if flag is None else float(flag.value) for flag in (arm, elbow, wrist))
+        signs = (first, second, third)
+        index = sum(w for w, sign in zip((ARM, ELBOW, WRIST), signs, strict=True) if sign < 0)
+        return Configuration(arm, elbow, wrist, signs=signs, index=index)
+
     @property
     def other_wrist(self) -> Configuration:
         """Return the configuration with the other wrist."""
-        return Configuration(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
+        return Configuration.of(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
 
     def with_flag(self, flag: Flag) -> Configuration:
         """Return the configuration with one word changed."""
-        return Configuration(
+        return Configuration.of(
             flag if isinstance(flag, Arm) else self.arm,
             flag if isinstance(flag, Elbow) else self.elbow,
             flag if isinstance(flag, Wrist) else self.wrist,
@@ -284,9 +290,11 @@ class Configuration:
 
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below this angle: FLIP and NOFLIP meet
-NONE = Configuration()  # for an arm with one configuration, or with more than words can name
-SIDES: tuple[Configuration, ...] = tuple(map(Configuration, Arm))  # for an arm without another choice, such as a SCARA
-ALL: tuple[Configuration, ...] = tuple(Configuration(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
+NONE = Configuration.of()  # for an arm with one configuration, or with more than words can name
+SIDES: tuple[Configuration, ...] = tuple(
+    map(Configuration.of, Arm)
+)  # for an arm without another choice, such as a SCARA
+ALL: tuple[Configuration, ...] = tuple(Configuration.of(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
 
 
 class Profile(Enum):

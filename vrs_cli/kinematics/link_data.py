@@ -178,7 +178,7 @@ def shape_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
 # --- tables to values ----------------------------------------------------------------------------------------------
 
 
-class ShapeReader(DataReader):
+class ShapeReader(DataReader, frozen=True):
     """Makes shapes from tables. Paths of mesh files are relative to the folder of the file that names them."""
 
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
@@ -310,7 +310,7 @@ def mass_tables(masses: Iterable[LinkMasses]) -> list[dict[str, Any]]:
     return [{key: list(x) if isinstance(x, tuple) else x for key, x in row if x is not None} for row in rows]
 
 
-class MassReader(DataReader):
+class MassReader(DataReader, frozen=True):
     """Makes masses from tables."""
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:

@@ -17,6 +17,8 @@ from itertools import accumulate, combinations
 from math import atan2, cos, dist, hypot, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
+from msgspec import Struct
+
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits, Profile
 from vrs_cli.kinematics.transform import (
@@ -62,7 +64,7 @@ class Link(NamedTuple):
     kind: JointKind = JointKind.REVOLUTE
 
 
-class Chain(NamedTuple):
+class Chain(Struct, frozen=True):
     """T_base_flange(q) = base . links(signs * q) . flange, with one sign, +1.0 or -1.0, for each joint."""
 
     base: Transform
@@ -101,7 +103,7 @@ def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
     return Transform(x[0], y[0], z[0], origin[0], x[1], y[1], z[1], origin[1], x[2], y[2], z[2], origin[2])
 
 
-class _Step(NamedTuple):
+class _Step(Struct, frozen=True):
     """Frame i and the step to it from frame i - 1: the origin slides along the axis of frame i - 1 to `foot` first."""
 
     x: Vector
@@ -254,7 +256,7 @@ SAMPLES = (
 )  # fractions of joint ranges, for poses that show what an arm cannot change
 
 
-class Origin(NamedTuple):
+class Origin(Struct, frozen=True):
     """The source of a model, for people.
 
     `base`, `tip`: the links at both ends of the arm in the file. `joints`, `types`: the names and types of the joints.

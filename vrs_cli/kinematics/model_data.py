@@ -196,7 +196,7 @@ def from_dict(data: object, where: str = "robot model") -> RobotModel:
     return ModelReader(where, human=False).model(data)
 
 
-class ModelReader(DataReader):
+class ModelReader(DataReader, frozen=True):
     """Makes a robot model from plain data."""
 
     def model(self, data: object) -> RobotModel:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
 from vrs_cli.extras import cached
@@ -15,7 +17,7 @@ from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader, misfit_of
 ROBOTS = Path(__file__).parent / "robots"
 
 
-class Ends(NamedTuple):
+class Ends(Struct, frozen=True):
     """The links at both ends of the arm in a URDF file; None if the file, or a TOML file beside it, decides."""
 
     base: str | None = None

@@ -174,7 +174,7 @@ class SerialBatch:
 
     def in_task(self, T: Floats) -> Flags:
         """Return whether `Unchanging.allows` each pose (N,)."""
-        places, approach = self.unchanging
+        places, approach = self.unchanging.places, self.unchanging.approach
         within = np.ones(len(T), dtype=np.bool_)
         for way, value in places:
             within &= np.abs(T[:, :, 3] @ way - value) <= LEVEL

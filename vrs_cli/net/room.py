@@ -166,8 +166,8 @@ class Room(ServedRobot):
     def clock(self) -> messages.Clock:
         clock = self.session.engine.clock
         if isinstance(clock, WallClock):
-            now, rate, paused, wall = clock.read()
-            return messages.Clock(now, rate, paused, True, wall)
+            face = clock.read()
+            return messages.Clock(face.now, face.rate, face.paused, True, face.wall)
         return messages.Clock(clock.reached, wall=self.wall())
 
     def cut(self, client: ClientSession, link: ClientSocket) -> None:

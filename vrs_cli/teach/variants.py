@@ -165,7 +165,7 @@ def _changed_given(given: LoadedFile, names: tuple[str, ...], change: Change) ->
             variables.put_back(item, transform.compose(change.T, value))
         elif isinstance(value, float | int):
             variables.put_back(item, value + change.value)
-    return given._replace(variables=variables)
+    return structs.replace(given, variables=variables)
 
 
 def _changed_cell(cell: Cell, names: frozenset[str], change: Change) -> Cell:

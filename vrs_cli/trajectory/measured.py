@@ -16,7 +16,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from math import inf, isfinite, nan
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple, overload
+from typing import TYPE_CHECKING, overload
+
+from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
@@ -37,14 +39,14 @@ MEASURED = Motion(0, MotionKind.JOINT, Start.AT, text="measured")
 _begin, _end = attrgetter("begin"), attrgetter("end")
 
 
-class _Between(NamedTuple):
-    """A time `s` seconds after the report at index `place` of `chunk`; the next report, `next`, is `h` seconds later.
-    `next` is None if there is none within GAP; then `s` is 0.
+class _Between(Struct, frozen=True):
+    """A time `s` seconds after the report at index `place` of `chunk`; the next report, `after`, is `h` seconds later.
+    `after` is None if there is none within GAP; then `s` is 0.
     """
 
     chunk: ReportColumns
     place: int
-    next: tuple[ReportColumns, int] | None
+    after: tuple[ReportColumns, int] | None
     s: float
     h: float
 
@@ -152,7 +154,7 @@ class MeasuredTimeline(Sequence[Report]):
         found = self._around(t)
         if found is None:
             return None
-        chunk, place, after, s, h = found
+        chunk, place, after, s, h = found.chunk, found.place, found.after, found.s, found.h
         if after is None or not s:
             return chunk.joints(place)
         q0, q1 = chunk.joints(place), after[0].joints(after[1])
@@ -173,7 +175,7 @@ class MeasuredTimeline(Sequence[Report]):
         found = self._around(t)
         if found is None:
             return None
-        chunk, place, after, s, h = found
+        chunk, place, after, s, h = found.chunk, found.place, found.after, found.s, found.h
         v0 = chunk.velocity(place)
         if after is None or (v0 is not None and not s):
             return v0

@@ -57,7 +57,7 @@ R = TypeVar("R", bound=Columns)
 Shiftable = TypeVar("Shiftable", Segment, Event)
 
 
-class ChannelChanges(NamedTuple):
+class ChannelChanges(Struct, frozen=True):
     """The children of a branch that change a channel, by index, and the value of the channel after each."""
 
     places: array[int]
@@ -111,7 +111,7 @@ class OffsetNode(NamedTuple, Generic[R]):
         return OffsetNode(self.offset + shift, self.node) if shift else self
 
 
-class RowPart(NamedTuple):
+class RowPart(Struct, frozen=True):
     """Segments of a row from `first` up to, but not including, `last`, at most BLOCK_LENGTH of them. Their times are
     `offset` [s] later than in the row.
     """
@@ -571,9 +571,9 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
     for branch, place in reversed(way):
         found = (branch.changes or _changes(branch)).get(channel)
         if found is not None:
-            i = bisect_left(found[0], place) - 1
+            i = bisect_left(found.places, place) - 1
             if i >= 0:
-                return found[1][i]
+                return found.values[i]
     return None
 
 
@@ -582,9 +582,9 @@ def _changes(branch: Branch[EventRow]) -> dict[int, ChannelChanges]:
     found: dict[int, ChannelChanges] = {}
     for place, child in enumerate(branch.nodes):
         for channel, value in last_values(child).items():
-            places, values = found.setdefault(channel, ChannelChanges(array("i"), array("d")))
-            places.append(place)
-            values.append(value)
+            changes = found.setdefault(channel, ChannelChanges(array("i"), array("d")))
+            changes.places.append(place)
+            changes.values.append(value)
     branch.changes = found
     return found
 
@@ -593,7 +593,7 @@ def last_values(node: Node[EventRow]) -> dict[int, float]:
     """Return, for each channel that the events of a node change, its value after the last event."""
     if isinstance(node, Branch):
         changes = node.changes or _changes(node)
-        return {channel: values[-1] for channel, (_, values) in changes.items()}
+        return {channel: change.values[-1] for channel, change in changes.items()}
     if node.values is None:
         node.values = {}
         for channel in node.row.changed_channels():

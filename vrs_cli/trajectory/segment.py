@@ -204,7 +204,7 @@ class Guide(Struct, frozen=True):
     value: Polynomial
 
 
-class CartesianPath(NamedTuple):
+class CartesianPath(Struct, frozen=True):
     """The tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
 
     There is one guide for each redundant joint. `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose
@@ -477,7 +477,7 @@ def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
 # --- stretches -----------------------------------------------------------------------------------------------
 
 
-class ToolStretch(NamedTuple):
+class ToolStretch(Struct, frozen=True):
     """A stretch of a straight-line motion before its joints are known."""
 
     duration: float

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length
@@ -43,7 +43,7 @@ class JointState(NamedTuple):
         return self.acceleration if self.accelerating else (0.0,) * len(self.joints)
 
 
-class GuideState(NamedTuple):
+class GuideState(Struct, frozen=True):
     """The value of a guide (`segment.Guide`), its rate and acceleration, and its final value."""
 
     weights: Joints
@@ -53,7 +53,7 @@ class GuideState(NamedTuple):
     acceleration: float = 0.0
 
 
-class ToolState(NamedTuple):
+class ToolState(Struct, frozen=True):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
     `acceleration` [m/s2] and `spin_rate` [rad/s2]: the derivatives of both velocities; zero if they may jump (LSPB).
@@ -89,7 +89,7 @@ class Target(Struct, frozen=True):
     upper: Joints = ()
 
 
-class JointLimits(NamedTuple):
+class JointLimits(Struct, frozen=True):
     """The limits of each joint in a motion [rad/s, rad/s2, rad/s3], and its range [rad]. `peak`: the velocity that the
     joint may never exceed.
     """
@@ -102,7 +102,7 @@ class JointLimits(NamedTuple):
     upper: Joints = ()
 
 
-class ToolLimits(NamedTuple):
+class ToolLimits(Struct, frozen=True):
     """The limits of the tool tip in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
     `blending`, `blending_jerk`: the factors by which a blend that starts in motion may exceed acceleration and jerk.
@@ -140,7 +140,8 @@ class ToolLimits(NamedTuple):
 
     def slow_down(self, velocity: float, acceleration: float, jerk: float = 1.0) -> ToolLimits:
         """Divide velocities by the first factor, accelerations by the second, jerks by the third."""
-        return self._replace(
+        return structs.replace(
+            self,
             speed=self.speed / velocity,
             acceleration=self.acceleration / acceleration,
             spin=self.spin / velocity,
@@ -154,4 +155,4 @@ class ToolLimits(NamedTuple):
 
     def ease_blend(self, acceleration: float, jerk: float) -> ToolLimits:
         """Divide the acceleration of a blend by the first factor, its jerk by the second."""
-        return self._replace(blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)
+        return structs.replace(self, blending=self.blending / acceleration, blending_jerk=self.blending_jerk / jerk)

@@ -68,7 +68,7 @@ class AlignedTarget(Struct, frozen=True):
 RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
 
 
-class Swivel(NamedTuple):
+class Swivel(Struct, frozen=True, array_like=True):
     """The value of a joint (counted from 1) at the end of a straight line [rad, m]; None: its value at the start."""
 
     joint: int
@@ -150,7 +150,7 @@ class Event(NamedTuple):
         return self._replace(time=self.time + shift) if shift else self
 
 
-class EventEdit(NamedTuple):
+class EventEdit(Struct, frozen=True):
     """The change of events in a timeline delta: keep the first `keep` events, replace the next `drop` events with
     `events`, and move all later events by `shift` [s]."""
 

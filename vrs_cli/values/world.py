@@ -33,7 +33,7 @@ class PartBegin(NamedTuple):
     on: tuple[str, ...] = ()
 
 
-class PartSpan(NamedTuple):
+class PartSpan(Struct, frozen=True):
     """The state of a part from `begin` to `end` [s], as `PartBegin` describes it."""
 
     begin: float
@@ -43,7 +43,7 @@ class PartSpan(NamedTuple):
     on: tuple[str, ...] = ()
 
 
-class HandGrip(NamedTuple):
+class HandGrip(Struct, frozen=True, array_like=True):
     """The state of the hand from `begin` [s] on: the part that it holds, and the opening of its fingers from 0 (closed)
     to 1 (open)."""
 
@@ -52,14 +52,14 @@ class HandGrip(NamedTuple):
     opening: float
 
 
-class StateChange(NamedTuple):
+class StateChange(Struct, frozen=True, array_like=True):
     """The state from `begin` [s] on of a signal (on or off), or of a sensor (whether it detects something)."""
 
     begin: float
     on: bool
 
 
-class WorldNote(NamedTuple):
+class WorldNote(Struct, frozen=True, array_like=True):
     """A message about the world at a time [s]. Kinds: EMPTY (the hand closed on nothing), FALL (a part falls), EDGE (a
     part rests on an edge), FEEDER (a feeder cannot bring a part), ENDLESS (rules trigger each other without end)."""
 
@@ -146,7 +146,7 @@ CertainHappening = (
 )  # these events need no motion of the arm
 
 
-class DueHappening(NamedTuple):
+class DueHappening(Struct, frozen=True, array_like=True):
     """An event at a time [s] that needs no motion of the arm."""
 
     time: float

@@ -239,7 +239,7 @@ class Motions(dict[int, Motion]):
         frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
         values["frames"] = None if frames == FramesRecord() else frames
         values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
-        values["swivel"] = None if motion.swivel is None else SwivelRecord(*motion.swivel)
+        values["swivel"] = None if motion.swivel is None else SwivelRecord(motion.swivel.joint, motion.swivel.value)
         return MotionRecord(**values)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:

@@ -184,8 +184,9 @@ def restore(history: WorldHistory, settings: WorldSettings, state: world.WorldSt
     for kind, counts in (("used", state.used), ("fed", state.fed)):
         for place, count in counts.items():
             history.set((kind, place), count)
-    for time, what in state.due:
+    for due in state.due:
+        what = due.what
         if isinstance(what, world.PartLands):
             put(history, what.part, settings.solids[what.part], what.T)  # so that parts that fall later can land on it
-        history.plan(time, what)
+        history.plan(due.time, what)
     add_grip(history, settings)

@@ -190,7 +190,7 @@ def test_words_are_kept_and_others_are_said(tmp_path: Path) -> None:
     for elbow in list(Elbow) * 5:
         q = drawn.some_joints(source)
         try:
-            found = arm.select(pose_of(drawn, q), arm.model.poses["ready"], Configuration(elbow=elbow))
+            found = arm.select(pose_of(drawn, q), arm.model.poses["ready"], Configuration.of(elbow=elbow))
         except (JointOutOfRange, LocationOutOfRange) as error:
             refusals.append((elbow, arm.configuration(q).elbow, error.hint))
         else:

@@ -8,6 +8,7 @@ from random import Random
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.examples import examples
 from vrs_cli.kinematics.transform import IDENTITY
@@ -48,7 +49,7 @@ def test_a_line_takes_no_longer_than_it_must_unless_told() -> None:
 )
 def test_a_tool_stops_as_soon_as_its_accelerations_allow(speed: float, spin: float, seconds: float) -> None:
     """At 4 m/s2 and 2 rad/s2 the slower of the two determines the time."""
-    limits = LIMITS._replace(spin_acceleration=2.0)
+    limits = structs.replace(LIMITS, spin_acceleration=2.0)
     stop = straight_stop(ToolState(IDENTITY, (speed, 0.0, 0.0), (0.0, 0.0, spin)), limits)
     assert sum(part.duration for part in stop) == pytest.approx(seconds, abs=1e-5)
     moved = sum(value(part.position[0], part.duration) - part.position[0][0] for part in stop)
@@ -224,7 +225,7 @@ def test_a_tool_that_is_there_when_its_velocity_has_gone() -> None:
     way, velocity = (0.1, 0.0, 0.0), (0.4, 0.0, 0.0)  # 0.4 m/s gone in 0.5 s leads 0.1 m on
     limits = ToolLimits(1.0, 2.0, 1.0, 1.0, blending=1.0)
     assert vector_demands(way, velocity, limits, 0.5) == (0.0, inf, 0.0)
-    low, high, _ = vector_demands(way, velocity, limits._replace(blending=0.25), 0.5)
+    low, high, _ = vector_demands(way, velocity, structs.replace(limits, blending=0.25), 0.5)
     assert low > high
 
 

@@ -9,6 +9,7 @@ from math import inf, sqrt
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from tests.examples import examples
 from vrs_cli.kinematics.joints import Profile
@@ -152,7 +153,7 @@ def test_a_stop_next_to_the_end_of_a_range_swings_back() -> None:
     state = JointState((0.0, 0.0, 0.0), v, (-4.8, 0.0, 0.0))
     direct = joint_stop(state, LIMITS, 0.0, MOTION)
     farthest_direct = max(s.path.joints(s.duration)[0] for s in direct)  # type: ignore[union-attr]
-    tight = LIMITS._replace(upper=(farthest_direct - 1e-4, 10.0, 10.0))
+    tight = structs.replace(LIMITS, upper=(farthest_direct - 1e-4, 10.0, 10.0))
     swung = joint_stop(state, tight, 0.0, MOTION)
     check(swung, state, 0.0)
     for segment in swung:

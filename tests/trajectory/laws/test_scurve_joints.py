@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from random import Random
 
 import pytest
+from msgspec import structs
 
 from tests.examples import some
 from vrs_cli.engine.single_motion import hardest_limits, joint_limits
@@ -33,7 +34,9 @@ def check(state: JointState, goal: Joints, limits: JointLimits, least: float = 0
     segments = joint_motion(state, goal, limits, 0.0, MOTION, least)
     lasting = segments[-1].finish if segments else 0.0
     assert lasting >= least
-    rows = zip(state.joints, state.velocity, state.present_acceleration, goal, *limits[:3], strict=True)
+    rows = zip(
+        state.joints, state.velocity, state.present_acceleration, goal, *structs.astuple(limits)[:3], strict=True
+    )
     for joint, row in enumerate(rows):
         _check_joint([_of_joint(joint, segment) for segment in segments], *row)
     return lasting
@@ -79,7 +82,7 @@ def _at(row: tuple[float, ...], s: float) -> Iterator[float]:
 
 def state(random: Random, limits: JointLimits) -> JointState:
     """Return a state inside the limits, often at one of them: no joint becomes too fast while its acceleration goes."""
-    rows = [_inside(random, *row) for row in zip(*limits[:3], strict=True)]
+    rows = [_inside(random, *row) for row in zip(*structs.astuple(limits)[:3], strict=True)]
     return JointState(place(random, limits), tuple(v for v, _ in rows), tuple(a for _, a in rows))
 
 
@@ -108,7 +111,7 @@ def place(random: Random, limits: JointLimits) -> Joints:
 
 def beside_its_stop(random: Random, state: JointState, limits: JointLimits) -> Joints:
     """Return goals near the place where each joint could stop, which is the most that braking joints can do."""
-    rows = zip(state.joints, state.velocity, state.present_acceleration, *limits[1:3], strict=True)
+    rows = zip(state.joints, state.velocity, state.present_acceleration, *structs.astuple(limits)[1:3], strict=True)
     return tuple(
         q + 0.5 * v * abs(v) / a_max + random.choice((0.0, v * a / jerk, random.gauss(0.0, 0.02), 1e-9))
         for q, v, a, a_max, jerk in rows
@@ -131,7 +134,7 @@ class Oracle:
         )
         self._working = ruckig.Result.Working
         task = self._task
-        task.max_velocity, task.max_acceleration, task.max_jerk = limits[:3]
+        task.max_velocity, task.max_acceleration, task.max_jerk = structs.astuple(limits)[:3]
 
     def lasting(self, state: JointState, goal: Joints) -> float:
         """Return the least time of a motion [s]."""

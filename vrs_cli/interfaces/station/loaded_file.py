@@ -6,8 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from operator import itemgetter
 from types import MappingProxyType
-from typing import NamedTuple, Self
+from typing import Self
 from weakref import WeakSet, ref
+
+from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.store import Layout
@@ -28,7 +30,7 @@ LONG_PROGRAM = 100  # minimum number of steps of a program that another thread c
 LEAST_TOLD = 1e-6
 
 
-class LoadedFile(NamedTuple):
+class LoadedFile(Struct, frozen=True):
     """The contents of a file. `variables`: the variables of the sections without mistakes. `diagnostics`: the mistakes
     found by the analysis of the file."""
 

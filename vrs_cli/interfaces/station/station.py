@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 from weakref import WeakSet, finalize
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli import errors
 from vrs_cli.contacts.watch import ContactWatch
@@ -179,7 +179,7 @@ class Station:
         loaded = list[loaded_file.LoadedFile]()
         for (file, _), (text, _), before in zip(read, texts, found, strict=True):
             one = loaded_file.LoadedFile.of(file, text, memory, vplus=vplus, beside=programs)
-            loaded.append(one._replace(diagnostics=(*before, *one.diagnostics)))
+            loaded.append(structs.replace(one, diagnostics=(*before, *one.diagnostics)))
             self.take(one)
         return tuple(loaded)
 
@@ -194,7 +194,7 @@ class Station:
         memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         found = yield from beside_if(long, lambda: loaded_file.LoadedFile.of(file, text, memory, vplus=vplus))
         yield from self._compiled_for_tasks(found)
-        return found._replace(diagnostics=(*unreadable, *found.diagnostics))
+        return structs.replace(found, diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
         """Return a copy of the memory, including the variables of the cell, for checking other programs."""

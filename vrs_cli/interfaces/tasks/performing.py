@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import count
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
@@ -34,7 +34,7 @@ STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # request
 STEPS_A_START = 100  # number of steps that the start of a task counts as
 
 
-class TypedLine(NamedTuple):
+class TypedLine(Struct, frozen=True):
     """A line that a program typed (TYPE), and the robot's time at the end of that line [s]."""
 
     t: float

@@ -316,7 +316,7 @@ def configuration_bits(configuration: Configuration) -> int:
 def configuration_of(bits: float) -> Configuration:
     """Return the configuration that these bits denote. Raises IllegalValue."""
     number = values.integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
-    return Configuration(
+    return Configuration.of(
         Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
         Elbow.BELOW if number & _CONFIGURATION_BITS[Elbow.BELOW] else Elbow.ABOVE,
         Wrist.FLIP if number & _CONFIGURATION_BITS[Wrist.FLIP] else Wrist.NOFLIP,

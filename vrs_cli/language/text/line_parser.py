@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Container, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, Protocol, cast
 
 from msgspec import Struct
 from msgspec.structs import astuple, replace
@@ -74,7 +74,7 @@ class Rule(Struct, frozen=True):
     alone: bool
 
 
-class Table(NamedTuple):
+class Table(Struct, frozen=True):
     """A parse table. `states`: for each state and symbol, the next state, or the inverse (~) of the index of a complete
     rule; `starts` and `ends`: the first and last state for each start symbol; `terminals`: the pattern of each
     terminal."""
@@ -102,7 +102,8 @@ def _sound_table(grammar: str, starts: tuple[str, ...]) -> tuple[Any, ...] | Non
         table = _table(_lark(grammar, starts))
     except (AttributeError, KeyError, TypeError, ValueError):
         return None
-    return (table.states, list(map(astuple, table.rules)), *table[2:]) if _is_sound(table, starts) else None
+    rules = list(map(astuple, table.rules))
+    return (table.states, rules, table.starts, table.ends, table.terminals) if _is_sound(table, starts) else None
 
 
 def _lark(grammar: str, starts: tuple[str, ...], builder: object = None) -> Any:

@@ -204,7 +204,7 @@ def judge_dialect(check: checks.DialectCheck, run: basis.JudgedRun) -> basis.Ver
 def judge_typed(check: checks.TypedCheck, run: basis.JudgedRun) -> basis.Verdict:
     """Judge which lines were typed, in which order and at which times."""
     started, step, place = run.evidence.started, run.s, 0
-    typed = tuple(line._replace(t=line.t - started) for line in run.evidence.typed)
+    typed = tuple(replace(line, t=line.t - started) for line in run.evidence.typed)
     used, lines = set[int](), _wanted_lines(check, run)
     for found, wanted in enumerate(lines):
         place, early = _next_match(typed, place, wanted, step)

@@ -213,7 +213,7 @@ def ramps(by_acceleration: float, by_jerk: float) -> Change:
     return Change(ramp, up_to_grid(reach - ramp), ramp)
 
 
-class Course(NamedTuple):
+class Course(Struct, frozen=True):
     """The times of a whole motion, each on the time grid."""
 
     change: VelocityChange
@@ -256,8 +256,10 @@ class Course(NamedTuple):
 def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Yield the stretches of joints that change from their velocities to these cruise velocities and then stop."""
-    change, cruise, slow = course  # stretch by stretch, not joint by joint, since this is the most frequent plan
+    """Yield the stretches of joints that change from their velocities to these cruise velocities and then stop. Each
+    stretch is computed for all joints at once, since this is the most frequent plan.
+    """
+    change, cruise, slow = course.change, course.cruise, course.slow
     paths = change.paths(joints, velocity, cruising)
     durations = change.durations
     q = [value(a, durations[-1]) for a in paths[-1]]
@@ -316,9 +318,10 @@ class ToolMotion:
         for p, v, a, way in starts:
             v1 = change.ahead(way, v, a) * (1.0 / reach) if going else 0.0
             ways.append(course.polynomials(p, v, a, v1))
-        for _, at, end, v, a in state.guides:
-            v1 = change.ahead(end - at, v, a) / reach if going else 0.0
-            guides.append(course.polynomials(at, v, a, v1))
+        for guide in state.guides:
+            rate, acceleration = guide.rate, guide.acceleration
+            v1 = change.ahead(guide.end - guide.value, rate, acceleration) / reach if going else 0.0
+            guides.append(course.polynomials(guide.value, rate, acceleration, v1))
         spin = angle / reach if going else 0.0
         turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turn_after_change(change, spin)) if spin else []
         dying = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]

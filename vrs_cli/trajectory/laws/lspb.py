@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import copysign, inf, sqrt
 from typing import NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, length, rotated_back, scaled_vector
@@ -48,7 +48,7 @@ def _course(blend: float, cruise: float, slow: float) -> Course:
     return Course(Blend(blend), cruise, Blend(slow))
 
 
-class Component(NamedTuple):
+class Component(Struct, frozen=True):
     """A scalar part of a motion: the remaining displacement, the present velocity, the limits of velocity, acceleration
     and jerk.
     """
@@ -274,7 +274,8 @@ def joint_motion(
     if reach <= 0.0:
         return ()
     blend, still = course.change.lasts, (0.0,) * len(components)
-    cruising = still if course.stops_at_once else [(way - 0.5 * v * blend) / reach for way, v, *_ in components]
+    ways = [it.displacement - 0.5 * it.velocity * blend for it in components]
+    cruising = still if course.stops_at_once else [way / reach for way in ways]
     return segments_of(start, motion, joint_stretches(course, state.joints, state.velocity, cruising, first))
 
 
@@ -289,7 +290,7 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
     line = _ToolMotion(state, state.pose, limits)
     blend = up_to_grid(max(length(state.velocity) / limits.acceleration, line.spin / limits.spin_acceleration))
     stop = Course(Blend(blend), 0.0, Blend(0.0))
-    return [stretch._replace(phase=Phase.DECELERATE) for stretch in line.stretches(stop)]
+    return [structs.replace(stretch, phase=Phase.DECELERATE) for stretch in line.stretches(stop)]
 
 
 class _ToolMotion(ToolMotion):

@@ -23,6 +23,8 @@ from itertools import islice
 from math import cbrt, inf, sqrt
 from typing import NamedTuple
 
+from msgspec import structs
+
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -369,7 +371,7 @@ def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
     """
     line = _ToolMotion(state, state.pose, limits)
     stretches = line.stretches(Course(line.stop(), 0.0, NONE))
-    return [stretch._replace(phase=Phase.DECELERATE) for stretch in stretches]
+    return [structs.replace(stretch, phase=Phase.DECELERATE) for stretch in stretches]
 
 
 class _ToolMotion(ToolMotion):
