@@ -144,11 +144,14 @@ def _state(status: PromptStatus) -> tuple[str, ...]:
 
     x, y, z = (decimal(millimetres(number), 1) for number in status.tool)
     doing = f"moves until {status.end:.1f} s" if status.clock < status.end else "at rest"
-    clock = status.pace  # in real time
-    pace = "paused, " if clock and clock.paused else f"rate {clock.rate:g}, " if clock and clock.rate != 1.0 else ""
+    clock = status.pace  # None in the robot's own time
+    if clock is not None and clock.paused:
+        doing = f"paused, {doing}"
+    elif clock is not None and clock.rate != 1.0:
+        doing = f"rate {clock.rate:g}, {doing}"
     return (
         f"t {decimal(status.clock, 2)} s",
-        *([f"{pace}{doing}"] if clock else []),
+        *([] if clock is None else [doing]),
         f"X {x} Y {y} Z {z}",
         f"{decimal(status.monitor_speed, 0)} % / {decimal(status.speed, 0)} {status.speed_unit}",
         status.configuration,
