@@ -65,12 +65,12 @@ def _takes_address(options: Namespace) -> str | None:
         if options.lead is not None:
             raise CommandLineError("--lead is for a robot that is served", "give its address, ws://HOST:PORT")
         return None
-    file_is, url_is = options.file.startswith(ADDRESSES), options.url.startswith(ADDRESSES)  # an address
+    file_is_address, url_is_address = options.file.startswith(ADDRESSES), options.url.startswith(ADDRESSES)
     local = next((name.replace("_", "-") for name in LOCAL if getattr(options, name) is not None), "")
     refuse(
         (
-            file_is or not url_is,
-            f"one argument too many: {options.file if file_is else options.url}",
+            file_is_address or not url_is_address,
+            f"one argument too many: {options.file if file_is_address else options.url}",
             "vrs lab steer ws://HOST:PORT FILE.csv",
         ),
         (

@@ -104,9 +104,10 @@ def _guarded(most: int, lift: Callable[[], None], end_by: Callable[[LimitReached
     try:
         checks = most and STATM.exists()
         with alarm(signal.SIGPROF, signal.ITIMER_PROF, CHECK_EVERY, check, CHECK_EVERY) if checks else nullcontext():
-            yield
-    except MemoryError:
-        lift()
-        raise reached from None
+            try:
+                yield
+            except MemoryError:
+                lift()
+                raise reached from None
     finally:
         sys.unraisablehook = told

@@ -157,7 +157,7 @@ class _Bench(Simulation):
             for k, t in enumerate(np.arange(0.5, self.trial.seconds, BETWEEN).tolist()):
                 move = Move(JointTarget(places[k % PLACES]), False, stamp=Stamp(t + LEAD), text="MOVE")
                 self._at(self._forward.arrival(t), partial(self._move, move))
-        self._act(until=self.trial.seconds)
+        self._run_events(until=self.trial.seconds)
         self._now = self.trial.seconds
 
     def _move(self, move: Move) -> None:

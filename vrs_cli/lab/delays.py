@@ -164,7 +164,7 @@ class Simulation:
     def _at(self, t: float, act: Callable[[], None]) -> None:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
-    def _act(self, until: float = inf) -> None:
+    def _run_events(self, until: float = inf) -> None:
         """Let the events before a time happen, with those that they cause."""
         while self._queue and self._queue[0][0] < until:
             self._now, _, act = heapq.heappop(self._queue)
@@ -219,7 +219,7 @@ class DelayCourse(Simulation):
             self._at(t, partial(self._issue, self.commands, request, t))
             self.commands += 1
             t += random.uniform(SHORTEST_PAUSE, LONGEST_PAUSE)
-        self._act()
+        self._run_events()
         self._now = self.trial.seconds
         self._look()
         self._predict()
