@@ -535,7 +535,8 @@ class RapidTranslator:
             block = sorted(around, key=lambda b: -b.opener)[loops_of(it) - 1]
             self.say(f"GOTO {'out' if it.word == 'EXIT' else 'next'}{block.opener};")
         else:
-            raise NoCounterpart(f"{it.word} of a width" if it.word in HANDS and any(it.arguments) else it.word)
+            has_width = any(it.arguments) and it.word.removesuffix("I") in ("OPEN", "CLOSE")
+            raise NoCounterpart(f"{it.word} of a width" if has_width else it.word)
 
     def _perform(self, form: tuple[str, list[str]], it: ast.Instruction) -> None:
         self.say(*self._fill(form, it.arguments, it.word).replace("; ", ";\n").split("\n"))
@@ -779,7 +780,6 @@ BLOCKS: Mapping[type, BlockLine] = {
     ast.Any: BlockLine("DEFAULT:", back=1),
 }
 Datum = tuple[str, Kind, str]  # a program ("" for a shared variable), and the kind and key of a variable
-HANDS = ("OPEN", "CLOSE", "OPENI", "CLOSEI")
 INSTRUCTIONS: Mapping[str, Callable[[RapidTranslator, ast.Instruction], None]] = {
     "SPEED": RapidTranslator._speed,
     "SIGNAL": lambda self, it: self.say(*[self._signal("SIGNAL", one) for one in it.arguments]),

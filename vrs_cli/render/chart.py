@@ -11,8 +11,7 @@ from vrs_cli.render.blocks import Page, Piece, TextLine, line
 from vrs_cli.render.colours import CURVES, Ink
 from vrs_cli.values import numbers, replies
 
-BRAILLE = 0x2800
-# bits of the dots, by row and column of a cell (Unicode 1.1, U+2800 block)
+# bits of the dots, by row and column of a cell (braille patterns, from U+2800 in Unicode 1.1)
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 FINE, PLAIN = (2, 4), (1, 1)  # number of dots in a cell, across and down
 
@@ -137,7 +136,7 @@ class Canvas:
                 yield " " * len(list(columns)), Ink.TEXT
             else:
                 ink, letter = look(owner)
-                yield "".join([chr(BRAILLE + dots[at]) if self.dots_wide > 1 else letter for at in columns]), ink
+                yield "".join([chr(0x2800 + dots[at]) if self.dots_wide > 1 else letter for at in columns]), ink
 
 
 # --- curves over time --------------------------------------------------------------------------------------------

@@ -115,9 +115,8 @@ def _lines(text: str) -> Iterator[tuple[str, TextLine]]:
         if head.startswith("#"):
             yield "", TextLine(((head.lstrip("# "), Ink.HEADING),))
         elif head.startswith(("    ", "```")):
-            for line in block:
-                if not line.startswith("```"):
-                    yield "", TextLine((("    " + line.removeprefix("    "), Ink.INSTRUCTION),))
+            code = (f"    {line.removeprefix('    ')}" for line in block if not line.startswith("```"))
+            yield from (("", TextLine(((line, Ink.INSTRUCTION),))) for line in code)
         else:
             words = " ".join(line.strip() for line in block)
             item = _ITEM.fullmatch(words)

@@ -11,8 +11,7 @@ from vrs_cli.engine.book import SAME_TIME
 from vrs_cli.values import numbers, results
 
 # TYPE may ring the bell (/B) and move up n lines (/U); tabs and line ends stay too
-_OBEYED = r"\x1b\[[0-9]{1,4}A"
-_CONTROL = re.compile(rf"({_OBEYED})|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
+_CONTROL = re.compile(r"(\x1b\[[0-9]{1,4}A)|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
 _CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in range(0xA0)]
 
 
@@ -43,8 +42,7 @@ def sentences(it: results.Displacement) -> Iterator[str]:
             low = "" if max(times) - min(times) <= SAME_TIME else f"{min(times):.3f} to "
             yield f"{_count(moved, it.more)} {begin} {low}{numbers.seconds(max(times))} {word}: {_names(moved)}"
     if it.dropped:
-        verb = "is" if len(it.dropped) == 1 else "are"
-        yield f"{_count(it.dropped, it.more)} {verb} dropped: {_names(it.dropped)}"
+        yield f"{_count(it.dropped, it.more)} {'is' if len(it.dropped) == 1 else 'are'} dropped: {_names(it.dropped)}"
 
 
 def _count(moved: Sequence[results.Moved], more: bool) -> str:

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
-LESSON = "lesson"  # all robots have the same name, so that an open page continues with the next lesson
 CLOSING = 5.0  # [s] maximum time to open or close a delay line
 
 
@@ -98,7 +97,14 @@ def _serve(
     realtime = None if lesson.delays is None else rate
     cell = None if lesson.cell_file is None else lesson.cell
     local_robot = LocalRobot(
-        lesson.robot, page, name=LESSON, rate=realtime, folder=folder, cell=cell, styled=styled_lines, tell=tell
+        lesson.robot,
+        page,
+        name="lesson",  # the same for all robots, so that an open page continues with the next lesson
+        rate=realtime,
+        folder=folder,
+        cell=cell,
+        styled=styled_lines,
+        tell=tell,
     )
     stack.callback(local_robot.close)
     url = local_robot.url if lesson.delays is None else _add_delay(local_robot.url, DelayWays(*lesson.delays), stack)

@@ -78,35 +78,32 @@ class SubmissionRuns:
             try:
                 result = station.execute(name, all_tasks=True)
             except ProgramNotExecutable as error:
-                raise NotExecuted(self._mistake(self._loaded) or f"{error.title} {error.detail}") from None
+                raise NotExecuted(self.mistake or f"{error.title} {error.detail}") from None
             self._checkers.setdefault(exercise.seed, station.contacts.checker)
             return evidence_of(station, result, given=exercise.given_programs)
 
     @property
     def mistake(self) -> str:
-        """Return the first mistake in the loaded file, with its line; "" if there is none."""
-        return "" if self._loaded is None else self._mistake(self._loaded)
+        """Return the first mistake in the loaded file with its line, and the number of further mistakes; "" if there is
+        none."""
+        found = () if self._loaded is None else self._loaded.diagnostics
+        wrong = in_order(one for one in found if one.severity is Severity.ERROR)
+        if not wrong:
+            return ""
+        more = f" (and {count(len(wrong) - 1, 'more mistake')})" if len(wrong) > 1 else ""
+        return f"line {wrong[0].span.line}: {wrong[0].message}{more}"
 
     def _program(self, exercise: Exercise, station: Station, loaded: LoadedFile) -> str:
         """Return the name of the program to run. Raises NotExecuted."""
         names = [one.program.name for one in loaded.programs]
         if exercise.program is None:
             if not names:
-                raise NotExecuted(self._mistake(loaded) or "the file holds no program: a program begins with .PROGRAM")
+                raise NotExecuted(self.mistake or "the file holds no program: a program begins with .PROGRAM")
             return names[0]
         if key_of(exercise.program) in station.programs:
             return exercise.program
         holds = f"; it holds {', '.join(names)[:200]}" if names else ""
-        raise NotExecuted(self._mistake(loaded) or f"the file holds no program {exercise.program}{holds}")
-
-    def _mistake(self, loaded: LoadedFile) -> str:
-        """Return the first mistake in the file with its line, and the number of further mistakes; "" if there is
-        none."""
-        wrong = in_order(one for one in loaded.diagnostics if one.severity is Severity.ERROR)
-        if not wrong:
-            return ""
-        more = f" (and {count(len(wrong) - 1, 'more mistake')})" if len(wrong) > 1 else ""
-        return f"line {wrong[0].span.line}: {wrong[0].message}{more}"
+        raise NotExecuted(self.mistake or f"the file holds no program {exercise.program}{holds}")
 
 
 def _station(exercise: Exercise) -> Station:

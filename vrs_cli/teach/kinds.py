@@ -25,7 +25,6 @@ from vrs_cli.trajectory.segment import Phase
 from vrs_cli.values.commands import MotionKind
 from vrs_cli.values.diagnostics import DIALECTS
 
-MAX_SPEED = 1e6  # [mm/s], [mm/s2] maximum speed and acceleration
 MAX_REAL = 1e9
 CONFIGURATIONS = ("RIGHTY", "LEFTY", "ABOVE", "BELOW", "FLIP", "NOFLIP")
 REQUIRED = "required"
@@ -63,7 +62,7 @@ class CheckKind(NamedTuple):
 _millimetres = partial(ExerciseText.number, least=0.0, most=MAX_LENGTH_MM, unit="mm")
 _degrees = partial(ExerciseText.number, least=0.0, most=180.0, unit="deg")
 _seconds = partial(ExerciseText.number, least=0.0, most=LATEST, unit="s")
-_per_second = partial(ExerciseText.number, least=0.0, most=MAX_SPEED)
+_per_second = partial(ExerciseText.number, least=0.0, most=1e6)  # [mm/s], [mm/s2]
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:

@@ -150,9 +150,9 @@ def _why(status: int | None, late: bool, limits: ProcessLimits) -> str:
         return f"it took longer than {limits.wall:g} s"
     if by == getattr(signal, "SIGXCPU", None):
         return f"it took more than {limits.cpu:g} s of the processor"
-    if by > 0:
-        return f"its process was ended by {signal.Signals(by).name}"
-    return f"its process ended with status {status}"
+    return (
+        f"its process was ended by {signal.Signals(by).name}" if by > 0 else f"its process ended with status {status}"
+    )
 
 
 @contextmanager

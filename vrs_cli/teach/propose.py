@@ -95,11 +95,9 @@ class _Proposal:
         self.exercise_folder, self.teacher = folder / "exercise", folder / "teacher"
         named = (Path(cell), "--cell") if cell is not None else cell_of_program(text, path, FREE)
         self.cell = None if named is None else named[0]
-        robot = named_above(text, "robot")
-        self.robot = "puma560" if robot is None else robot[0]
-        dialect = named_above(text, "dialect")
-        word = Dialect.VPLUS.value if dialect is None else dialect[0].lower()
-        self.dialect = next((one for one in Dialect if one.value == word), Dialect.VPLUS)
+        self.robot, _ = named_above(text, "robot") or ("puma560", None)
+        word, _ = named_above(text, "dialect") or (Dialect.VPLUS.value, None)
+        self.dialect = next((one for one in Dialect if one.value == word.lower()), Dialect.VPLUS)
         self.file, wrong = parse_file(text, self.dialect)
         if wrong:
             more = f" (and {count(len(wrong) - 1, 'more mistake')})" if len(wrong) > 1 else ""

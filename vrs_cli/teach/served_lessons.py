@@ -50,10 +50,9 @@ class ServedLessons:
 
     def __init__(self, folder: Path, begin_anew: Callable[[str, str], None], tell: Callable[[str], None]) -> None:
         self._folder, self._begin_anew, self._tell = folder, begin_anew, tell
-        found = {one: read_lesson(one) for one in lesson_folders(lessons_folder())}
-        self._course = {
-            one: lesson for one, lesson in found.items() if lesson.delays is None
-        }  # robots of this server have no delay line
+        self._course = {  # robots of this server have no delay line
+            one: lesson for one in lesson_folders(lessons_folder()) if (lesson := read_lesson(one)).delays is None
+        }
         self._wanted: dict[str, Path] = {}
         self._tutors: dict[str, Tutor] = {}
 
@@ -96,18 +95,16 @@ class ServedLessons:
     def _next(self, record: LearnerRecord) -> Path:
         """Return the first unfinished lesson, searching from the latest one on; the first lesson if all are
         finished."""
-        folders = [*self._course]
-        keys = [progress_key(one) for one in folders]
+        folders = {progress_key(one): one for one in self._course}
+        keys = [*folders]
         start = keys.index(record.latest) if record.latest in keys else 0
-        order = [*zip(keys, folders, strict=True)]
-        return next((one for key, one in order[start:] + order[:start] if not record.of(key).is_finished), folders[0])
+        return folders[next((key for key in keys[start:] + keys[:start] if not record.of(key).is_finished), keys[0])]
 
     # --- clients ---
 
     def enter(self, client: ClientSession) -> None:
         """Start the lesson, or send the texts of the current step to a client that connects later."""
-        tutor = self._at(client)
-        if tutor is not None:
+        if (tutor := self._at(client)) is not None:
             tutor.enter(client)
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
@@ -124,8 +121,7 @@ class ServedLessons:
         tutor = self._tutors.get(student)
         if tutor is None or not tutor.begun:
             return "", 0, 0
-        standing = tutor.standing
-        return tutor.lesson.title, standing.passed, standing.of
+        return tutor.lesson.title, tutor.standing.passed, tutor.standing.of
 
     def _at(self, client: ClientSession) -> Tutor | None:
         student = student_of(client.robot)

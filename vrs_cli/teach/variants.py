@@ -297,18 +297,20 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
         text.fault(entry, "by", "nothing changes: write by = [50, 50, 0], turn = 20, later = 0.5 or value = 3")
     if (changes & {"by", "turn"} and not placed) or ("later" in changes and not timed):
         text.fault(entry, "move", "by and turn move what has a place, later is for signals, value for reals")
-    if "by" in changes:
-        group = structs.replace(group, by=text.place(entry, "by"))
-    if "turn" in changes:
-        group = structs.replace(group, turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")))
-    if "shuffle" in changes:
-        group = structs.replace(group, shuffle=text.switch(entry, "shuffle"))
-        signals = _signals(around.cell, group.keys)
-        if not any(abs(one.when) in signals for one in around.cell.scene.feeders):
-            text.fault(entry, "shuffle", "no feeder of the cell has one of these signals: name the signal in its when")
-    if "later" in changes:
-        group = structs.replace(group, later=text.number(entry, "later", 0.0, LATEST, "s"))
-    if "value" in changes:
-        value = text.number(entry, "value", 0.0, LIMIT)
-        group = structs.replace(group, value=value, whole=type(given["value"]) is int)
-    return group
+    return structs.replace(
+        group,  # the values are read in this order, so their mistakes are reported in it
+        by=text.place(entry, "by") if "by" in given else group.by,
+        turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")) if "turn" in given else 0.0,
+        shuffle="shuffle" in given and _shuffles(text, entry, _signals(around.cell, group.keys), around.cell),
+        later=text.number(entry, "later", 0.0, LATEST, "s") if "later" in given else 0.0,
+        value=text.number(entry, "value", 0.0, LIMIT) if "value" in given else 0.0,
+        whole=type(given.get("value")) is int,
+    )
+
+
+def _shuffles(text: ExerciseText, entry: CellEntry, signals: frozenset[int], cell: Cell) -> bool:
+    """Read whether the feeders of a group are shuffled. `signals`: the signals of the group."""
+    shuffle = text.switch(entry, "shuffle")
+    if not any(abs(one.when) in signals for one in cell.scene.feeders):
+        text.fault(entry, "shuffle", "no feeder of the cell has one of these signals: name the signal in its when")
+    return shuffle

@@ -26,7 +26,6 @@ from vrs_cli.teach.reports.results import Likeness, ShownMark, file_stem, plain,
 
 BEFORE, AFTER = 3.0, 1.0  # [s] length of a replay before and after its failed time
 MAX_REPLAY_S = 20.0  # [s] length of a replay of the end of the run, if there is no failed time
-PLOTS = (("TOOL",), ("POSITION",), ("SPEED",))
 STUDENTS, REPLAYS, VIEWER, TEACHER = "students", "replays", "viewer.html", "teacher.html"
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-src 'self' file:"
 STYLE = (
@@ -63,7 +62,7 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
         return None
     at = failed.at if failed is not None else None
     timeline = run.timeline
-    curves = (plot_curves(run.arm, timeline, select_curves(run.arm, words)) for words in PLOTS)
+    curves = (plot_curves(run.arm, timeline, select_curves(run.arm, (word,))) for word in ("TOOL", "POSITION", "SPEED"))
     begin, end = (timeline.end - MAX_REPLAY_S, timeline.end) if at is None else (at - BEFORE, at + AFTER)
     between = max(begin, timeline.start), min(end, timeline.end)
     cell = None if run.course is None else run.cell
