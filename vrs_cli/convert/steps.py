@@ -112,16 +112,15 @@ class ExecutedRun(Struct, frozen=True):
 
 def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
     """Read the steps of a run from its timeline."""
-    motions = [list(found) for _, found in groupby(timeline, key=lambda segment: segment.motion.number)]
-    initial, *motions = motions
-    start = segment_joints(arm, initial[0], 0.0)
+    initial, *motions = (list(found) for _, found in groupby(timeline, key=lambda segment: segment.motion.number))
     builder = StepBuilder(arm, timeline, motions, initial[0].motion.frames)
     inputs, on = list[tuple[float, int, bool]](), dict[int, bool]()
     for event in timeline.events:  # sensors of a cell have no events; recorded readings show their states
         if event.channel >= FIRST_INPUT and on.get(event.channel, False) is not event.value > 0.0:
             on[event.channel] = event.value > 0.0
             inputs.append((event.time, event.channel, event.value > 0.0))
-    return ExecutedRun(arm, start, initial[0].motion.frames, tuple(_without_polling(builder.steps())), tuple(inputs))
+    steps, start = tuple(_without_polling(builder.steps())), segment_joints(arm, initial[0], 0.0)
+    return ExecutedRun(arm, start, initial[0].motion.frames, steps, tuple(inputs))
 
 
 class StepBuilder:

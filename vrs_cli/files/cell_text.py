@@ -106,7 +106,7 @@ class CellText:
             if isinstance(number, dict):
                 self.name_signals(number, f"{before}{last}.")
             elif not _is_signal(number):
-                self.fault(self.whole, name, f"{_quote(number)} is no signal: 1-512, 1001-1512 or 2001-2512")
+                self.fault(self.whole, name, f"{quote_value(number)} is no signal: 1-512, 1001-1512 or 2001-2512")
             elif twin:
                 self.fault(self.whole, name, f"signal {number} is called {twin} already")
             else:
@@ -125,7 +125,7 @@ class CellText:
             return -found if given.startswith("-") else found
         if type(given) is int and _is_signal(abs(given)):
             return given
-        self.fault(entry, key, "it is missing" if given is None else f"{_quote(given)} is no signal")
+        self.fault(entry, key, "it is missing" if given is None else f"{quote_value(given)} is no signal")
         return None
 
     def input_signal(self, entry: CellEntry, key: str) -> int | None:
@@ -146,14 +146,14 @@ class CellText:
         if given is None:
             return None
         if type(given) not in (int, float) or not 0.0 <= given <= LATEST:
-            self.fault(entry, key, f"{_quote(given)} is no time from 0 to {LATEST:g} s")
+            self.fault(entry, key, f"{quote_value(given)} is no time from 0 to {LATEST:g} s")
             return None
         return on_grid(float(given))
 
     def switch(self, entry: CellEntry, key: str) -> bool:
         given = entry.given.get(key, False)
         if type(given) is not bool:
-            self.fault(entry, key, f"{_quote(given)} is neither true nor false")
+            self.fault(entry, key, f"{quote_value(given)} is neither true nor false")
         return given is True
 
     # --- lengths and places: millimetres and degrees in the file, metres and radians inside ---
@@ -162,7 +162,7 @@ class CellText:
         """Read a length in mm. `default`: in mm; None: the length is required."""
         given = entry.given.get(key, default)
         if type(given) not in (int, float) or not least <= given <= MAX_LENGTH_MM:
-            missing = "it is missing; " if given is None else f"{_quote(given)}: "
+            missing = "it is missing; " if given is None else f"{quote_value(given)}: "
             self.fault(entry, key, f"{missing}a length from {least:g} to {MAX_LENGTH_MM:g} mm")
             return 1.0
         return float(given) / 1000.0
@@ -206,7 +206,7 @@ class CellText:
             and all(type(one) in (int, float) and abs(one) <= MAX_LENGTH_MM for one in given)
         ):
             return tuple(map(float, given))
-        missing = "it is missing: " if given is None else f"{_quote(given)}: "
+        missing = "it is missing: " if given is None else f"{quote_value(given)}: "
         self.fault(entry, key, f"{missing}{wanted}")
         return None
 
@@ -229,7 +229,7 @@ class CellText:
 UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T for axes along those of the world
 
 
-def _quote(given: Any) -> str:
+def quote_value(given: Any) -> str:
     """Return a value as text for a message, shortened if it is long."""
     text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
     return text if len(text) <= 80 else f"{text[:77]}..."

@@ -131,11 +131,15 @@ def _parts(reply: replies.PartTable, _page: Page) -> Iterator[Block]:
     if reply.stamped and reply.rows and not several:
         yield line(f"At {seconds(reply.rows[0].time)}", Ink.NOTE)
     columns = (Column("Part", Ink.NAME), *number_columns(*(("t",) if several else ()), *POSE))
-    rows = []
-    for row in reply.rows:
-        place = [""] * len(POSE) if row.T_world_part is None else list(map(decimal, numbers_of(row.T_world_part)))
-        rows.append((f"{row.name} {_state(row)}", *((decimal(row.time),) if several else ()), *place))
-    yield Grid(columns, tuple(rows), tight=True, keys=1)
+    rows = tuple(
+        (
+            f"{row.name} {_state(row)}",
+            *((decimal(row.time),) if several else ()),
+            *([""] * len(POSE) if row.T_world_part is None else map(decimal, numbers_of(row.T_world_part))),
+        )
+        for row in reply.rows
+    )
+    yield Grid(columns, rows, tight=True, keys=1)
 
 
 def _state(row: replies.PartRow) -> str:

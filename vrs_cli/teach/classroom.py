@@ -94,15 +94,13 @@ def _serve(
     from vrs_cli.repl.connection import Remote
 
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-")))
-    realtime = None if lesson.delays is None else rate
-    cell = None if lesson.cell_file is None else lesson.cell
     local_robot = LocalRobot(
         lesson.robot,
         page,
         name="lesson",  # the same for all robots, so that an open page continues with the next lesson
-        rate=realtime,
+        rate=None if lesson.delays is None else rate,
         folder=folder,
-        cell=cell,
+        cell=None if lesson.cell_file is None else lesson.cell,
         styled=styled_lines,
         tell=tell,
     )

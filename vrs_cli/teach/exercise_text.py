@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError, did_you_mean
 from vrs_cli.extras import shipped_folder
 from vrs_cli.files.cell_file import read_cell
-from vrs_cli.files.cell_text import MAX_LENGTH_MM, UPRIGHT, CellEntry, CellText
+from vrs_cli.files.cell_text import MAX_LENGTH_MM, UPRIGHT, CellEntry, CellText, quote_value
 from vrs_cli.files.opening import text_at
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.kinematics.model import RobotModel
@@ -141,7 +141,7 @@ class ExerciseText(CellText):
 
     def prefix(self, given: Any) -> str:
         """Return the start of a message about a wrong value."""
-        return "it is missing: " if given is None else f"{_cut(given)}: "
+        return "it is missing: " if given is None else f"{quote_value(given)}: "
 
     # --- places ---
 
@@ -160,7 +160,7 @@ class ExerciseText(CellText):
                 return GivenPlace(given, tuple(item for _, item in pairs if item is not None))
             known = sorted({name for name, _ in self.locations})
             there = f"given.v2 has {', '.join(known)}" if known else "given.v2 has no locations"
-            what = f"{_cut(given)}: no given location is called {unknown[:40]!r}"
+            what = f"{quote_value(given)}: no given location is called {unknown[:40]!r}"
             self.fault(entry, key, f"{what}; {did_you_mean(unknown.lower(), known, there)}")
             return FixedPlace(IDENTITY, turned=False)
         is_list = isinstance(given, list) and len(given) in (3, 6)
@@ -180,11 +180,6 @@ def item_of_text(text: str) -> Item | None:
         return None
     indexes = tuple(int(one) for one in (found[2] or "").split(",") if one)
     return key_of(found[1]), None if not indexes else indexes if len(indexes) > 1 else indexes[0]
-
-
-def _cut(given: Any) -> str:
-    text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
-    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 class BaseCheck(Struct, frozen=True, kw_only=True):

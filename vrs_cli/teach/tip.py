@@ -75,9 +75,7 @@ def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float],
     """Return a function from the time since `first` in a segment [s] to T_world_tool. After the segment the tool is at
     rest."""
     path, frames, lasting = segment.path, segment.motion.frames, segment.duration
-    if isinstance(path, JointPath):
-        return lambda s: world_pose(arm, frames, path.joints(min(first + s, lasting)))
-    if arm.model.task is ArmTask.POSE:
+    if not isinstance(path, JointPath) and arm.model.task is ArmTask.POSE:
         T_world_robot = inverse(frames.base)
         return lambda s: compose(T_world_robot, path.pose(min(first + s, lasting)))
     return lambda s: world_pose(arm, frames, segment_joints(arm, segment, min(first + s, lasting)))

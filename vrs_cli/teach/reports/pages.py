@@ -121,9 +121,11 @@ def student_page(exercise: Exercise, grading: Grading, replay: Replay | None, st
     if replay is not None:
         place = f" in variant {replay.variant}" if replay.variant else ""
         what = f"The moment at {replay.at:.2f} s{place}" if replay.at is not None else f"The run{place}"
-        parts.append(f"<h2>{what}</h2>")
-        parts.append(f'<iframe src="{VIEWER}#{stem}" title="{what}, in 3-D" loading="lazy"></iframe>')
-        parts += [f"<p>{curve}</p>" for curve in replay.curves]
+        parts += [
+            f"<h2>{what}</h2>",
+            f'<iframe src="{VIEWER}#{stem}" title="{what}, in 3-D" loading="lazy"></iframe>',
+            *(f"<p>{curve}</p>" for curve in replay.curves),
+        ]
     return _page(title, "".join(parts))
 
 
@@ -162,11 +164,11 @@ def teacher_page(
             f'<td class="n">{one.similarity:.0%}</td></tr>'
             for one in alike
         )
-        parts.append(
+        parts += [
             "<h2>Similar submissions</h2><p>How much of their words, whatever names they use, two have in common. "
-            "Short programs for one task are often alike.</p>"
-        )
-        parts.append(f'<table><tr><th>Student</th><th>Student</th><th class="n">Similarity</th></tr>{pairs}</table>')
+            "Short programs for one task are often alike.</p>",
+            f'<table><tr><th>Student</th><th>Student</th><th class="n">Similarity</th></tr>{pairs}</table>',
+        ]
     parts.append(f"<p>Digest of all results (SHA-256): <code>{escape(digest)}</code></p>")
     return _page(plain(exercise.title), "".join(parts))
 
