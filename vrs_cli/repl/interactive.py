@@ -10,6 +10,7 @@ import asyncio
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache, partial
 from math import inf
@@ -70,37 +71,30 @@ class BackgroundValue(Generic[V]):
 
     def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
         self._make, self._when_ready = make, when_ready
-        self._thread: Thread | None = None
-        self._value: V | None = None
-        self._error: BaseException | None = None
+        self._thread = Thread(target=self._work, name="background value", daemon=True)
+        self._value: Future[V] = Future()
 
     def begin(self) -> None:
         """Start the thread, unless it has been started already."""
-        if self._thread is None:
-            self._thread = Thread(target=self._work, name="background value", daemon=True)
+        if self._thread.ident is None:
             self._thread.start()
 
     def _work(self) -> None:
         try:
-            self._value = self._make()
+            self._value.set_result(self._make())
         except BaseException as error:  # `wait` raises it again
-            self._error = error
+            self._value.set_exception(error)
         self._when_ready()
 
     @property
     def ready(self) -> V | None:
         """The value, or None if it has not been computed yet."""
-        return self._value
+        return self._value.result() if self._value.done() and self._value.exception() is None else None
 
     def wait(self) -> V:
         """Return the value. Start the computation if necessary, and wait for it."""
         self.begin()
-        assert self._thread is not None
-        self._thread.join()
-        if self._error is not None:
-            raise self._error
-        assert self._value is not None
-        return self._value
+        return self._value.result()
 
 
 # --- the shell -----------------------------------------------------------------------------------------------------
