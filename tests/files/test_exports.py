@@ -382,7 +382,7 @@ def test_a_log_has_the_frames_of_parts_that_move() -> None:
         count, sec, nanosec = struct.unpack_from("<Iii", message.data, 4)
         assert (count, sec * 10**9 + nanosec) == (1, message.log_time)
         assert message.data[16:].startswith(b"\6\0\0\0world\0\0\0\4\0\0\0box\0")
-        pose = world.course(timeline).pose("box", message.log_time * 1e-9)
+        pose = world.course(timeline).state("box", message.log_time * 1e-9).pose
         assert struct.unpack("<7d", message.data[-56:])[:3] == pytest.approx(position(pose), abs=1e-9)
     assert struct.unpack("<7d", told[0][2].data[-56:])[:3] == (0.0, 0.55, -0.25)
     assert len(told) > 3

@@ -107,7 +107,7 @@ def test_at_the_end_each_part_is_in_its_place(name: str) -> None:
     assert faults(found, ENDS[name]) == []
     assert found.notes == (), "nothing falls, and no hand closes on nothing"
     assert found.parts() == tuple(part.name for part in read_cell(str(PROGRAMS / f"{name}.toml")).scene.parts)
-    assert hypot(*position(found.pose(next(iter(ENDS[name])), 0.0))) > 0.1
+    assert hypot(*position(found.state(next(iter(ENDS[name])), 0.0).pose)) > 0.1
 
 
 @pytest.mark.parametrize("name", ENDS)

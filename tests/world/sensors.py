@@ -66,7 +66,11 @@ def course_with_sensors(R: random.Random, count: int) -> tuple[WorldCourse, Cell
     blind = World(arm.engine.arm, Cell(scene=scene)).course(arm.timeline)
     begin, end = blind.spans("part")[1].begin, arm.timeline.end
     sensors = tuple(
-        Sensor(f"s{k}", 1001 + k, a_region(R, blind.pose("part", R.uniform(begin, end + 0.2)), box=shape is SHAPES[0]))
+        Sensor(
+            f"s{k}",
+            1001 + k,
+            a_region(R, blind.state("part", R.uniform(begin, end + 0.2)).pose, box=shape is SHAPES[0]),
+        )
         for k in range(count)
     )
     seen = CellScene((part,), table.fixtures, sensors, floor=table.floor)
@@ -81,7 +85,7 @@ def disagreements(course: WorldCourse, scene: CellScene, step: float) -> Iterato
 
     def bodies(t: float) -> tuple[tuple[Shape, Transform], tuple[Shape, Transform]]:
         T_hand = compose(course.tool(t), course._settings.hand.T)
-        return (part.shape, course.pose("part", t)), (hand, T_hand)
+        return (part.shape, course.state("part", t).pose), (hand, T_hand)
 
     samples = [(t, bodies(t)) for t in (since + step * k for k in range(int((last - since) / step)))]
     for sensor in scene.sensors:

@@ -41,7 +41,7 @@ def test_a_part_between_the_fingers_is_carried_from_the_moment_they_arrive() -> 
     assert course.held_part(closed + 0.04) is None
     assert course.held_part(closed + 0.05) == "box"
     tip = arm.engine.timeline.end
-    assert distance(course.pose("box", tip), course.tool(tip)) < 1e-12
+    assert distance(course.state("box", tip).pose, course.tool(tip)) < 1e-12
 
 
 def test_a_hand_that_is_told_again_to_close_takes_the_part() -> None:
@@ -61,7 +61,7 @@ def test_what_is_held_is_fixed_to_the_hand() -> None:
     assert first is not None
     for _ in range(1000):
         t = R.uniform(held.begin, arm.engine.timeline.end)
-        now = compose(inverse(course.tool(t)), course.pose("box", t))
+        now = compose(inverse(course.tool(t)), course.state("box", t).pose)
         assert distance(now, first) < 1e-12
         assert angle_between(now, first) < 1e-12
         assert course.T_tool_part(t) == first
@@ -75,11 +75,11 @@ def test_a_part_that_is_let_go_falls_as_long_as_falling_takes() -> None:
     before, falls, rests = course.spans("box", 100.0)[-3:]
     assert falls.begin == t
     assert rests.begin - t == pytest.approx(sqrt(2 * 0.1 / 9.81), abs=1e-6)
-    pose, on = course.pose("box", rests.begin), course.state("box", rests.begin).on
+    pose, on = course.state("box", rests.begin).pose, course.state("box", rests.begin).on
     assert on == "stand"
     assert position(pose) == pytest.approx((0.3, 0.45, -0.2), abs=1e-9)
-    assert angle_between(pose, course.pose("box", t)) < 1e-12
-    middle = course.pose("box", t + 0.1)
+    assert angle_between(pose, course.state("box", t).pose) < 1e-12
+    middle = course.state("box", t + 0.1).pose
     assert position(pose)[2] + 0.1 - 0.5 * 9.81 * 0.01 == pytest.approx(middle.pz, abs=1e-9)
     assert course.notes == ((t, "FALL", "box falls 100.0 mm onto stand"),)
     assert before.kind is SpanKind.HELD
@@ -95,7 +95,7 @@ def test_without_a_support_it_falls_to_the_floor() -> None:
     arm = Arm("MOVE part").hand(1, 0.0).hand(0).do("DELAY 0.1", "DRIVE 1, 90").hand(1)
     course = course_of(arm, "floor = -600", BOX)
     assert course.state("box", 100.0).on == "floor"
-    assert course.pose("box", 100.0).pz == pytest.approx(-0.57, abs=1e-9)
+    assert course.state("box", 100.0).pose.pz == pytest.approx(-0.57, abs=1e-9)
 
 
 @pytest.mark.parametrize("size", ["[110, 40, 60]"])
@@ -195,7 +195,7 @@ def test_parts_above_fall_onto_each_other() -> None:
     course = course_of(arm, TABLE, TOWER)
     end = course.timeline.end
     assert [course.state(name, end).on for name in ("mid", "top")] == ["table", "mid"]
-    assert [course.pose(name, end).pz for name in ("mid", "top")] == pytest.approx([-0.27, -0.25])
+    assert [course.state(name, end).pose.pz for name in ("mid", "top")] == pytest.approx([-0.27, -0.25])
 
 
 def test_parts_beside_each_other_do_not_carry_each_other() -> None:
@@ -203,7 +203,7 @@ def test_parts_beside_each_other_do_not_carry_each_other() -> None:
     arm = Arm("MOVE part").hand(1, 0.0).hand(0).do("DELAY 0.3", "DEPARTS 100", "DELAY 0.1", "MOVES part").hand(1)
     course = course_of(arm, TABLE, BOX, beside)
     assert course.state("box", 100.0).on == "table"
-    assert course.pose("box", 100.0).pz == pytest.approx(-0.25, abs=1e-7)
+    assert course.state("box", 100.0).pose.pz == pytest.approx(-0.25, abs=1e-7)
 
 
 def test_what_rests_on_an_edge_is_told() -> None:
@@ -344,7 +344,7 @@ def test_undo_takes_parts_back_to_the_bit() -> None:
     R, held = random.Random(6), course.spans("box")[1]
     for _ in range(200):
         t = R.uniform(held.begin, arm.engine.end)
-        now = compose(inverse(course.tool(t)), course.pose("box", t))
+        now = compose(inverse(course.tool(t)), course.state("box", t).pose)
         assert distance(now, before.T_tool_part(t)) < 1e-12  # type: ignore[arg-type]
     arm.do("REDO", "REDO", "REDO", "REDO")
     assert all_of(world.course(arm.engine.timeline)) == placed

@@ -162,9 +162,8 @@ class Robot:
         executed = None if at is None else number(at, "at")
         if executed is not None and executed < 0.0:
             raise IllegalValue(f"at {executed:g} s", "times are 0 or more seconds", value=executed, lower=0.0)
-        fraction = _fraction(speed)
         text += "" if executed is None else f" AT {plain(executed)}"
-        self._robot.move(target, straight=straight, executed=executed, speed=fraction, text=text)
+        self._robot.move(target, straight=straight, executed=executed, speed=_fraction(speed), text=text)
         return self
 
     def _target(self, to: tuple[ArrayLike | Location, ...]) -> tuple[PoseTarget | JointTarget, str]:

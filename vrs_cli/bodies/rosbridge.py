@@ -175,8 +175,7 @@ class RosArm:
         return self._along(self.body.timeline, now, cut) if is_due else []
 
     def _follow(self, now: float) -> list[Trajectory]:
-        far = self._apart()
-        if far is not None:
+        if (far := self._apart()) is not None:
             self.mode, self._cut = BodyMode.HOLDS, inf
             self.tell(f"apart {self._order.at}", f"the arm does not follow: {far} (RESYNC brings both together)")
             return []

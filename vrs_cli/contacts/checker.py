@@ -116,8 +116,7 @@ class Checker:
         for stage in stages:
             follows = before is not None and before.stage.end == stage.begin
             search = _Search(self, timeline, stage, before.excused if before is not None and follows else None)
-            contact = search.run()
-            if contact is not None:
+            if (contact := search.run()) is not None:
                 return contact
             before = search
         return None

@@ -26,11 +26,10 @@ from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
 MAX_LINE_BYTES = 1024  # maximum length of a line [bytes], unless BUFFER_SIZE is given
-MAX_CLIENTS = 64
 RANGES: Mapping[str, tuple[int, int]] = {
     "LOCAL_PORT": (0, 65535),
     "REMOTE_PORT": (1, 65535),
-    "CLIENTS": (1, MAX_CLIENTS),
+    "CLIENTS": (1, 64),
     "BUFFER_SIZE": (1, 32768),
 }
 FORM = '"/LOCAL_PORT 11000 /CLIENTS 1" waits for clients, "127.0.0.1 /REMOTE_PORT 3000" connects'
@@ -194,8 +193,7 @@ class DeviceConnection(Struct, eq=False):
         """Take the next line; None if it is not complete."""
         data = self.data
         self._pass_line_feed()
-        end = _END.search(data, 0, longest + 1)
-        if end is None:
+        if (end := _END.search(data, 0, longest + 1)) is None:
             piece = bytes(data[:longest]) if len(data) > longest or (data and (self.paused or self.ended)) else None
             del data[: len(piece or b"")]
             return piece
@@ -347,8 +345,7 @@ class Device(Struct, eq=False):
                 self._set_status(one, OPENED)
                 return None
             before = len(one.data)
-            line = one.record(longest)
-            if line is not None:
+            if (line := one.record(longest)) is not None:
                 self._count_read(one, before - len(one.data))
                 self._set_status(one, SUCCESS, len(line))
                 return line.decode("latin-1")
@@ -365,8 +362,7 @@ class Device(Struct, eq=False):
             self.expired = False
             raise errors.NetworkTimeout(self.name)
         for one in self._in_turn(self.handle):
-            byte = one.byte()
-            if byte is not None:
+            if (byte := one.byte()) is not None:
                 self._count_read(one, 1)
                 self._set_status(one, SUCCESS)
                 return byte
@@ -379,8 +375,7 @@ class Device(Struct, eq=False):
 
     def put_back(self, bytes_: Iterable[int]) -> None:
         """Put back bytes, which the present step will read again."""
-        one = self._connections.get(self.handle)
-        if one is not None:
+        if (one := self._connections.get(self.handle)) is not None:
             one.data[:0] = bytes(bytes_)
 
     @property

@@ -22,7 +22,6 @@ from vrs_cli.trajectory.instant import TICK
 
 LOOK = 0.005  # [s] between two checks whether a pseudo-terminal was read
 LOOPBACK = "127.0.0.1"
-PSEUDO = "pty"
 USUAL_SPEED = 9600
 
 
@@ -86,10 +85,9 @@ def open_serial(what: str) -> tuple[FileEnd, str]:
     except ImportError:
         raise DeviceNotReady("a serial line", "this system has none that vrs can open") from None
     try:
-        if what != PSEUDO:
+        if what != "pty":
             path, _, speed = what.partition(",")
-            code = getattr(termios, f"B{speed or USUAL_SPEED}", None)
-            if code is None:
+            if (code := getattr(termios, f"B{speed or USUAL_SPEED}", None)) is None:
                 raise DeviceNotReady(f"{what}: no speed {speed}", "as 9600, 19200, 115200")
             handle = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
             try:
@@ -187,8 +185,7 @@ class Sockets(Outside):
         """Return a numeric address. Raises DeviceNotReady for a name, as looking it up may take any time, and for
         another machine if only this one is allowed.
         """
-        address = address_of(host)
-        if address is None:
+        if (address := address_of(host)) is None:
             raise self._not_ready(f"a connection to {host}", "give the address in numbers, as 192.168.0.7")
         if is_loopback(self.host or LOOPBACK) and not address.is_loopback:
             raise self._not_ready(f"a connection to {host}", "--net-host 0.0.0.0 allows other machines")

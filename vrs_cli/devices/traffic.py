@@ -243,14 +243,12 @@ class Traffic:
             self._push(one)
 
     def confirm_read(self, device: str, handle: int, count: int) -> None:
-        one = self._connections.get((device, handle))
-        if one is not None:
+        if (one := self._connections.get((device, handle))) is not None:
             one.room += count
             self._watch(one)
 
     def release(self, device: str, handle: int) -> None:
-        one = self._connections.pop((device, handle), None)
-        if one is not None:
+        if (one := self._connections.pop((device, handle), None)) is not None:
             one.closing = True
             self._end_pause(one)
             self._leaving.append(one)

@@ -156,8 +156,7 @@ class Channel:
 
     def serve(self, most: int) -> int:
         """Send the sample to at most `most` listeners; return the number of listeners served."""
-        sample = self.sample
-        if sample is None:
+        if (sample := self.sample) is None:
             return 0
         turn = self.round.take(most)
         for listener in turn:
@@ -441,8 +440,7 @@ class Broadcast:
         the body, and a part of the course. It has at most the number of bytes that may wait."""
         stream, packets, size, alone = self.stream, list[streams.Packet](), 0, False
         while listening is not None and number < stream.number:
-            packet = stream.after(number, listening, place)
-            if packet is None:
+            if (packet := stream.after(number, listening, place)) is None:
                 missed = 0 if number == NOTHING else stream.count_missed(number)  # number of changes no longer kept
                 packets = [streams.packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True

@@ -42,7 +42,6 @@ KEEPALIVE, SILENT = 2.0, 10.0  # [s] time between two pings, and maximum wait fo
 CLOSING = 2.0  # [s] maximum time to close a socket
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
-TRUST = "name its file with --ca, in Python with ca="
 MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_vfy.h)
     9: "is the clock right? It is not valid yet",
     10: "the server wants a new one",
@@ -383,8 +382,8 @@ def no_answer(url: str, error: Exception) -> tuple[str, str]:
             ours = 0 < len(said) <= MAX_REASON_CHARS and said.isprintable() and "<" not in said
             return f"{url} answers {response.status_code} {response.reason_phrase}", said if ours else A_ROBOT
         case ssl.SSLCertVerificationError():
-            wrong = error.verify_message.rstrip(".")
-            return f"the certificate of {url} is not trusted: {wrong}", MISTRUST.get(error.verify_code, TRUST)
+            hint = MISTRUST.get(error.verify_code, "name its file with --ca, in Python with ca=")
+            return f"the certificate of {url} is not trusted: {error.verify_message.rstrip('.')}", hint
         case ssl.SSLError() | ConnectionResetError() if tls:
             hint = f"is it a server without TLS? ws:{rest}"
         case InvalidMessage() if not tls:

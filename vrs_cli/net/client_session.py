@@ -163,8 +163,7 @@ class ClientSession(UserSession):
     def tell_more(self) -> None:
         """Send the next part of a long reply; after its last part, send all messages that wait behind it."""
         while self._to_tell:
-            message = next(self._to_tell[0], None)
-            if message is not None:
+            if (message := next(self._to_tell[0], None)) is not None:
                 self.delivery_log.tell(message, self._wall())
                 if isinstance(message, messages.Told) and message.goes_on:
                     return

@@ -174,8 +174,7 @@ def join_contacts(earlier: Iterable[ContactSpan], later: Iterable[ContactSpan]) 
     found = list(earlier)
     open_ends = {(one.first, one.second, one.end): k for k, one in enumerate(found)}
     for one in later:
-        place = open_ends.get((one.first, one.second, one.begin))
-        if place is None:
+        if (place := open_ends.get((one.first, one.second, one.begin))) is None:
             found.append(one)
         else:
             found[place] = found[place]._replace(end=one.end)

@@ -204,16 +204,14 @@ KINDS = (*FORMS, TRACE)
 
 def parse_delays(text: str) -> Delays:
     """Read delays in the notation for users. Raises DelayError, and NonexistentFile for a missing trace."""
-    words = text.split()
-    if not words:
+    if not (words := text.split()):
         raise DelayError("which delays?", f"200ms, or one of {', '.join(KINDS)}")
     kind, given = words[0].lower(), words[1:]
     if kind == TRACE:
         return read_trace(text.strip()[len(TRACE) :].strip())
     if kind[0] in "0123456789.+-":
         kind, given = "constant", words
-    form = FORMS.get(kind)
-    if form is None:
+    if (form := FORMS.get(kind)) is None:
         raise DelayError(f"{text!r} is no kind of delays", did_you_mean(kind, KINDS, f"one of {', '.join(KINDS)}"))
     if len(given) != len(form.arguments.split()):
         raise DelayError(f"{text!r} is not {kind} {form.arguments}", "a duration for each, as 200ms or 0.2s")

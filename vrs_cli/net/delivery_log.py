@@ -126,9 +126,6 @@ class DeliveryLog:
         return self._since is not None and now - self._since > self.bounds.seconds
 
 
-# a newer message of these types replaces one that was not sent yet
-NEWEST_WINS = (messages.Sample, messages.Clock, messages.Status)
-
 FRAME_OVERHEAD_BYTES = 100  # bytes of memory for a frame, besides its content
 
 
@@ -157,7 +154,7 @@ class Outbox:
             self.size, self.overflown = 0, True
 
     def send(self, message: Struct) -> None:
-        if isinstance(message, NEWEST_WINS):
+        if isinstance(message, messages.Sample | messages.Clock | messages.Status):  # the newest one replaces others
             self._waiting.pop(type(message), None)
             self._waiting[type(message)] = message, 0
         else:

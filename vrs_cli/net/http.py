@@ -41,8 +41,6 @@ KINDS: Mapping[str, str] = {
     ".webmanifest": "application/manifest+json",
 }
 SMALL = 512  # [bytes] size below which a file is not compressed
-HASHED = "/assets/"  # folder of files with a hash of their content in the name
-YEAR = "public, max-age=31536000, immutable"
 ASK_FIRST = "no-cache"  # cache header: keep the file, but ask each time whether it is still valid
 
 # CodeMirror puts <style> elements into the page, so styles may be inline; scripts never are
@@ -132,7 +130,9 @@ class ServedPage:
                     data = path.read_bytes()
                 except OSError as error:
                     raise unreadable(path, error) from None
-                files[name] = page_file(data, KINDS[path.suffix], YEAR if name.startswith(HASHED) else ASK_FIRST)
+                hashed = name.startswith("/assets/")  # the name of the file has a hash of its content
+                cache = "public, max-age=31536000, immutable" if hashed else ASK_FIRST
+                files[name] = page_file(data, KINDS[path.suffix], cache)
         return cls(files, cookies=cookies)
 
     def add(self, path: str, kind: str, data: bytes) -> None:

@@ -14,7 +14,6 @@ OURS = "the server sets this limit"
 TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
 HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
 WRONG_TOKENS = 10  # maximum number of wrong tokens from one address in a minute
-MINUTE = 60.0  # [s] time in which wrong tokens are counted
 
 
 def advice(option: str) -> str:
@@ -150,7 +149,7 @@ class Crowd:
         """Count a wrong token from an address."""
         if len(self._wrong) >= self._allowance.connections:
             self._wrong.clear()  # there are too many addresses to remember, so forget all of them
-        self._wrong.setdefault(address, Bucket(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
+        self._wrong.setdefault(address, Bucket(WRONG_TOKENS / 60.0, WRONG_TOKENS, now)).take(now)
 
     def guesses(self, address: str, now: float) -> bool:
         """Return whether too many wrong tokens came from an address recently."""

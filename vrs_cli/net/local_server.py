@@ -35,7 +35,6 @@ from vrs_cli.values.replies import Reply, StyledLine
 
 BROWSER, SHELL = "browser", "shell"  # names of the clients of a local robot, as other users see them
 STARTING = 10.0  # [s] maximum time until the server listens
-SECRET_BYTES = 18  # number of random bytes of a secret
 HERE = ListenAddress("127.0.0.1", 0)
 
 
@@ -52,7 +51,7 @@ class PagePlace(Struct, frozen=True):
 
 def new_secret() -> str:
     """Return a random secret that cannot be guessed."""
-    return secrets.token_urlsafe(SECRET_BYTES)
+    return secrets.token_urlsafe(18)
 
 
 def kept_secret(file: Path) -> str:

@@ -109,8 +109,7 @@ class ServerConnection:
             case messages.Command():
                 return [message] if self._is_new(message, delivery_log, now) else []
             case messages.Answer(number, until=until):
-                asked = delivery_log.questions.get(number)
-                if asked is None:
+                if (asked := delivery_log.questions.get(number)) is None:
                     return []  # the question was already withdrawn or answered
                 if until is not None and now > until:
                     delivery_log.tell(asked, now)
@@ -170,8 +169,7 @@ class ServerConnection:
         for frame in missed or ():
             self._outbox.put(frame, counts=False)  # the delivery log limits the number of these
         for id in ids if missed is None else ():
-            done = delivery_log.ended.get(id)
-            if done is not None:
+            if (done := delivery_log.ended.get(id)) is not None:
                 delivery_log.tell(done, now)
         for question in tuple(delivery_log.questions.values()):
             delivery_log.tell(question, now)

@@ -285,8 +285,7 @@ class Relay:
     async def serve(self, page: PageSocket) -> None:
         """Relay one connection of a page until it ends."""
         with suppress(ConnectionClosed):
-            hello = await self._take_hello(page)
-            if hello is not None:
+            if (hello := await self._take_hello(page)) is not None:
                 why = await self._relay(page, hello)
                 await page.send(encode(messages.Closing(why), hello.format))
 
@@ -386,8 +385,7 @@ class _Link:
     async def backward(self) -> None:
         """Pass the robot's messages on to the page."""
         async for frame in self._robot:
-            passed = self._end.hear_robot(frame)
-            if passed is not None:
+            if (passed := self._end.hear_robot(frame)) is not None:
                 await self._page.send(passed)
             await self._send()
             await self._tell()
@@ -412,8 +410,7 @@ class _Link:
 
     async def _tell(self) -> None:
         """Send the page the expectations, if they have changed."""
-        news = self._end.news_of_preview()
-        if news is not None:
+        if (news := self._end.news_of_preview()) is not None:
             await self._page.send(encode(news, self._encoding))
 
     async def _tell_course(self) -> None:

@@ -111,8 +111,7 @@ class Room(ServedRobot):
             client = self._new(grant, hello)
         self._away.pop(client, None)
         connection, now = link.connection, self.wall()
-        before = client.link
-        if before is not None:
+        if (before := client.link) is not None:
             before.connection.close("this holder has another connection now")
             client.detach()
             before.flush()
@@ -226,8 +225,7 @@ class Room(ServedRobot):
 
     def _charge(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
         """Charge a user the CPU time [s] of a request. In any thread."""
-        client = self._user_states.get(user_state)
-        if client is not None:
+        if (client := self._user_states.get(user_state)) is not None:
             client.spend(seconds, typing=client.types(ticket))
 
     def _body_told(self, what: BodyNews) -> None:
@@ -401,8 +399,7 @@ class Room(ServedRobot):
 
     def _withdraw_questions(self) -> None:
         """Withdraw the questions of programs that were stopped."""
-        asked = tuple(one for client in self.clients.values() for one in client.asked_by_programs)
-        if not asked:
+        if not (asked := tuple(one for client in self.clients.values() for one in client.asked_by_programs)):
             return
 
         def look(session: Session) -> None:
@@ -499,8 +496,7 @@ class Hub:
     def open(self, name: str) -> Room:
         """Return the room of a robot, and make it if there is none yet. Raises VrsError."""
         with self._opening:
-            room = self.rooms.get(name)
-            if room is None:
+            if (room := self.rooms.get(name)) is None:
                 model = self._robots.get(name, self._usual.model)
                 usual = self._usual if name in self._robots else replace(self._usual, idle=self._own_idle)
                 usual = replace(usual, cell=self._cells.get(name, usual.cell))

@@ -327,8 +327,7 @@ class ServedRobot:
             engine.measured.listeners.remove(self._journal.add_reports)  # called in another thread than the robot's
             engine.measured.listeners.append(self._unwritten.extend)
             try:
-                measured_until = engine.measured.view.end
-                if measured_until is not None:
+                if (measured_until := engine.measured.view.end) is not None:
                     engine.measured.forget_before(measured_until - MEASURED_SECONDS)
                     if engine.realtime:  # continue the time after the last motion
                         engine.clock.set(max(engine.clock.reached, measured_until))

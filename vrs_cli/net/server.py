@@ -438,8 +438,7 @@ class Server:
         """Return the grant of a token that comes from a host. Raises RequestRefused."""
         if self._tokens is None:
             return OPEN
-        grant = self._tokens.tokens.find(token, time.time())
-        if grant is not None:
+        if (grant := self._tokens.tokens.find(token, time.time())) is not None:
             return grant
         now = time.monotonic()
         if self._crowd.guesses(host, now):
@@ -453,8 +452,7 @@ class Server:
     # --- robots ---
 
     def _pump(self, name: str) -> None:
-        room = self.hub.rooms.get(name)
-        if room is not None:
+        if (room := self.hub.rooms.get(name)) is not None:
             self._guard(room.pump)
             if name in self._due:
                 self._due[name].set()
@@ -516,8 +514,7 @@ class Server:
 
     def _look_at_tokens(self) -> None:
         """Read the token file again if it has changed; drop users whose token has ended."""
-        tokens = self._tokens
-        if tokens is None:
+        if (tokens := self._tokens) is None:
             return
         if tokens.look():
 
@@ -544,8 +541,7 @@ class Server:
         this method."""
 
         async def begin() -> None:
-            room = await asyncio.to_thread(self.hub.take_away, name)
-            if room is not None:
+            if (room := await asyncio.to_thread(self.hub.take_away, name)) is not None:
                 for client in tuple(room.clients.values()):
                     if client.link is not None:
                         client.link.connection.close(why)

@@ -221,26 +221,28 @@ class SocketPort:
     def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
         """Send a request without waiting: safe in a signal handler. Without a connection the outlet gets `Refused`."""
 
-        def begin() -> None:
-            try:
-                self.client.begin(make, outlet)
-            except RequestRefused as error:
-                outlet(messages.Refused(Refusal.of(error)))
+        def refused(error: RequestRefused) -> None:
+            outlet(messages.Refused(Refusal.of(error)))
 
-        self._loop.soon(begin)
+        self._try_soon(lambda: self.client.begin(make, outlet), refused)
 
     def tell(self, message: messages.ClientMessage) -> None:
         """Send a message that has no answer, without waiting: safe in a signal handler. If it cannot be sent,
         `client.told` gets the reason.
         """
 
-        def send() -> None:
-            try:
-                self.client.send(message)
-            except RequestRefused as refused:
-                self.client.told(str(refused))
+        self._try_soon(lambda: self.client.send(message), lambda error: self.client.told(str(error)))
 
-        self._loop.soon(send)
+    def _try_soon(self, act: Callable[[], object], refused: Callable[[RequestRefused], None]) -> None:
+        """Call `act` in the thread of the connection, and `refused` with its error."""
+
+        def attempt() -> None:
+            try:
+                act()
+            except RequestRefused as error:
+                refused(error)
+
+        self._loop.soon(attempt)
 
     def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
         """Wait for the next message of an inbox, at most some seconds."""

@@ -223,8 +223,7 @@ class Stream:
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
         """Return the timeline from the listener's window before `now` [s] on; it replaces all earlier changes."""
-        found = self._snapshots.get(listening)
-        if found is None:
+        if (found := self._snapshots.get(listening)) is None:
             first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)
             _, found = self._last_part(first, len(self.timeline), listening.form)
             found = self._snapshots[listening] = DeflateContext().deflate(found) if listening.deflates else found

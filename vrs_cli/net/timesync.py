@@ -118,8 +118,7 @@ class OneWay:
     def hear(self, sent: float, came: float, round_trip: float = 0.0) -> None:
         """Add a message that was sent at `sent` by the remote clock and arrived at `came` by the clock here [s]."""
         part, new = int(came // (self.window / PARTS)), Exchange(came, sent - came + round_trip / 2.0, round_trip)
-        before = self._best.get(part)
-        if before is None:
+        if (before := self._best.get(part)) is None:
             self._best = {old: one for old, one in self._best.items() if part - PARTS < old <= part}
         if before is None or new.offset > before.offset:
             self._best[part] = new

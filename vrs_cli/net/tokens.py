@@ -181,8 +181,7 @@ def read_tokens(path: Path) -> Tokens:
 def _grant(where: str, row: object) -> Grant:
     if not isinstance(row, dict):
         raise FileDamaged(f"{where} is no table", GOOD)
-    wrong = next((key for key in row if key not in KEYS), None)
-    if wrong is not None:
+    if (wrong := next((key for key in row if key not in KEYS), None)) is not None:
         raise FileDamaged(f"{where}: {wrong}", f"a token has {', '.join(KEYS)}")
     name = row.get("name")
     if not isinstance(name, str) or not good_name(name):

@@ -107,8 +107,7 @@ def likely_cause(it: Evidence) -> Likely:
     if it.mode is BodyMode.HOLDS:
         return DivergenceCause.STOPPED, "the body says that it holds, and nobody ordered that"
     for judge in (_lost_or_late, _standing, _payload, _other_commander_or_push):
-        found = judge(it)
-        if found is not None:
+        if (found := judge(it)) is not None:
             return found
     return DivergenceCause.UNKNOWN, f"joint {it.worst + 1} differs most, and no simple cause explains all joints"
 
@@ -358,8 +357,7 @@ class DivergenceWatch:
 
     def _g_at_begin(self, timeline: Timeline, cell: int) -> tuple[Floats, Floats]:
         """Return joints and velocity of g where a block begins, remembered for the next two blocks."""
-        known = self._bounds.get(cell)
-        if known is None:
+        if (known := self._bounds.get(cell)) is None:
             here = position_at(self.arm, timeline, cell * BLOCK)
             self._bounds = {k: bound for k, bound in self._bounds.items() if cell - 3 < k < cell + 3}
             known = self._bounds[cell] = np.array(here.joints), np.array(here.velocity)

@@ -15,7 +15,6 @@ import msgspec
 from vrs_cli.wire.records import RecordError
 
 Frame = str | bytes
-MARK_BYTES = 8
 UNREADABLE = (msgspec.MsgspecError, UnicodeError, RecursionError)
 M = TypeVar("M")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -63,7 +62,7 @@ def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
 
 def mark_of(value: object) -> str:
     """Return a short hash of a value."""
-    return blake2b(_msgpack.encode(value), digest_size=MARK_BYTES).hexdigest()
+    return blake2b(_msgpack.encode(value), digest_size=8).hexdigest()
 
 
 class Reader(Generic[M]):

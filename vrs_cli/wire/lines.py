@@ -69,16 +69,14 @@ class Checksums:
     @classmethod
     def after(cls, line: bytes) -> Checksums:
         """Continue the checksums after this line. Raises RecordError if it has none."""
-        said = _SAID.search(line.removesuffix(b"\n"))
-        if said is None:
+        if (said := _SAID.search(line.removesuffix(b"\n"))) is None:
             raise records.RecordError("a line without a checksum")
         return cls(int(said[1], 16))
 
     def skip(self, line: bytes) -> bytes:
         """Remove a wrong checksum; the next line is checked against the checksum that this line states."""
         line = line.removesuffix(b"\n")
-        said = _SAID.search(line)
-        if said is None:
+        if (said := _SAID.search(line)) is None:
             return line
         self.last = int(said[1], 16)
         return line[: said.start()] + b"}"

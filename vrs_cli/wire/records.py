@@ -232,14 +232,15 @@ class Motions(dict[int, Motion]):
         if known is motion or known == motion:
             return motion.number
         self[motion.number] = motion
-        values = motion._asdict()
-        for name, default in DEFAULTS:
-            values[name] = _default(values[name], default)
-        values["pose"] = None if motion.pose is None else _rows(motion.pose)
         frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
-        values["frames"] = None if frames == FramesRecord() else frames
-        values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
-        values["swivel"] = None if motion.swivel is None else SwivelRecord(motion.swivel.joint, motion.swivel.value)
+        values = motion._asdict()
+        values |= {name: _default(values[name], default) for name, default in DEFAULTS}
+        values |= {
+            "pose": None if motion.pose is None else _rows(motion.pose),
+            "frames": None if frames == FramesRecord() else frames,
+            "relative": None if motion.relative is None else _relative_record(motion.relative),
+            "swivel": None if motion.swivel is None else SwivelRecord(motion.swivel.joint, motion.swivel.value),
+        }
         return MotionRecord(**values)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
@@ -278,13 +279,15 @@ def segment_records(
 
 def delta_record(delta: TimelineDelta, motions: Motions, pieces: Pieces = no_pieces) -> DeltaRecord:
     """Convert a delta to a record, and add its motion to `motions`."""
-    values = delta._asdict()
-    del values["events"]
-    values["motion"] = motions.reference(delta.motion)
-    values["segments"] = segment_records(delta.segments, motions, delta.motion, pieces)
-    values["shift"] = _default(delta.shift, ZERO)
-    if (edit := delta.events) is not None:
-        values["events"] = EventEditRecord(edit.keep, edit.drop, _default(edit.shift, ZERO), event_records(edit.events))
+    edit = delta.events
+    values = delta._asdict() | {
+        "motion": motions.reference(delta.motion),
+        "segments": segment_records(delta.segments, motions, delta.motion, pieces),
+        "shift": _default(delta.shift, ZERO),
+        "events": None
+        if edit is None
+        else EventEditRecord(edit.keep, edit.drop, _default(edit.shift, ZERO), event_records(edit.events)),
+    }
     return DeltaRecord(**values)
 
 
@@ -293,10 +296,15 @@ def event_records(events: Iterable[Event]) -> tuple[EventRecord, ...]:
 
 
 def _line_record(path: CartesianPath) -> LineRecord:
-    turns = tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns)
-    words = _words(path.configuration)
-    guides = tuple(GuideRecord(guide.weights, guide.value) for guide in path.guides)
-    return LineRecord(path.position, _rows(path.orientation), turns, *words, path.seeds, path.seed_interval, guides)
+    return LineRecord(
+        path.position,
+        _rows(path.orientation),
+        tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns),
+        *_words(path.configuration),
+        path.seeds,
+        path.seed_interval,
+        tuple(GuideRecord(guide.weights, guide.value) for guide in path.guides),
+    )
 
 
 def _words(configuration: Configuration) -> tuple[str | None, str | None, str | None]:
@@ -405,8 +413,7 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
         _check_count(joints, form)
     if len(record.seeds) > 1 and not record.seed_interval > 0.0:
         raise RecordError(f"seed_interval is {record.seed_interval!r}; it must be above 0")
-    configuration = form.ways.get((record.arm, record.elbow, record.wrist))
-    if configuration is None:
+    if (configuration := form.ways.get((record.arm, record.elbow, record.wrist))) is None:
         raise RecordError("a configuration that the robot has not: arm, elbow and wrist")
     orientation, turns = _transform(record.orientation), tuple(map(_turn, record.turns))
     guides = tuple([Guide(guide.weights, guide.value) for guide in record.guides]) or _as_held(record.seeds[0], form)

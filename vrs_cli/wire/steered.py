@@ -146,8 +146,7 @@ class LinePieces:
         if not isinstance(segment.path, CartesianPath):
             return ()
         key = _key(segment, tolerance)
-        found = self._remembered.get(key)
-        if found is None:
+        if (found := self._remembered.get(key)) is None:
             found = tuple([records.PieceRecord(*piece) for piece in joint_pieces(self._arm, segment, tolerance)])
             self._remembered[key] = found
             if len(self._remembered) > MAX_REMEMBERED:

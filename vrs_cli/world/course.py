@@ -69,15 +69,10 @@ class WorldCourse:
         """Return all spans of a part up to a time [s], by default up to the end of the timeline. Raises KeyError for an
         unknown part."""
         self._advance(self.timeline.end if until is None else until)
-        found = self._history.rows(("spans", name))
-        if not found:
+        if not (found := self._history.rows(("spans", name))):
             raise KeyError(name)
         ends = [*(after.begin for after in found[1:]), inf]
         return tuple(PartSpan(one.begin, one.kind, one.T, end, one.on) for one, end in zip(found, ends, strict=True))
-
-    def pose(self, name: str, t: float) -> Transform:
-        """Return T_world_part at t [s]. Raises KeyError for an unknown part."""
-        return self.state(name, t).pose
 
     def state(self, name: str, t: float) -> PartState:
         """Return the state of a part at t [s]. Raises KeyError for an unknown part."""
@@ -110,8 +105,7 @@ class WorldCourse:
 
     def T_tool_part(self, t: float) -> Transform | None:
         """Return the pose of the held part in the tool's frame; None if the hand is empty."""
-        name = self.held_part(t)
-        if name is None:
+        if (name := self.held_part(t)) is None:
             return None
         return compose(inverse(self.timeline.locate(t)[0].motion.frames.tool), self._simulation.span(name, t).T)
 
@@ -255,8 +249,7 @@ class World:
     def course(self, timeline: Timeline) -> WorldCourse:
         """Return the course of a timeline; compute a new one if none is kept."""
         with self._lock:
-            found = next((one for one in self._courses if one.timeline is timeline), None)
-            if found is None:
+            if (found := next((one for one in self._courses if one.timeline is timeline), None)) is None:
                 found = self._continued_course(timeline)
             else:
                 self._courses.remove(found)
@@ -274,9 +267,7 @@ class World:
     def _continued_course(self, timeline: Timeline) -> WorldCourse:
         """Return a new course. It continues the kept course that agrees longest with this timeline from the start."""
         best, since = None, timeline.start
-        for course in reversed(self._courses):
-            if course.timeline.world is not timeline.world:
-                continue
+        for course in reversed([one for one in self._courses if one.timeline.world is timeline.world]):
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same

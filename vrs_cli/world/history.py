@@ -214,8 +214,7 @@ def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transfor
 
 def lift(history: WorldHistory, name: str) -> None:
     """Remove a body from the grid."""
-    place = history.get(("place", name))
-    if place is None:
+    if (place := history.get(("place", name))) is None:
         return
     for key in place[3]:
         history.set(key, history.get(key) - {name})
@@ -231,8 +230,7 @@ def standing_body(history: WorldHistory, name: str) -> tuple[Solids, Transform, 
 def near(history: WorldHistory, area: Bounds) -> list[str]:
     """Return the names of the bodies at rest whose bounds overlap an area."""
     found = set(history.get(("cell",), ()))
-    covered = cells(area)
-    if covered is None:
+    if (covered := cells(area)) is None:
         found.update(name for name, place in history.items("place").items() if place)
     for cell in covered or ():
         found |= history.get(("cell", *cell), frozenset())

@@ -129,8 +129,7 @@ class Sensing:
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
         """Return the passage of a body that the arm moves through a segment; times count from the segment's start."""
         path = segment.path
-        known = self._known.get((id(path), segment.duration, sight))
-        if known is not None:
+        if (known := self._known.get((id(path), segment.duration, sight))) is not None:
             return known[1]
         return self._recall((id(path), segment.duration, sight), path, self._way(sight, segment))
 
@@ -148,8 +147,7 @@ class Sensing:
     def _recall(self, key: object, kept: object, way: Way) -> Passage:
         """Return the passage from the cache, or compute and cache it. `kept`: an object whose id is in the key; the
         cache keeps it alive."""
-        found = self._known.get(key)
-        if found is None:
+        if (found := self._known.get(key)) is None:
             if len(self._known) >= MAX_PASSAGES:
                 for old in list(self._known)[: MAX_PASSAGES // 2]:
                     del self._known[old]

@@ -71,8 +71,7 @@ class WorldSettings:
 
     def stood_on(self, name: str) -> str:
         """Return the body on which a part rests at the start; "" if nothing is directly below it."""
-        known = self._stood_on.get(name)
-        if known is None:
+        if (known := self._stood_on.get(name)) is None:
             found = below_in(self.at_start, name, self.solids[name], self.parts[name].T_world_part, self.floor)
             known = self._stood_on[name] = found.on[0] if found.drop <= FALLS else ""
         return known

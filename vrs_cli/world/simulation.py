@@ -240,8 +240,7 @@ class Simulation:
         bodies = near(history, (x - far, x + far, y - far, y + far, z - far, z + far))
         parts = ((name, self.span(name, t)) for name in bodies if name in self._settings.parts)
         standing = ((name, span.T) for name, span in parts if span.kind is world.SpanKind.RESTS)
-        found = part_between(self._settings, standing, tool, (before, after), self._note)
-        if found is not None:
+        if (found := part_between(self._settings, standing, tool, (before, after), self._note)) is not None:
             history.set("width", found[1])
             self._hold(found[0], tool)
 
@@ -254,8 +253,7 @@ class Simulation:
         lift(history, name)
         history.set("held", name)
         self._show(self._settings.scene.gripper.signal, True)
-        carried = self._standing_on(name, T)
-        if carried:
+        if carried := self._standing_on(name, T):
             history.set("stack", carried)
             self._plan_unstack()
         if self._settings.sensing.regions:
@@ -378,8 +376,7 @@ class Simulation:
     def _enter(self, index: int, since: float) -> None:
         """Plan the crossings of the hand and of the held part in a segment, from `since` [s] on."""
         self._watch(self._settings.hand, index, since)
-        held = self.history.get("held")
-        if held is not None:
+        if (held := self.history.get("held")) is not None:
             self._watch(SeenBody(held, self.span(held, since).T), index, since)
         if index + 1 < len(self._timeline):
             start = self._timeline[index + 1].start
