@@ -283,10 +283,11 @@ class _Search:
     def _way(self, moving: Bounds, other: int) -> Floats:
         """Return bounds on how far a solid approaches the solids of another link between samples [m]; 0 for a solid
         that does not move."""
-        if other == 0:
-            way = self.sweep.ways([moving])[0]
-        else:
-            way = self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other)))
+        way = (
+            self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other)))
+            if other
+            else self.sweep.ways([moving])[0]
+        )
         return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:

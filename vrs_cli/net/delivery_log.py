@@ -12,7 +12,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
-from itertools import islice
+from itertools import chain, islice, pairwise
 from math import inf
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_args, get_origin
@@ -212,13 +212,9 @@ def parts_of(told: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[
         while part := tuple(islice(drawn, MAX_PART_ROWS)):
             yield messages.Told(replace(reply, **none), told.id, goes_on=True, lines=part)
 
-    last: messages.Told | None = None
-    for part in parts():
-        if last is not None:
-            yield last
-        last = part
-    if last is not None:
-        yield replace(last, goes_on=False)
+    for part, following in pairwise(chain(parts(), (None,))):
+        assert part is not None, "None comes last"
+        yield part if following is not None else replace(part, goes_on=False)
 
 
 def join_parts(parts: Sequence[messages.Told]) -> messages.Told:

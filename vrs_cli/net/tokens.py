@@ -392,10 +392,11 @@ class ClassFolder:
         if known:
             take_out(self.tokens, [student])
         robots = [student, *(f"{student}-{number}" for number in range(2, OWN_ROBOTS + 1))]
-        kept = [self.hand_ins / student, self.lessons / f"{student}.json", self.collected_folder / f"{student}.v2"]
-        for robot in robots:
-            names = (f"{robot}.vrst", f"{robot}.v2", f".{robot}.vrst.lock", f".{robot}.v2.lock")
-            kept += [self.files / robot, *(self.journal / name for name in names)]
+        names = [
+            form.format(robot) for robot in robots for form in ("{}.vrst", "{}.v2", ".{}.vrst.lock", ".{}.v2.lock")
+        ]
+        others = self.hand_ins / student, self.lessons / f"{student}.json", self.collected_folder / f"{student}.v2"
+        kept = (*(self.files / robot for robot in robots), *(self.journal / name for name in names), *others)
         there = [path for path in kept if path.exists()]
         if not known and not there:
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")

@@ -145,10 +145,11 @@ def floor_height(scene: CellScene, model: RobotModel) -> float:
         body = shape.body
         if shape.link or isinstance(body, MeshFile):
             continue
-        if isinstance(body, Box):
-            ends = [moved_point(body.pose, (0.0, 0.0, sign * 0.5 * body.size[2])) for sign in (-1.0, 1.0)]
-        else:
-            ends = [body.start, body.end]
+        ends = (
+            [moved_point(body.pose, (0.0, 0.0, sign * 0.5 * body.size[2])) for sign in (-1.0, 1.0)]
+            if isinstance(body, Box)
+            else [body.start, body.end]
+        )
         heights += [moved_point(model.base, end)[2] for end in ends]
     return min(heights)
 
