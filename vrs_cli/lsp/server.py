@@ -221,8 +221,8 @@ class Val2Server(LanguageServer):
     def report_server_error(self, error: Exception, source: Any) -> None:
         """Answer a message that is not JSON. The editor shows other errors."""
         if isinstance(error, ValueError):
-            protocol = cast(AnsweringProtocol, self.protocol)
-            protocol.refuse(None, exceptions.JsonRpcParseError(str(error)).to_response_error())
+            refusal = exceptions.JsonRpcParseError(str(error)).to_response_error()
+            cast(AnsweringProtocol, self.protocol).refuse(None, refusal)
         elif not isinstance(error, exceptions.JsonRpcException):
             super().report_server_error(error, source)
 

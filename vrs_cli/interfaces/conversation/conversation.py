@@ -194,10 +194,9 @@ class Conversation:
         for number, (key, stored) in enumerate(new):
             if not number and not self.session.running:
                 self.session.last_program = stored.name
-            ready = " (replaced)" if key in before else ""
-            ready += "" if stored.analysis.executable else "; it cannot be executed yet"
-            steps = numbers.count(len(stored.program.steps), "step")
-            yield replies.Message(f"Program {stored.name}: {steps}{ready}")
+            steps, replaced = numbers.count(len(stored.program.steps), "step"), " (replaced)" if key in before else ""
+            ready = "" if stored.analysis.executable else "; it cannot be executed yet"
+            yield replies.Message(f"Program {stored.name}: {steps}{replaced}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
         """Drop the program that is being typed, and inform the user (Ctrl-C, or the end of the input). A person is

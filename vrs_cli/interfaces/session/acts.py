@@ -106,15 +106,9 @@ def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch
     if name is None:
         return None
     value = runtime.evaluate(session.environment, session.engine, _expression(session, name))
-    target = (
-        commands.PoseTarget(value)
-        if isinstance(value, transform.Transform)
-        else commands.JointTarget(value)
-        if isinstance(value, tuple)
-        else None
-    )
-    if target is None:
+    if not isinstance(value, tuple):
         return None
+    target = commands.PoseTarget(value) if isinstance(value, transform.Transform) else commands.JointTarget(value)
     return explaining.sketch((yield from locations.explain_reach(session, target, name)))
 
 

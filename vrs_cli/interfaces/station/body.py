@@ -231,9 +231,11 @@ class RobotBody:
             self._lock.wait_for(lambda: self._stands is not None or self.name != name, within)
             found = self._stands
             if found is None or self.name != name:
-                what = f"{name or 'the body'} was told to hold, and has not reported within {within:g} s that it stands"
                 raise RequestRefused(
-                    what if self.name == name else f"{name} is the body no longer", "try {RESYNC} again"
+                    f"{name or 'the body'} was told to hold, and has not reported within {within:g} s that it stands"
+                    if self.name == name
+                    else f"{name} is the body no longer",
+                    "try {RESYNC} again",
                 )
             return found
 

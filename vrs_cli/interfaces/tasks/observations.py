@@ -99,10 +99,16 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
         return
     texts, following = _place_texts(book)
     for event in wrong:
-        place, command = texts.get(event.number, ""), following.get(event.number, "")
-        name = signals.names.get(event.channel, "")
-        changed = event.duration == 0.0
-        yield Untrue(event.number, event.channel, event.value > 0.0, changed, event.time, place, command, name)
+        yield Untrue(
+            number=event.number,
+            signal=event.channel,
+            on=event.value > 0.0,
+            changed=event.duration == 0.0,
+            time=event.time,
+            place=texts.get(event.number, ""),
+            command=following.get(event.number, ""),
+            name=signals.names.get(event.channel, ""),
+        )
 
 
 def _holds(signals: Signals, event: Event, given: float | None) -> bool:
