@@ -18,7 +18,7 @@ from vrs_cli.errors import IllegalValue, UsageError, VrsError
 from vrs_cli.interfaces.station.body import check_time
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.net.body_client import BodyClient
-from vrs_cli.repl.interrupt import ENDINGS, Ended
+from vrs_cli.repl.interrupt import ENDINGS, Ended, signal_comes
 from vrs_cli.wire.reports import LineFormat, heading, read_report, setpoint_line
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def body(options: Namespace) -> int:
 
 async def _until_signal(work: Coroutine[Any, Any, int]) -> tuple[int, int]:
     """Run a coroutine until it ends or a signal arrives. Return the exit status, and the number of the signal or 0."""
-    working, heard = asyncio.create_task(work), asyncio.create_task(remote.signal_comes())
+    working, heard = asyncio.create_task(work), asyncio.create_task(signal_comes())
     done, _ = await asyncio.wait({working, heard}, return_when=asyncio.FIRST_COMPLETED)
     if working in done:
         heard.cancel()

@@ -148,10 +148,10 @@ def export(options: Namespace) -> None:
     """Write a saved trajectory in another format."""
     from vrs_cli.files.atomic import check_writable
 
-    exporter = _format(formats(), options.to, options.output)
+    exporter = _format(formats(options.to), options.to, options.output)
     name, has_rate, is_moment = exporter.name, options.rate is not None, exporter.of_moment
     hides_cell = options.cell is not None and not exporter.shows_cell
-    shown = ", ".join(one.name for one in formats().values() if one.shows_cell)
+    shown = ", ".join(one.name for one in formats().values() if one.shows_cell) if hides_cell else ""
     refuse(
         (has_rate and is_moment, f"{name} is one moment and has no rate", "give --at TIME"),
         (has_rate and name == "html", "html shows every moment and has no rate", "leave --rate out"),
@@ -186,9 +186,12 @@ def export(options: Namespace) -> None:
     write_export(exporter, options.output, recording.arm, timeline, given)
 
 
-def formats() -> Mapping[str, Exporter]:
-    """Return all formats by their names."""
+def formats(asked: str | None = None) -> Mapping[str, Exporter]:
+    """Return all formats by their names; without pictures if the format `asked` is none of them."""
     from vrs_cli.files.exports import EXPORTERS
+
+    if asked in EXPORTERS:
+        return EXPORTERS
     from vrs_cli.render.pictures import PICTURES
 
     return {**EXPORTERS, **PICTURES}

@@ -1,12 +1,11 @@
-"""Carry out `vrs connect` and `vrs lab delay`. Also provide what other subcommands need of a network: clients, tokens,
-waiting for signals."""
+"""Carry out `vrs connect` and `vrs lab delay`. Also provide what other subcommands need of a network: clients and
+tokens."""
 
 from __future__ import annotations
 
 import asyncio
 import os
 import re
-import signal
 import sys
 from argparse import Namespace
 from collections.abc import Callable
@@ -60,29 +59,6 @@ def token_of(file: str | None) -> str:
         raise CommandLineError(f"--token-file: {file} cannot be read", str(error)) from None
     told = TOLD.fullmatch(text)
     return told.group(1) if told else text
-
-
-# --- signals that end a subcommand which runs until a signal arrives --------------------------------------------------
-
-
-async def signal_comes() -> int:
-    """Wait for Ctrl-C, or another signal that ends the process, and return its number. Ignored signals stay ignored.
-
-    The event loop handles the signals, because a signal handler of Python may not run until something else wakes the
-    loop.
-    """
-    loop, came = asyncio.get_running_loop(), asyncio.Queue[int]()
-    heard = [number for number in interrupt.SAID if signal.getsignal(number) is not signal.SIG_IGN]
-    try:
-        for number in heard:
-            loop.add_signal_handler(number, came.put_nowait, number)
-    except NotImplementedError:  # on Windows Ctrl-C raises KeyboardInterrupt
-        heard = []
-    try:
-        return await came.get()
-    finally:
-        for number in heard:
-            loop.remove_signal_handler(number)
 
 
 # --- vrs connect ------------------------------------------------------------------------------------------------------
@@ -182,6 +158,6 @@ async def _serve(options: Namespace) -> int:
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     tell(f"{at} -> {options.target}: forward {there}, backward {back}{lost}; Ctrl-C ends it")
     try:
-        return await signal_comes()
+        return await interrupt.signal_comes()
     finally:
         await proxy.close()

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 
-from vrs_cli.cli import main, remote
+from vrs_cli.cli import main
 from vrs_cli.cli.command_line import USUAL_ROBOT, CommandLineError, refuse, tell_notes, teller
 from vrs_cli.cli.outputs import make_folder
 from vrs_cli.extras import how_to_install
@@ -28,7 +28,7 @@ from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.tokens import OWN_ROBOTS, ClassFolder, TokenFile
 from vrs_cli.render.text import styled_lines
-from vrs_cli.teach.served_lessons import ServedLessons
+from vrs_cli.repl import interrupt
 
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
@@ -60,6 +60,8 @@ def serve(options: Namespace) -> int:
         server = Server(place, _allowance(options), audit, tokens, tell, pages)
         hub = _hub(options, server, audit, folder, tell)
         if folder_of_class is not None:
+            from vrs_cli.teach.served_lessons import ServedLessons
+
             server.board = class_board.ClassBoard(folder_of_class, hub.clients, server.grants, hub.own_names, time.time)
             lessons = ServedLessons(folder_of_class.lessons, server.begin_anew, tell)
             server.board.lessons, hub.planned = lessons, lessons.plan
@@ -92,7 +94,7 @@ def _take_class(options: Namespace) -> ClassFolder | None:
 
 async def _run_server(options: Namespace, server: Server, hub: room.Hub, tell: Callable[[str], None]) -> int:
     stop = asyncio.Event()
-    ending = asyncio.create_task(remote.signal_comes())
+    ending = asyncio.create_task(interrupt.signal_comes())
     ending.add_done_callback(lambda _: stop.set())
 
     def ready(address: str) -> None:

@@ -32,7 +32,7 @@ from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.relay import Relay
 from vrs_cli.net.server import ListenAddress
 from vrs_cli.render.text import plain_text, styled_lines
-from vrs_cli.repl import config, player
+from vrs_cli.repl import config, interrupt, player
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.shell import Local, at, on_terminal
@@ -139,7 +139,7 @@ def show(options: Namespace) -> int:
             relay_robot(options, stack, at_page, cell)
         else:
             return run_beside(options, stack, host_robot(options, stack, at_page, chosen_robot(options), cell, None))
-        asyncio.run(remote.signal_comes())
+        asyncio.run(interrupt.signal_comes())
     return 0
 
 
@@ -149,7 +149,7 @@ def run_beside(options: argparse.Namespace, stack: ExitStack, local_robot: Local
     stack.callback(connection.close)
     status = at(Remote(connection, teller(options.prog)))
     if not on_terminal():
-        asyncio.run(remote.signal_comes())
+        asyncio.run(interrupt.signal_comes())
     return status
 
 

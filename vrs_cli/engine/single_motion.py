@@ -12,7 +12,6 @@ from math import inf
 from msgspec import structs
 
 from vrs_cli.engine.problem import NoRoomToStop, NotInTime, NoWay, Problem, rest_after, segment_joints
-from vrs_cli.engine.straight import least_duration, line_stop, straight_segments
 from vrs_cli.errors import MotionError, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform, compose, distance
@@ -40,6 +39,8 @@ def plan_motion(problem: Problem) -> tuple[Segment, ...]:
         return plan_directly(problem)
     here, stop = problem.here, tuple[Segment, ...]()
     if here.tool is not None and here.T_flange_tool == problem.motion.frames.tool:
+        from vrs_cli.engine.straight import line_stop
+
         with suppress(MotionError):
             stop = line_stop(problem)
     stop = stop or plan_stop(problem)
@@ -114,6 +115,8 @@ def _remembered_plan(key: _PlanKey) -> tuple[Segment, ...] | MotionError | NotIn
     state, motion = problem.here.joints, problem.motion
     try:
         if motion.kind is MotionKind.STRAIGHT:
+            from vrs_cli.engine.straight import least_duration, straight_segments
+
             latest, deadline = problem.latest - problem.begin, None
             if resting is not None:
                 latest = resting.begin + least_duration(resting) - problem.begin

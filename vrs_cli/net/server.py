@@ -14,7 +14,7 @@ from http import HTTPStatus
 from math import inf
 from socket import SO_SNDBUF, SOL_SOCKET
 from types import MappingProxyType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import unquote
 
 from msgspec import Struct
@@ -36,11 +36,13 @@ from vrs_cli.net.client_session import TYPING, ClientSession
 from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
-from vrs_cli.net.relay import Relay
 from vrs_cli.net.room import Hub, Room
 from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.messages import Refusal
+
+if TYPE_CHECKING:
+    from vrs_cli.net.relay import Relay
 
 MAX_SHARE_WAIT_S = 0.1  # [s] maximum wait before a client's share is checked again, because others may have left
 TICK = 0.1  # [s] time between two calls of the periodic work

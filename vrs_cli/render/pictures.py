@@ -38,10 +38,11 @@ from vrs_cli.files.exports import Exporter
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.world.course import World
 
 if TYPE_CHECKING:
     from websockets.sync.connection import Connection
+
+    from vrs_cli.world.course import World
 
 SCRIPT, SHEET = "replay.js", "replay.css"
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")

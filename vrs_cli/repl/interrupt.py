@@ -107,6 +107,28 @@ def ending() -> AbstractContextManager[None]:
     return _handling(ENDINGS, end)
 
 
+async def signal_comes() -> int:
+    """Wait for Ctrl-C, or another signal that ends the process, and return its number. Ignored signals stay ignored.
+
+    The event loop handles the signals, because a signal handler of Python may not run until something else wakes the
+    loop.
+    """
+    import asyncio
+
+    loop, came = asyncio.get_running_loop(), asyncio.Queue[int]()
+    heard = [number for number in SAID if signal.getsignal(number) is not signal.SIG_IGN]
+    try:
+        for number in heard:
+            loop.add_signal_handler(number, came.put_nowait, number)
+    except NotImplementedError:  # on Windows Ctrl-C raises KeyboardInterrupt
+        heard = []
+    try:
+        return await came.get()
+    finally:
+        for number in heard:
+            loop.remove_signal_handler(number)
+
+
 def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
     """Call `abort` at SIGQUIT, which Ctrl-X sends while a line is carried out (`without_echo`). Windows has no such
     signal."""
