@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from vrs_cli.version import __version__
 
@@ -16,7 +19,19 @@ def process() -> None:
     gc.set_threshold(COLLECT_AFTER)
     status = main()
     gc.freeze()  # the end looks for no garbage, since the system takes all memory back
-    sys.exit(status)
+    threading = sys.modules.get("threading")
+    if threading is None or threading.active_count() == 1:
+        _leave(status)
+    sys.exit(status)  # waits for the other threads
+
+
+def _leave(status: int) -> None:
+    """End the process without taking apart its modules, which takes the interpreter longer than a short command."""
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError, OSError, ValueError):  # a stream may be closed, or have no reader any more
+            stream.flush()
+    os._exit(status)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -29,6 +29,26 @@ def test_the_version_imports_nearly_nothing() -> None:
         assert heavy not in modules.split()
 
 
+def test_functions_of_atexit_are_called_and_all_is_written_before_the_end() -> None:
+    code = "import atexit, sys; from vrs_cli.__main__ import process; atexit.register(print, 'last'); process()"
+    command = [sys.executable, "-c", code, "check", "nothing.v2"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout) == (2, "last\n")
+    assert ended.stderr.startswith("vrs check: ")
+
+
+def test_the_end_waits_for_threads() -> None:
+    code = """
+import sys, time
+from threading import Thread
+from vrs_cli.__main__ import process
+Thread(target=lambda: (time.sleep(0.2), print("done"))).start()
+process()
+"""
+    command = [sys.executable, "-c", code, "--version"]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.endswith("done\n")
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "utf-16"])
 def test_streams_and_files_are_utf_8_whatever_the_system_says(tmp_path: Path, encoding: str) -> None:
     lines = '$a = "größe ±"\r\nTYPE $a\r\nTYPE "\udcf6"\r\nSTORE a\r\n'.encode("utf-8", "surrogateescape")

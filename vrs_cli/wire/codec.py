@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from enum import Enum
 from functools import cache
-from hashlib import blake2b
 from typing import Any, Generic, TypeVar
 
 import msgspec
@@ -62,6 +61,8 @@ def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
 
 def mark_of(value: object) -> str:
     """Return a short hash of a value."""
+    from hashlib import blake2b  # here because it brings OpenSSL, and files need no hash
+
     return blake2b(_msgpack.encode(value), digest_size=8).hexdigest()
 
 
