@@ -370,10 +370,9 @@ class RapidTranslator:
         openers = [program.steps[block.opener].statement for block in analysis.blocks]
         self.loops = {one.variable.key for one in openers if isinstance(one, ast.For) and self._is_own(one)}
         self.closed = {block.closer: block for block in analysis.blocks}
-        data = [self._datum(one) for one in program.parameters]
         told = [
             f"{'INOUT ' * ((key, k) in self.changing)}{TYPES[one[1]]} {self.of_routine[one]}"
-            for k, one in enumerate(data)
+            for k, one in enumerate(map(self._datum, program.parameters))
         ]
         declared = [self._datum(own.variable) for own in analysis.own if own.automatic]
         for place, step in enumerate(program.steps):

@@ -424,8 +424,7 @@ class RapidWriter(StepWriter):
 
     def _datum(self, kind: str, value: str) -> str:
         """Return the name of a value of a type; declare the value at the head of the module if it is new."""
-        same = sum(known == kind for known, _ in self.data)
-        return self.data.setdefault((kind, value), f"{SHORT[kind]}{same + 1}")
+        return self.data.setdefault((kind, value), f"{SHORT[kind]}{1 + sum(known == kind for known, _ in self.data)}")
 
 
 SHORT = {  # types of data, in the order in which they are declared

@@ -161,8 +161,7 @@ class ArmDrawing:
             size = FINE if page.unicode else PLAIN
             self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)
             for frame, canvas in zip(self._frames, self._reach, strict=True):
-                outline = _outline(frame.view, picture.reach)
-                Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, outline, every=3)
+                Pen(frame, page.unicode, canvas).line(DrawnPart.REACH, _outline(frame.view, picture.reach), every=3)
         behind = (picture.past[:-1], picture.planned[1:])  # all lines except those of the current motion
         if behind != self._behind:
             self._behind, self._rows = behind, {}
@@ -263,9 +262,8 @@ def _draw_foreground(pen: Pen, picture: ArmPicture) -> Canvas:
         pen.line(DrawnPart.BASE, (left, picture.links[0], right, left))
     for body in picture.bodies:
         pen.line(BODIES[body.kind], _outline(pen.frame.view, body.points))
-    count = len(picture.links) - 1
     for i, link in enumerate(pairwise(picture.links)):
-        pen.line(DrawnPart.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / count))
+        pen.line(DrawnPart.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / (len(picture.links) - 1)))
     for p in picture.joints:
         pen.disc(DrawnPart.JOINT, p, 0.5 * THICK * pen.size)
     T, hand, long = picture.position.T_world_tool, picture.position.hand, HAND * pen.size

@@ -200,8 +200,7 @@ def _draw(canvas: Canvas, curve: int, values: Sequence[float], low: float, high:
     columns, rows = canvas.width * canvas.dots_wide, canvas.height * canvas.dots_high
     before: int | None = None
     for x in range(columns):
-        value = _at(values, x / (columns - 1))
-        y = round((high - value) / (high - low) * (rows - 1))
+        y = round((high - _at(values, x / (columns - 1))) / (high - low) * (rows - 1))
         start = y if before is None else before + (1 if y > before else -1 if y < before else 0)
         for dot in range(min(start, y), max(start, y) + 1):
             canvas.mark(curve, x, dot)

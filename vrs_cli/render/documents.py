@@ -120,8 +120,7 @@ def _curves(plot: Plot, across: SvgScale, up: SvgScale) -> Iterator[str]:
         points = zip(plot.times, curve.values, strict=True)
         path = "M" + "L".join(f"{across.place(t):.1f} {up.place(value):.1f}" for t, value in points)
         yield f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
-        y = TOP + 10 + 16 * number
-        yield f'<text x="{WIDTH - RIGHT + 8}" y="{y}" fill="{colour}">{escape(curve.label)}</text>'
+        yield f'<text x="{WIDTH - RIGHT + 8}" y="{TOP + 10 + 16 * number}" fill="{colour}">{escape(curve.label)}</text>'
 
 
 def _stroke(path: str) -> str:

@@ -249,8 +249,7 @@ def _bindings(plan: results.MotionPlan, units: JointUnits) -> Iterator[str]:
     """Describe which limits are binding, and where on the path."""
     found = list[tuple[str, results.Peak]]()
     for load in plan.loads:
-        rates = (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk))
-        for name, peak in rates:
+        for name, peak in (("velocity", load.velocity), ("acceleration", load.acceleration), ("jerk", load.jerk)):
             if peak is not None and peak.share >= BINDS:
                 found.append((f"{name} of JT{load.joint}, {100.0 * peak.share:.1f} % of its limit", peak))
         if units.one_shown(load.joint, load.room) < NEAR_END:
@@ -324,8 +323,7 @@ def _angles(reply: results.AnglesReport, page: blocks.Page) -> Iterator[blocks.B
     yield from matrices([("Rz(O)", Rz_O), ("M", M), ("Ry(A)", Ry_A), ("Rz(T)", Rz_T)], page, turns=True)
     first = compose(Rz_O, M)
     second = compose(first, Ry_A)
-    steps = [("Rz(O) M", first), ("Rz(O) M Ry(A)", second), ("R", compose(second, Rz_T))]
-    yield from matrices(steps, page, turns=True)
+    yield from matrices([("Rz(O) M", first), ("Rz(O) M Ry(A)", second), ("R", compose(second, Rz_T))], page, turns=True)
     yield blocks.line("Back from the matrix:", Ink.NOTE)
     if reply.vertical:
         vertical = "The tool is vertical: O and T turn about one axis, and only their sum or difference counts. "

@@ -186,9 +186,8 @@ def _program_part(listed: replies.ProgramText | replies.ProgramPart, _page: Page
         yield TextLine(tuple(scan(listed.header)))
     variables = variables_in((listed.header, *(step.text for step in listed.steps)))
     for step in listed.steps:
-        mark = "?" if step.bad else " "
         text = ((step.text, Ink.ERROR),) if step.bad else tuple(scan(step.text, variables))
-        yield TextLine(((f"{step.number:5d} {mark} ", Ink.NOTE), *text))
+        yield TextLine(((f"{step.number:5d} {'?' if step.bad else ' '} ", Ink.NOTE), *text))
 
 
 def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
@@ -468,12 +467,11 @@ def _measured_comparison(reply: replies.MeasuredComparisonTable, _page: Page) ->
         (name, one, units.one_shown(joint, 1.0), units.unit(joint))
         for joint, (name, one) in enumerate(zip(joint_names(len(compared.joints)), compared.joints, strict=True), 1)
     ]
-    columns = (NAMES, *number_columns("rms", "Greatest", "at"), Column("", Ink.NOTE))
     rows = (
         (name, *(decimal(scale * x) for x in (one.rms, one.greatest.distance)), decimal(one.greatest.time), unit)
         for name, one, scale, unit in shown
     )
-    yield Grid(columns, tuple(rows), boxed=True)
+    yield Grid((NAMES, *number_columns("rms", "Greatest", "at"), Column("", Ink.NOTE)), tuple(rows), boxed=True)
     unknown = f"; unknown for {seconds(compared.unknown)} of it" if compared.unknown else ""
     span = f"{seconds(compared.begin)} to {seconds(compared.end)}"
     yield line(f"{count(compared.reports, 'report')} from {span} beside {reply.branch}{unknown}", Ink.NOTE)
@@ -496,12 +494,11 @@ def _measures(a: results.Extent, b: results.Extent) -> Iterator[tuple[str, ...]]
 def _fates(reply: replies.ComparisonTable) -> Grid:
     """Return a grid of commands with their times on both timelines, and with the requested time if any motion begins at
     another time."""
-    headings = (reply.a, "to", reply.b, "to", "Change")
     pairs = reply.comparison.commands
     displaced = any(record.is_displaced for pair in pairs for record in (pair.a, pair.b) if record is not None)
     columns = (
         Column("Command", Ink.INSTRUCTION, width=NAME_COLUMN),
-        *number_columns(*("asked",) * displaced, *headings, width=8),
+        *number_columns(*("asked",) * displaced, reply.a, "to", reply.b, "to", "Change", width=8),
     )
     rows = []
     for pair in pairs:

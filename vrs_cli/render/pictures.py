@@ -189,9 +189,8 @@ class BrowserPage:
     def _call(self, method: str, **parameters: Any) -> Any:
         self._id += 1
         session = {"sessionId": self._session} if self._session else {}
-        message = {"id": self._id, "method": method, "params": parameters, **session}
         try:
-            self._socket.send(json.dumps(message))
+            self._socket.send(json.dumps({"id": self._id, "method": method, "params": parameters, **session}))
             deadline = time.monotonic() + BROWSER_TIMEOUT_S
             while True:
                 told = json.loads(self._socket.recv(timeout=max(deadline - time.monotonic(), 0.0)))

@@ -46,8 +46,7 @@ class Curves(NamedTuple):
 
 def check_plot(path: str | Path) -> None:
     """Raise in advance the error that `plot_trajectory` would raise later: UsageError or FileError."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in PICTURES:
+    if Path(path).suffix.lower() not in PICTURES:
         raise PlotError(f"{path} is no picture file", f"its name ends in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
     if find_spec("matplotlib") is None:
         raise PlotError("a plot needs matplotlib, which is not installed", how_to_install("matplotlib"))

@@ -93,13 +93,12 @@ def _serve(
     from vrs_cli.render.text import styled_lines
     from vrs_cli.repl.connection import Remote
 
-    folder = Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-")))
     local_robot = LocalRobot(
         lesson.robot,
         page,
         name="lesson",  # the same for all robots, so that an open page continues with the next lesson
         rate=None if lesson.delays is None else rate,
-        folder=folder,
+        folder=Path(stack.enter_context(TemporaryDirectory(prefix="vrs-lesson-"))),
         cell=None if lesson.cell_file is None else lesson.cell,
         styled=styled_lines,
         tell=tell,

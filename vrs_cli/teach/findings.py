@@ -162,8 +162,7 @@ class _Inspection:
             if not one.passed and one.name not in self.failed:  # report each check once
                 self.sound, self.failed[one.name] = False, path
                 remedy = "correct the check or the model" if variant.seed is None else "move what belongs together"
-                what = f"{one.name}: the model fails it{_of(variant)}: {one.reason}"
-                yield Finding(self._at(one.name), what, remedy)
+                yield Finding(self._at(one.name), f"{one.name}: the model fails it{_of(variant)}: {one.reason}", remedy)
         yield from self._unreachable(variant, evidence)
 
     def _unreachable(self, variant: Exercise, evidence: Evidence) -> Iterator[Finding]:

@@ -109,10 +109,9 @@ class LearnerRecord:
             return  # the file was replaced by one of another kind
         self.latest, self._kept[lesson] = lesson, standing
         lessons = {name: {"passed": one.passed, "of": one.of} for name, one in self._kept.items()}
-        text = json.dumps({"latest": lesson, "lessons": lessons}, indent=1) + "\n"
         try:
             self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            write_atomically(self._path, text)
+            write_atomically(self._path, json.dumps({"latest": lesson, "lessons": lessons}, indent=1) + "\n")
         except OSError as error:
             raise FileError(f"{self._path} cannot be written: {(error.strerror or str(error)).lower()}") from None
 
@@ -220,14 +219,13 @@ class Learner:
         self._present()
 
     def _list(self) -> None:
-        rows = [self._row(number, folder) for number, folder in enumerate(self._course, 1)]
+        rows = list[str]()
+        for number, (folder, title) in enumerate(self._course.items(), 1):
+            here = progress_key(folder) == self.lesson.key
+            standing = self.standing if here else self._progress.of(progress_key(folder))
+            row = f"    {number:2}  {title:40} {standing.summary()}{' (you are here)' if here else ''}"
+            rows.append(row.rstrip())
         self._show("\n".join(rows) + "\n\nLESSON and a number goes there.")
-
-    def _row(self, number: int, folder: Path) -> str:
-        key = progress_key(folder)
-        standing = self.standing if key == self.lesson.key else self._progress.of(key)
-        here = " (you are here)" if key == self.lesson.key else ""
-        return f"    {number:2}  {self._course[folder]:40} {standing.summary()}{here}".rstrip()
 
     def _go(self, word: str) -> None:
         """Leave this shell for another lesson: the one that `word` chooses; "": the next one."""
@@ -331,9 +329,8 @@ class Learner:
             self._show(f"Not yet: {missing}.")
 
     def _advance(self, *, skipped: bool = False) -> None:
-        step = self.lesson.steps[self._at]
         if not skipped:
-            self._show(f"**Done.** {step.passed}")
+            self._show(f"**Done.** {self.lesson.steps[self._at].passed}")
         self._at += 1
         self._keep()
         self._present()

@@ -206,8 +206,7 @@ def _add_interval(found: list[tuple[float, float]], since: float, until: float, 
 def _stands(segment: Segment, s: float) -> bool:
     """Return whether the arm is at rest at `s` seconds after the start of a segment."""
     path = segment.path
-    rates = path.velocity(s) if isinstance(path, JointPath) else path.twist(s)
-    return all(abs(rate) <= STILL for rate in rates)
+    return all(abs(rate) <= STILL for rate in (path.velocity(s) if isinstance(path, JointPath) else path.twist(s)))
 
 
 NOISE = 1e-9  # smaller differences of a measure are ignored, so that all machines give the same result

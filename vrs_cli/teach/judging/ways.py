@@ -54,8 +54,7 @@ def windows(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, mm: 
     """Return the intervals in which the tip moves from one place to another: from its last time at the first place to
     its arrival at the second.
     """
-    reach = _reach(mm, run)
-    left, came = (tip.within(run.tip, place, reach, run.precision) for place in (a, b))
+    left, came = (tip.within(run.tip, place, _reach(mm, run), run.precision) for place in (a, b))
     found = list[Window]()
     for number, (_, leaves) in enumerate(left):
         again = left[number + 1][0] if number + 1 < len(left) else run.evidence.end
