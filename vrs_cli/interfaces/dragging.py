@@ -274,8 +274,7 @@ def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
 
 def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
     """Return the side of the axis of joint 1 on which the arm stays."""
-    outward = arm.outward(q)
-    if outward == inf:
+    if (outward := arm.outward(q)) == inf:
         return None
     sign = -1.0 if kept.arm is Arm.RIGHTY else 1.0
     return Side(arm, sign, min(SIDE_SHARE * arm.length, max(sign * outward, 0.0)))

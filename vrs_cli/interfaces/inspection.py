@@ -139,8 +139,7 @@ class Inspector:
         around = analyzer.Surroundings(dict(environment.kinds), trees, beside.elsewhere)
         before, self._inspected = self._inspected, {}
         for key, placed in programs.items():
-            one = before.get(placed.part)
-            if one is None or one.basis != _basis(around, one.analysis):
+            if (one := before.get(placed.part)) is None or one.basis != _basis(around, one.analysis):
                 analysis, of_running = analyzer.analyze_among(around, trees[key]), tuple[Diagnostic, ...]()
                 if analysis.executable:
                     of_running = (*_warn_of_steps(analysis), *self._constants.findings(trees[key]))

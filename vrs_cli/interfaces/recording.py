@@ -122,8 +122,7 @@ def _worst(
         there = transform.compose(
             arm.forward(tuple([p + part * w for p, w in zip(begin, way, strict=True)])), T_flange_tool
         )
-        miss = _miss(there, seen[k], tolerance)
-        if miss > most:
+        if (miss := _miss(there, seen[k], tolerance)) > most:
             worst, most = k, miss
     return worst, most
 

@@ -158,8 +158,7 @@ class TargetControl(NamedTuple):
         if goes_on and stream is not None and stream.version != session.engine.timeline.version:
             self._close(StreamKind.DRAG)
         yield from self.pull(pose, session.user_state.issued)
-        stream = self._opened(StreamKind.DRAG)
-        if stream is not None and stream.ended:
+        if (stream := self._opened(StreamKind.DRAG)) is not None and stream.ended:
             self._close(StreamKind.DRAG)
             raise _refusal(stream)
         return session.pulled.held

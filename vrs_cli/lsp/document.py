@@ -318,8 +318,7 @@ class Document:
 
     def occurrence(self, line: int, column: int) -> Occurrence | None:
         """Return the name that is at a position or ends there, with its span in the file."""
-        placed = self._at(line)
-        if placed is None:
+        if (placed := self._at(line)) is None:
             return None
         in_line = (one for one in occurrences(placed.part) if one.span.line == line - placed.above)
         there = (one for one in in_line if one.span.column <= column <= one.span.end)
@@ -420,8 +419,7 @@ class Document:
         """Return suggestions for a position. `project`: the other files of the same name space; `near`: all files whose
         programs may be called."""
         before = self.lines[line - 1][: column - 1] if line <= len(self.lines) else ""
-        program = self._program_at(line)
-        if program is None:  # outside of programs
+        if (program := self._program_at(line)) is None:  # outside of programs
             begun, note = before.strip().upper(), "a section of variables, up to .END"
             rows = ((PROGRAM, "a program, up to .END"), *((name, note) for name in SECTIONS))
             return [Suggestion(name, len(begun), note) for name, note in rows if name.startswith(begun)]
@@ -534,16 +532,14 @@ class Document:
         return next(((found[0], Span(line, found.start() + 1, found.end() + 1)) for found in there), None)
 
     def _variable_meaning(self, word: str, line: int) -> str:
-        span = self._variable(word, line)
-        if span is None:
+        if (span := self._variable(word, line)) is None:
             return ""
         shown = self.lines[span.line - 1].strip()
         return f"```val2\n{shown}\n```\n`{word}` is first given a value in line {span.line}"
 
     def program_meaning(self, key: str) -> str:
         """Return the heading of a program with its comment, as Markdown; "" if this file does not have the program."""
-        program = self.programs.get(key)
-        if program is None:
+        if (program := self.programs.get(key)) is None:
             return ""
         comment = f"\n\n{program.comment.strip()}" if program.comment else ""
         return f"```val2\n.PROGRAM {_signature(program)}\n```{comment}"

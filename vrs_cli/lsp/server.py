@@ -357,8 +357,7 @@ def _folding(server: Val2Server, params: lsp.FoldingRangeParams) -> Sequence[lsp
 
 def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
     uri, document, place = server.locate(params)
-    found = document.signature(*place, server.files.near(uri)[1])
-    if found is None:
+    if (found := document.signature(*place, server.files.near(uri)[1])) is None:
         return None
     parameters = [lsp.ParameterInformation(place) for place in found.arguments]
     shown = lsp.SignatureInformation(found.form, found.summary, parameters)

@@ -238,8 +238,7 @@ def typed_name(text: str) -> str:
 def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -> Candidates:
     if _TARGET.match(line):
         return _strings(names) if line.lstrip().startswith("$") else (*_reals(names), *_strings(names))
-    first = _FIRST.match(line)
-    if first is None or first.end() == len(line):
+    if (first := _FIRST.match(line)) is None or first.end() == len(line):
         return _beginnings(names, in_program, prefix.upper())
     rest = line[first.end() :]
     if not rest[0].isspace():

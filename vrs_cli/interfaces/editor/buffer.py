@@ -253,8 +253,7 @@ def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.S
 def canonical(text: str, dialect: diagnostics.Dialect) -> str:
     """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be parsed
     stay unchanged."""
-    program = ProgramBuffer.of_text(text, dialect).read().program
-    if program is None:
+    if (program := ProgramBuffer.of_text(text, dialect).read().program) is None:
         return text
     typed, count = text.split("\n")[1:], len(program.steps)
     shown = (

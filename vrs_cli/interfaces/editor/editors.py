@@ -151,8 +151,7 @@ LEAVING: Mapping[str, str] = {"E": "store the program, check it, and leave", "C"
 
 def subcommand(line: str) -> tuple[str, str] | None:
     """Return the letter of a sub-command, in upper case, and the text after it; None if the line is an instruction."""
-    found = _SUBCOMMAND.match(line.rstrip())
-    if found is None or found["word"].upper() not in {*SUBCOMMANDS, *LEAVING}:
+    if (found := _SUBCOMMAND.match(line.rstrip())) is None or found["word"].upper() not in {*SUBCOMMANDS, *LEAVING}:
         return None
     return found["word"].upper(), found["argument"] or ""
 

@@ -259,8 +259,7 @@ class Jogger:
         """Return the joints for a pose that are near given ones. Raises MotionError for a pose out of reach, TooNear if
         a joint would jump near a singularity."""
         goal = self.engine.joints_for(pose, begin)
-        change = joints.largest_change(begin, goal)
-        if change > MAX_JOINT_JUMP:
+        if (change := joints.largest_change(begin, goal)) > MAX_JOINT_JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
             raise errors.TooNear(
                 f"joint {joint} would move by {self.engine.model.joint_text(joint, change, 0)} for it",

@@ -156,8 +156,7 @@ def sketch(report: Drawable) -> acts.Sketch | None:
     if isinstance(report, replies.ReachReport):
         return _sketch_of_reach(report)
     if isinstance(report, results.MotionReport):
-        plan = report.plan
-        if plan is None or not plan.path:
+        if (plan := report.plan) is None or not plan.path:
             return None
         balls = [acts.SketchBall("end", plan.path[-1], "good")]
         balls += [acts.SketchBall("contact", plan.contact.place, "bad")] if plan.contact is not None else []
@@ -199,8 +198,7 @@ def reach_text(report: replies.ReachReport) -> str:
     line = report.reach.line
     if line.duration is None:
         return f"{report.name}: {line.trouble}"
-    contact = report.line_contact or report.move_contact
-    if contact is not None:
+    if (contact := report.line_contact or report.move_contact) is not None:
         return f"{report.name}: {'MOVES' if report.line_contact else 'MOVE'}: {contact.describe('after')}"
     way = "MOVE and MOVES" if report.reach.chosen is not None else "MOVES"
     return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"

@@ -140,8 +140,7 @@ def change_numbers(
         raise IllegalValue(f"{len(fields)} numbers", f"at most {len(numbers)}, commas between them")
     for i, field in enumerate(fields):
         if field.strip():
-            number = values.read_number(field)
-            if number is None:
+            if (number := values.read_number(field)) is None:
                 raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
             numbers[i] = number
     return values.transformation(numbers) if isinstance(value, transform.Transform) else units.read(numbers)
@@ -192,8 +191,7 @@ def where_measured(station: Station, it: ast.Instruction) -> Dialogue[None]:
     arm, timeline, units = station.engine.arm, station.engine.timeline, station.units
     if not operands.has_times(it):
         t = operands.moment(station, it) if it.modifiers.has_time else measured.end
-        at = comparison.measured_position(arm, timeline, measured, t)
-        if at is None:
+        if (at := comparison.measured_position(arm, timeline, measured, t)) is None:
             yield replies.Message(comparison.why_unknown(measured, t))
         else:
             yield replies.MeasuredWhereabouts(at, t == measured.end, units)
@@ -245,8 +243,7 @@ def where_part(
         raise UsageError(f"{said} is a variable, no part", f"LISTL {said} shows a place, WHERE tells where the arm is")
     if course is None or not names:
         raise UsageError("there are no parts", f"{BRINGS_PARTS}; LISTL shows places")
-    name = names.get(said.lower())
-    if name is None:
+    if (name := names.get(said.lower())) is None:
         raise UndefinedName(
             f"part {said}", variables.closest(said.lower(), names) or f"the cell has {', '.join(names.values())}"
         )
@@ -350,8 +347,7 @@ def _delete_variables(station: Station, it: ast.Instruction, kinds: tuple[values
         if not isinstance(expression, ast.Variable):
             raise TypeMismatch("an expression", "the name of a variable is wanted")
         name = expression.sigil + expression.name
-        kind = station.environment.kind_of(name)
-        if kind is None:
+        if (kind := station.environment.kind_of(name)) is None:
             raise UndefinedValue(name, "there is nothing to delete")
         if kind not in kinds:
             raise TypeMismatch(f"{name} is a {kind.value}")

@@ -338,8 +338,7 @@ def _set_breakpoint(station: Station, it: ast.Instruction) -> Dialogue[None]:
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:
-            found = station.environment.executable(stored).compilation.stand(step - 1)
-            if found is None:
+            if (found := station.environment.executable(stored).compilation.stand(step - 1)) is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
             breakpoints.add((key, found + 1))  # the first executable step from that step on
         else:

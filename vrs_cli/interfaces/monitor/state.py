@@ -186,8 +186,7 @@ def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
         action = word(it.arguments[0]).upper()
         if action == "RATE":
             given = it.value.text if isinstance(it.value, ast.BareWord) else "nothing"
-            rate = values.read_number(given)
-            if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
+            if (rate := values.read_number(given)) is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
                 raise IllegalValue(f"a rate of {given}", RATES)
             clock.change(rate=rate)
         elif action in monitor.CLOCK_WORDS and it.value is None:

@@ -102,8 +102,7 @@ def _explain(session: Session, act: acts.Explain) -> Dialogue[replies.ReachRepor
 
 
 def _why_refused(session: Session, act: acts.WhyRefused) -> Dialogue[acts.Sketch | None]:
-    name = explaining.place_of(act.text)
-    if name is None:
+    if (name := explaining.place_of(act.text)) is None:
         return None
     value = runtime.evaluate(session.environment, session.engine, _expression(session, name))
     if not isinstance(value, tuple):

@@ -85,8 +85,7 @@ class Session(station.Station):
 
     def _carry_out_line(self, line: str) -> Dialogue[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
-        statement = read.statement
-        if statement is None:
+        if (statement := read.statement) is None:
             return
         if isinstance(statement, ast.ProgramHeader):
             raise UsageError(
@@ -168,8 +167,7 @@ class Session(station.Station):
         elif isinstance(statement, ast.Show):
             yield from locations.show_value(self, statement.expression)
         elif isinstance(statement, ast.DoInstruction):
-            repeated = statement.statement or self.user_state.last_statement
-            if repeated is None:
+            if (repeated := statement.statement or self.user_state.last_statement) is None:
                 raise UsageError("there is no instruction to repeat", "DO instruction")
             yield from self.do(repeated)
         else:

@@ -312,8 +312,7 @@ class Station:
         """Start a program (by default the last one); call `wait` or `let_run` next. `primed`: the program stops before
         its first step, and `resume` continues it. Raises NoProgramSpecified, UndefinedName, ProgramNotExecutable,
         ArgumentMismatch, TaskActive, ClockPaused."""
-        name = program or self.last_program
-        if name is None:
+        if (name := program or self.last_program) is None:
             raise errors.NoProgramSpecified("there is no last program", "{EXECUTE name}")
         task = self._task(name, arguments, cycles, step)
         self.last_program = task.program

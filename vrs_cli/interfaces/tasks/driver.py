@@ -370,8 +370,7 @@ class Driver:
     def _look(self) -> None:
         """Check each run for its limits of steps and memory, and end it at a limit."""
         for run in self._runs:
-            track = self._foreground(run)
-            if track is None or isinstance(track.pending, effects.Failed | tasks.Aborted):
+            if (track := self._foreground(run)) is None or isinstance(track.pending, effects.Failed | tasks.Aborted):
                 continue
             limits, done = run.limits, self.tasks.steps_done - run.before
             if limits.max_steps is not None and done > limits.max_steps:
@@ -474,8 +473,7 @@ class Driver:
         if self.inputs.next_time <= self.engine.now:
             self._change_inputs()
             return
-        track = self.tasks.next()
-        if track is None or track.wake > self.engine.now:
+        if (track := self.tasks.next()) is None or track.wake > self.engine.now:
             return  # a signal has changed for which no task waits
         self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))

@@ -430,8 +430,7 @@ class Tasks(memory.System):
         return memory.ROBOT_NUMBER if track is not None and self.owns(track) else 0
 
     def program_status(self, name: str) -> int:
-        stored = self._environment.programs.get(key_of(name.strip()))
-        if stored is None:
+        if (stored := self._environment.programs.get(key_of(name.strip()))) is None:
             return NOT_IN_MEMORY
         if not stored.analysis.executable:
             return NOT_EXECUTABLE
