@@ -17,7 +17,7 @@ from collections.abc import Callable, Collection, Container, Iterable, Iterator,
 from contextlib import suppress
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 from msgspec.structs import replace
 
@@ -186,8 +186,7 @@ def names_given_in(program: Program) -> frozenset[str]:
         own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
         doing = (one for one in program.statements if not declares(one))
         remembered["names_given"] = frozenset(key for one in doing for key in variables_given_by(one)) - own
-    found: frozenset[str] = remembered["names_given"]
-    return found
+    return cast("frozenset[str]", remembered["names_given"])
 
 
 def names_in(program: Program) -> frozenset[str]:
@@ -195,8 +194,7 @@ def names_in(program: Program) -> frozenset[str]:
     remembered = vars(program)  # the result is stored in the program, as in `names_given_in`
     if "names" not in remembered:
         remembered["names"] = frozenset(node.key for node in ast.nodes(program.steps) if isinstance(node, ast.Variable))
-    found: frozenset[str] = remembered["names"]
-    return found
+    return cast("frozenset[str]", remembered["names"])
 
 
 def find_slips(names: NameFindings) -> dict[str, str]:
@@ -541,17 +539,10 @@ class _Steps(Expressions):
             check(self, statement)
 
     def command(self, statement: Statement) -> None:
-        self._command(statement)
-        for variable in self.without_value():
-            if hint := other_sigil(variable, self._known):
-                self.fault(UndefinedValue, variable.span, variable.sigil + variable.name, hint)
-
-    def _command(self, statement: Statement) -> None:
+        inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
         if isinstance(statement, ast.ExplainCommand):
             self._explain(statement)
-            return
-        inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-        if isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
+        elif isinstance(inner, ast.Instruction) and not (inner is not statement and inner.word in _IN_PROGRAMS):
             table = COMMANDS if inner is statement and inner.word in COMMANDS else INSTRUCTIONS
             if inner.word in ("STOP", "PAUSE", "HALT"):
                 self.warn(
@@ -569,6 +560,9 @@ class _Steps(Expressions):
             self.value(inner.expression, ANY_KIND)
         elif inner is not None:
             self.fault(CannotInterpret, statement.span, "this works in programs only", ".PROGRAM name begins one")
+        for variable in self.without_value():
+            if hint := other_sigil(variable, self._known):
+                self.fault(UndefinedValue, variable.span, variable.sigil + variable.name, hint)
 
     def _explain(self, it: ast.ExplainCommand) -> None:
         """Check EXPLAIN: its argument must be a motion, or a location if the topic needs one."""
@@ -751,8 +745,12 @@ class _Steps(Expressions):
         """Warn of TYPE x, /F6.2, because a format applies only to the values after it."""
         last = statement.arguments[-1]
         if isinstance(last, ast.Format) and last.code in "DEFGHIO":
-            hint = f"a format stands before its value: {row.name} /{last.code}..., x"
-            self.warn(WithoutEffect, last.span, "no value follows this format", hint)
+            self.warn(
+                WithoutEffect,
+                last.span,
+                "no value follows this format",
+                f"a format stands before its value: {row.name} /{last.code}..., x",
+            )
         for form, value in pairwise(statement.arguments):  # TYPE /F6,2, x
             if (
                 isinstance(form, ast.Format)

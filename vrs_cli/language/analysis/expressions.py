@@ -70,9 +70,8 @@ class Expressions(NameFindings):
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
             if isinstance(expression, ast.StringConstant) and (found := re.search(_PRINTF, expression.value)):
-                hint, sign = 'TYPE "x =", x types a value', "\\n" if found[0].endswith("\\n") else found[0]
-                if sign.startswith("\\"):
-                    hint = "every TYPE ends its line, TYPE alone types an empty one"
+                sign, ends = "\\n" if found[0].endswith("\\n") else found[0], "every TYPE ends its line"
+                hint = f"{ends}, TYPE alone types an empty one" if sign[0] == "\\" else 'TYPE "x =", x types a value'
                 self.warn(WithoutEffect, expression.span, f"{sign} is typed as it stands", hint)
         elif expression.code not in FORMAT_CODES:
             self.fault(
@@ -140,13 +139,10 @@ class Expressions(NameFindings):
                 )
             self.read(variable, REAL)
 
-    def _label(self, expression: Expression) -> None:
-        if not isinstance(expression, ast.Number):
-            self.fault(CannotInterpret, expression.span, "a label is a number")
-
-    def _word(self, expression: Expression) -> None:
-        if not isinstance(expression, ast.BareWord):
-            self.fault(CannotInterpret, expression.span, "a name is wanted here")
+    def _only(self, expression: Expression, *, kind: type, rule: str) -> None:
+        """Check an argument that is a single token: a label, or a word. `rule`: the message for anything else."""
+        if not isinstance(expression, kind):
+            self.fault(CannotInterpret, expression.span, rule)
 
     def _setting(self, expression: Expression) -> None:
         """Check the value of a parameter. A bare name may be a keyword of the parameter (as for SCURVE)."""
@@ -436,11 +432,13 @@ SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     Shape.UNIT: Expressions._unit,
     Shape.LOCATION_VARIABLE: Expressions._location_variable,
     Shape.ELEMENTS: Expressions._elements,
-    Shape.LABEL: Expressions._label,
+    Shape.LABEL: partial(Expressions._only, kind=ast.Number, rule="a label is a number"),
     Shape.SETTING: Expressions._setting,
     Shape.PART: Expressions._part,
-    **dict.fromkeys((Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH), Expressions._word),
-    **dict.fromkeys((Shape.PARAMETER_NAME, Shape.INSTRUCTION), Expressions._word),
+    **dict.fromkeys(
+        (Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH, Shape.PARAMETER_NAME, Shape.INSTRUCTION),
+        partial(Expressions._only, kind=ast.BareWord, rule="a name is wanted here"),
+    ),
 }
 
 

@@ -278,10 +278,9 @@ class NameFindings(DiagnosticCollector):
                 self.warn(InvalidName, variable.span, f"{variable.name} and {before} are the same name", hint)
         if key in self.own and self._arrays.setdefault(key, is_array) is not is_array:
             name = variable.sigil + variable.name
-            detail, hint = f"{name} is an array of the program's own", f"give an index: {name}[1]"
-            if is_array:
-                detail, hint = f"{name} is a variable of the program's own, no array", f"declare {name}[]"
-            self.fault(IllegalArrayIndex, variable.span, detail, hint)
+            what = "a variable of the program's own, no array" if is_array else "an array of the program's own"
+            hint = f"declare {name}[]" if is_array else f"give an index: {name}[1]"
+            self.fault(IllegalArrayIndex, variable.span, f"{name} is {what}", hint)
 
     # --- declarations ---
 

@@ -114,9 +114,8 @@ class Structure(DiagnosticCollector):
             self._fault(statement.span, f"{statement.word} takes a whole number of loops", hint)
         elif wanted > around:
             loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
-            hint = "the loops are FOR, WHILE and DO"
-            if statement.word == "EXIT" and not around:
-                hint += "; RETURN ends a program"
+            more = "; RETURN ends a program" if statement.word == "EXIT" and not around else ""
+            hint = f"the loops are FOR, WHILE and DO{more}"
             self._fault(statement.span, f"{statement.word} {wanted} with {loops} around it", hint)
 
     def _begin(self, index: int, statement: Statement) -> None:
@@ -392,8 +391,7 @@ def waits_for_signals(program: Program) -> bool:
     remembered = vars(program)
     if "waits_for_signals" not in remembered:
         remembered["waits_for_signals"] = next(beyond(program, vplus=False), None) is None
-    found: bool = remembered["waits_for_signals"]
-    return found
+    return bool(remembered["waits_for_signals"])
 
 
 def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:

@@ -324,8 +324,9 @@ class ProgramCompiler(ExpressionCompiler):
         if constants and all(constants):
             key = tree.tuple_of([one for one in constants if one]) if len(constants) > 1 else constants[0]
         elif variable.indexes:
-            method = "index" if len(variable.indexes) == 1 else "indexes"
-            first.append(tree.assign("i", tree.method(tree.name(cells), method, *map(self.value, variable.indexes))))
+            values = [*map(self.value, variable.indexes)]
+            method, given = ("index", values[0]) if len(values) == 1 else ("round_indexes", tree.tuple_of(values))
+            first.append(tree.assign("i", tree.method(tree.name(cells), method, given)))
             key = tree.name("i")
         assert key is not None
         if other is not None and not is_real:

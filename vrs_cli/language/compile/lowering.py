@@ -263,8 +263,7 @@ class _Lowering:
         block = self._middles[number]
         case = self._steps[block.opener].statement
         assert isinstance(case, ast.Case)
-        later = [step for step in block.middles if step > number]
-        target = later[0] + _TESTS if later else block.closer
+        target = next((step + _TESTS for step in block.middles if step > number), block.closer)
         self._leave_case(number, block)
         return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 

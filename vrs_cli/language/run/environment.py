@@ -76,9 +76,8 @@ NO_LOCATION.others = ref(_ANY_REAL)
 
 def overflow(error: ArithmeticError) -> ArithmeticOverflow:
     """Convert an error of Python's arithmetic to an error of the language."""
-    if isinstance(error, ZeroDivisionError):
-        return ArithmeticOverflow("division by zero")
-    return ArithmeticOverflow("the result is too large for a real")
+    divides = isinstance(error, ZeroDivisionError)
+    return ArithmeticOverflow("division by zero" if divides else "the result is too large for a real")
 
 
 def guard(condition: Callable[[], float | bool]) -> Callable[[], bool]:
@@ -290,9 +289,10 @@ class Executable:
 
     @cached_property
     def _local(self) -> tuple[Reference, ...]:
-        made = (own for own in self.analysis.own if not own.automatic)
         return tuple(
-            new_variable(self._memory.spelling, it.key, values.kind_of_name(it.key), array=it.array) for it in made
+            new_variable(self._memory.spelling, it.key, values.kind_of_name(it.key), array=it.array)
+            for it in self.analysis.own
+            if not it.automatic
         )
 
     def local_size(self) -> int:
@@ -346,8 +346,8 @@ class Executable:
             form = f"{self.name}({', '.join(one.sigil + one.name for one in self.program.parameters)})"
             return new_variable(self._memory.spelling, typed, kind, array=array, omitted=form)
         if given.cells.kind is not kind:
-            wanted = kind.value if parameter.sigil else "real or a transformation"
-            raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"a {wanted} is wanted")
+            wanted = f"a {kind.value}" if parameter.sigil else "a real or a transformation"
+            raise ArgumentMismatch(f"{name} is given a {given.cells.kind.value}", f"{wanted} is wanted")
         if (given.key is None) is not is_array:
             wanted, got = ("one value", "an array") if given.key is None else ("an array", "one value")
             raise ArgumentMismatch(f"{name} is given {got}", f"{wanted} is wanted")
@@ -436,8 +436,8 @@ class Activation:
     @property
     def own(self) -> Mapping[str, Reference]:
         """Return the arguments and the program's own variables, by key."""
-        analysis = self.program.analysis
-        keys = [variable.key for variable in analysis.program.parameters] + [one.key for one in analysis.own]
+        parameters, own = self.program.program.parameters, self.program.analysis.own
+        keys = [variable.key for variable in parameters] + [one.key for one in own]
         return {key: Reference(*given) for key, given in zip(keys, self._arguments, strict=True)}
 
     def enter(self, op: int) -> None:
@@ -467,7 +467,8 @@ class Environment(Memory):
 
     def size_of_all(self) -> int:
         """Return the total number of array elements and string characters, including LOCAL variables."""
-        known = self._executables.items()
         return self.size() + sum(
-            one.local_size() for stored, one in known if self.programs.get(one.program.key) is stored
+            one.local_size()
+            for stored, one in self._executables.items()
+            if self.programs.get(one.program.key) is stored
         )

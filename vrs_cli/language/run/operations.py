@@ -108,8 +108,7 @@ def from_bcd(x: float) -> float:
 
 
 def bit_mask(*bits: float) -> float:
-    masks = (1 << (values.integer_between(bit, 1, 24, "bit") - 1) for bit in bits)
-    return float(reduce(or_, masks, 0))
+    return float(reduce(or_, (1 << (values.integer_between(bit, 1, 24, "bit") - 1) for bit in bits), 0))
 
 
 def signals_on(context: Context, *numbers: float) -> float:

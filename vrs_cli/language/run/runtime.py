@@ -268,10 +268,9 @@ class Task:
         while True:
             yield from self._cycle()
             # remove the calls and reactions that a STOP has left on the stack
-            interruptions = (activation.interruption for activation in self._activations[1:])
-            outermost = next((one for one in interruptions if one is not None), None)
-            if outermost is not None:
-                self.reactions.priority = outermost.priority
+            interruptions = [one.interruption for one in self._activations[1:] if one.interruption is not None]
+            if interruptions:
+                self.reactions.priority = interruptions[0].priority
             del self._activations[1:]
             if self.reactions.due is None:
                 yield from self._say(Break())
@@ -525,8 +524,9 @@ def statement_task(environment: Environment, engine: Engine, statement: ast.Stat
     """Return an instruction of the prompt as a task with one step; its program has no name. Raises ProgramNotExecutable
     with the first mistake that the analyzer finds."""
     program = Program("", (), (Step(None, statement, None, span=statement.span),), None, span=statement.span)
-    programs = {key: stored.program for key, stored in environment.programs.items()}
-    analysis = analyze(program, environment.kinds, programs)
+    analysis = analyze(
+        program, environment.kinds, {key: stored.program for key, stored in environment.programs.items()}
+    )
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.diagnostics[0].message)
     return _StepTask(environment, engine, Executable(environment, StoredProgram(analysis)))
@@ -539,8 +539,7 @@ class WatchedExpression:
     def __init__(self, environment: Environment, engine: Engine, expression: ast.Expression) -> None:
         self._context = Context(environment, engine)
         self._expression = expression
-        variables = (node for node in ast.nodes(expression) if isinstance(node, Variable))
-        self._keys = tuple(dict.fromkeys(variable.key for variable in variables))
+        self._keys = tuple(dict.fromkeys(node.key for node in ast.nodes(expression) if isinstance(node, Variable)))
         self._compiled: dict[tuple[object, ...], Callable[..., Value]] = {}
 
     def value(self, own: Mapping[str, Reference]) -> Value:

@@ -121,11 +121,6 @@ class Cells(dict[str | Index, Value]):
         index."""
         return int(index + 0.5) if index >= 0.0 else self.round_indexes((index,))[0]
 
-    def indexes(self, *indexes: float) -> tuple[int, ...]:
-        """Return the rounded indexes of an element that will be assigned. Raises IllegalArrayIndex for a negative
-        index."""
-        return self.round_indexes(indexes)
-
     def round_indexes(self, indexes: Iterable[float]) -> tuple[int, ...]:
         """Return indexes rounded to integers. Raises IllegalArrayIndex for a negative index."""
         rounded = tuple(map(whole, indexes))
@@ -430,8 +425,10 @@ class Variables:
         simple, elements = self._simple[kind], self._arrays[kind].get(key, NO_CELLS)
         if key in simple:
             yield NamedValue(simple.name(key), simple[key])
-        indexes = [index for index in elements if not isinstance(index, str)]
-        for index in sorted(indexes, key=lambda index: index if isinstance(index, tuple) else (index,)):
+        for index in sorted(
+            [index for index in elements if not isinstance(index, str)],
+            key=lambda index: index if isinstance(index, tuple) else (index,),
+        ):
             yield NamedValue(elements.name(index), elements[index])
 
     def values(self) -> dict[Item, Value]:
@@ -482,8 +479,7 @@ class Variables:
 
     def count(self, kind: Kind | None = None) -> int:
         """Return the number of values (of one kind, or of all); each array element counts."""
-        cells = self._all() if kind is None else chain((self._simple[kind],), self._arrays[kind].values())
-        return sum(map(len, cells))
+        return sum(map(len, self._all() if kind is None else chain((self._simple[kind],), self._arrays[kind].values())))
 
     def size(self) -> int:
         """Return the number of elements in all arrays and of characters in all strings."""

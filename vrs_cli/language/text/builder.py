@@ -378,8 +378,7 @@ class Builder:
     def header(self, span: Span, name: Token, *rest: Any) -> ast.ProgramHeader:
         if name.text[0] in "#$%":
             raise refusal(InvalidName, name.span, name.text, "a program name begins with a letter")
-        parameters = tuple(child for child in rest if type(child) is not Token)
-        return ast.ProgramHeader(name.text, parameters, None, span=span)
+        return ast.ProgramHeader(name.text, tuple(child for child in rest if type(child) is not Token), None, span=span)
 
     @_by_name
     def entry(self, span: Span, variable: ast.Variable, *rest: Any) -> ast.Entry:
@@ -504,8 +503,9 @@ class Builder:
 
     @_by_name
     def applied(self, span: Span, text: ast.Variable | Token, _open: Token, *inner: Any) -> ast.Applied:
-        named = self.string([text]) if isinstance(text, Token) else text
-        return ast.Applied(named, tuple(_items(inner[:-1])), span=span)
+        return ast.Applied(
+            self.string([text]) if isinstance(text, Token) else text, tuple(_items(inner[:-1])), span=span
+        )
 
     @_by_name
     def call(self, span: Span, name: Token, _open: Token, *inner: Any) -> ast.Call:
@@ -548,12 +548,11 @@ class ValBuilder(Builder):
         if not any(type(child) is Token and child.value in LOGICAL for child in children):
             return ours
         theirs = self._theirs.tree(children)
-        return ours if theirs == ours else _with_parentheses(theirs, outermost=True)
+        return ours if theirs == ours else _with_parentheses(theirs, grouped=False)
 
 
-def _with_parentheses(expression: Expression, *, outermost: bool = False) -> Expression:
-    """Return an expression with each operation in parentheses, except the outermost."""
-    grouped = not outermost
+def _with_parentheses(expression: Expression, *, grouped: bool = True) -> Expression:
+    """Return an expression with each operation in parentheses, the outermost only if `grouped`."""
     if isinstance(expression, ast.Binary) and not expression.grouped:
         left, right = map(_with_parentheses, (expression.left, expression.right))
         return replace(expression, left=left, right=right, grouped=grouped)

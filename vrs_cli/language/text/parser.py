@@ -168,8 +168,7 @@ class FileReader(DiagnosticCollector):
         self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
         lines = lines_of(text)
         bare = bool(name) and self._has_bare_steps(lines)
-        parts = self._bare_program(lines, name) if bare else self._all_parts(lines)
-        file = File(tuple(parts))
+        file = File(tuple(self._bare_program(lines, name) if bare else self._all_parts(lines)))
         self.diagnostics += repeated_programs((part, 0) for part in file.parts if isinstance(part, Program))
         return file, in_order(self.diagnostics)
 
@@ -410,8 +409,9 @@ def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[
     unwanted: dict[int, set[str]] = {}  # by line number, with 0 for the whole file
     for number, line in asked:
         if comment := _COMMENT.search(line):
-            place = 0 if comment[1] else number
-            unwanted.setdefault(place, set()).update(re.findall(r"V\d{3,4}", comment[2].upper()) or [""])
+            unwanted.setdefault(0 if comment[1] else number, set()).update(
+                re.findall(r"V\d{3,4}", comment[2].upper()) or [""]
+            )
     everywhere = unwanted.get(0, set())
     return tuple(
         one

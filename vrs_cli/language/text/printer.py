@@ -152,8 +152,8 @@ _WORDS_OF_VAL = {sign: word for word, sign in RELATIONS_OF_VAL.items()}
 
 def _for(loop: ast.For) -> str:
     step = "" if loop.step is None else f" STEP {expression_text(loop.step)}"
-    bounds = f"{expression_text(loop.first)} TO {expression_text(loop.last)}"
-    return f"FOR {expression_text(loop.variable)} = {bounds}{step}"
+    variable, first, last = map(expression_text, (loop.variable, loop.first, loop.last))
+    return f"FOR {variable} = {first} TO {last}{step}"
 
 
 def _instruction(statement: ast.Instruction) -> str:

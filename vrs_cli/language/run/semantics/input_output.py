@@ -227,8 +227,7 @@ def _fopen(
 ) -> Iterable[effects.Event]:
     """Open a device. The mode in a V+ program (16 for TCP) has no effect here, because the device determines it."""
     whole(mode or 0.0)
-    how, _ = encode(items, context.environment.units)
-    return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), how),)
+    return (effects.OpenDevice(effects.checked_open(unit, "FOPEN"), encode(items, context.environment.units)[0]),)
 
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
