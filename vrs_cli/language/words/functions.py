@@ -43,7 +43,13 @@ _location = partial(Function, result=Kind.LOCATION)
 _precision = partial(Function, result=Kind.PRECISION)
 _string = partial(Function, result=Kind.STRING)
 
-_ARITHMETIC = (
+
+def _refusal(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Function:
+    return Function(f"{name}([number])", "+", summary, f"{name}(1)", note, state=State.REFUSED, result=result)
+
+
+FUNCTIONS: Mapping[str, Function] = by_name((
+    # arithmetic
     _real("ABS(x)", "2 +", "the value without its sign", "ABS(-3)"),
     _real("SIGN(x)", "2 +", "-1 for a negative number, otherwise 1", "SIGN(x)"),
     _real("SQR(x)", "2 +", "the square", "SQR(3)"),
@@ -62,9 +68,7 @@ _ARITHMETIC = (
     _real("DCB(x)", "+", "the integer of digits of four bits each", "DCB(147)"),
     _real("BMASK(bit[, bits, ...])", "+",
         "an integer with these bits set, 1 the lowest, 24 the highest", "BMASK(1, 3)"),
-)  # fmt: skip
-
-_LOCATIONS = (
+    # locations
     _real("DX(location)", "2 +", "X of a transformation in mm", "DX(HERE)"),
     _real("DY(location)", "2 +", "Y of a transformation in mm", "DY(part)"),
     _real("DZ(location)", "2 +", "Z of a transformation in mm", "DZ(part)"),
@@ -102,9 +106,7 @@ _LOCATIONS = (
     _location("NULL", "2 +", "the transformation that changes nothing", "TOOL NULL"),
     _precision("#PDEST", "2 +", "the joints where the last motion ends", "SET #p = #PDEST"),
     _precision("#PHERE", "+", "the joints now", "SET #p = #PHERE"),
-)  # fmt: skip
-
-_SIGNALS = (
+    # signals
     _real("SIG(signal[, signals, ...])", "2 +",
         "TRUE where all these signals are on (off for negative numbers)", "WAIT SIG(1001, -1002)",
         shapes=(Shape.REAL,)),
@@ -114,17 +116,13 @@ _SIGNALS = (
         "signals as a binary number, the first one its lowest bit", "count = BITS(1001, 4)"),
     _real("TIMER(timer)", "2 +", "seconds since a timer was set", "WAIT TIMER(1) > 2"),
     _real("TIME", "2 +", "the robot clock in seconds", "t = TIME"),
-)  # fmt: skip
-
-_LATCH = (
+    # latch
     _location("LATCH([select])", "+",
         "where the tool was when the signal of PARAMETER LATCH.SIGNAL last came on", "SET p = LATCH(0)"),
     _precision("#PLATCH([select])", "+", "the joints when that signal last came on", "SET #p = #PLATCH(0)"),
     _real("LATCHED([select])", "+",
         "TRUE where that signal has come on since LATCHED was asked last", "WAIT LATCHED(0)"),
-)  # fmt: skip
-
-_SYSTEM = (
+    # the system
     _real("SPEED(which)", "2 +",
         "1: the monitor speed, 2: the program speed in force, 3: that of the next motion, in percent", "SPEED(2)"),
     _real("STATE(which)", "2 +",
@@ -154,9 +152,7 @@ _SYSTEM = (
     _real("FALSE", "2 +", "0", "done = FALSE"),
     _real("ON", "2 +", "-1", "SWITCH CP = ON"),
     _real("OFF", "2 +", "0", "SWITCH CP = OFF"),
-)  # fmt: skip
-
-_STRINGS = (
+    # strings
     _real("LEN($s)", "2 +", "the number of characters", "LEN($s)"),
     _real("ASC($s[, index])", "2 +", "the code of a character, counted from 1; -1 beyond the end", "ASC($s, 2)"),
     _real("VAL($s)", "2 +", "the number that a string begins with, 0 if none", 'VAL("12.5 mm")'),
@@ -186,9 +182,7 @@ _STRINGS = (
         "a transformation as 48 characters: X, Y and Z axis and the position in mm, each number in single precision",
         "$TRANSB(HERE)", shapes=(Shape.LOCATION,)),
     _location("TRANSB($s[, first])", "+", "the transformation of 48 characters of a string", "SET a = TRANSB($s)"),
-)  # fmt: skip
-
-_TASKS = (
+    # tasks
     _real("STATUS($program)", "+",
         "what a program does: 1 it runs, 2 it has stopped and can go on, 0 neither, -1 it is not in memory, "
         "-2 it has mistakes",
@@ -203,9 +197,7 @@ _TASKS = (
     _real("FREE(which)", "+", "0: the percentage of memory that is free: 100, it does not run out", "FREE(0)"),
     _real("ID(component)", "+",
         "1: the model number of the robot, 2: its serial number (0), 3: the version of the system", "ID(1)"),
-)  # fmt: skip
-
-_UNITS = (
+    # logical units and bytes
     _real("IOSTAT(unit[, mode])", "+",
         "the status of a logical unit: 1, 100 or 101 where READ tells of a connection that is opened or closed, or the "
         "(negative) code of what went wrong last; mode 2: the characters of its last record",
@@ -217,14 +209,7 @@ _UNITS = (
     _string("$DEFAULT()", "+", "the folder from which names of files begin: that of the run", "$DEFAULT()"),
     _string("$UNPACK($element, first, count)", "+",
         "characters of an array whose elements, of 128 each, are taken for one string", "$UNPACK($a[0], 120, 20)"),
-)  # fmt: skip
-
-
-def _refusal(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Function:
-    return Function(f"{name}([number])", "+", summary, f"{name}(1)", note, state=State.REFUSED, result=result)
-
-
-_REFUSED = (
+    # not available
     _refusal("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
     _refusal("AIO.IN", "analog input", "there are no analog signals at this robot"),
     *(
@@ -237,11 +222,7 @@ _REFUSED = (
     _refusal("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
     _refusal("NETWORK", "the network card of the controller", "IOSTAT tells how a connection is"),
     _refusal("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
-)  # fmt: skip
-
-FUNCTIONS: Mapping[str, Function] = by_name(
-    (*_ARITHMETIC, *_LOCATIONS, *_SIGNALS, *_LATCH, *_SYSTEM, *_STRINGS, *_TASKS, *_UNITS, *_REFUSED)
-)
+))  # fmt: skip
 WITH_BY = frozenset({"SHIFT", "SCALE"})  # functions with BY, instead of a comma, after the first argument
 
 BY_TIME = frozenset({"TIME", "$TIME", "TIMER", "RANDOM"})  # functions whose values change without an assignment
@@ -259,7 +240,7 @@ def _row(name: str, form: str, where: str, summary: str, example: str, also: str
     return Operator(form, where, summary, example, name=name, also=also)
 
 
-_OPERATORS = (
+OPERATORS: Mapping[str, Operator] = by_name((
     _row("+", "a + b", "1 2 +", "the sum of two numbers; of two strings, one after the other", 'TYPE 2+3, "A-"+"17"'),
     _row("-", "a - b", "1 2 +", "the difference; before a value, its negative", "x = -y-1"),
     _row("*", "a * b", "1 2 +", "the product", "x = 2*y"),
@@ -287,9 +268,9 @@ _OPERATORS = (
     _row("BOR", "a BOR b", "2 +", "the bits that one of two integers has", "x = 6 BOR 3"),
     _row("BXOR", "a BXOR b", "2 +", "the bits that exactly one of two integers has", "x = 6 BXOR 3"),
     _row(":", "a:b", "1 2 +", "the location b as the frame a sees it", "MOVE pallet:corner"),
-)  # fmt: skip
+))  # fmt: skip
 
-_LINKS = (
+LINKS: Mapping[str, Operator] = by_name((
     _row("AT", "motion AT t", "",
         "the motion (SIGNAL, RESET, OPENI, CLOSEI: the change) takes place at the time t of the timeline [s]",
         "MOVE part AT 2.5"),
@@ -308,10 +289,8 @@ _LINKS = (
         "what is added for each pass, 1 where it is left out", "FOR i = 10 TO 0 STEP -2"),
     _row("OF", "CASE number OF", "2 +", "ends the line; VALUE parts follow", "CASE count OF"),
     _row("BY", "SHIFT(a BY dx, dy, dz)", "1 2 +", "what a location is moved or scaled by", "SET b = SHIFT(a BY ,,50)"),
-)  # fmt: skip
+))  # fmt: skip
 
-OPERATORS: Mapping[str, Operator] = by_name(_OPERATORS)
-LINKS: Mapping[str, Operator] = by_name(_LINKS)
 
 _RELATIONS = ("==", "<>", "<", ">", "<=", ">=")
 _COMMON = {

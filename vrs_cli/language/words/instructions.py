@@ -23,7 +23,8 @@ def unavailable(name: str, where: str, summary: str, note: str) -> Word:
     return Word(name, where, summary, name, note, state=State.REFUSED)
 
 
-_MOTIONS = (
+INSTRUCTIONS: Mapping[str, Word] = by_name((
+    # motions
     _motion("MOVE location [AT t | IN dt]", "1 2 +",
         "joint-interpolated motion to a location", "MOVE part", shapes=(PLACE,)),
     _motion("MOVES location [AT t | IN dt]", "1 2 +",
@@ -61,9 +62,7 @@ _MOTIONS = (
     _motion("ALTOFF [(lun)]", "2 +", "end ALTON: the next motion goes where it says", "ALTOFF"),
     _motion("NOALTER", "2", "end ALTON, in VAL-II", "NOALTER", "ALTOFF is the same"),
     _motion("BREAK", "1 2 +", "wait until the robot has come to rest", "BREAK", breaks=True),
-)  # fmt: skip
-
-_SETTINGS = (
+    # settings
     _setting("SPEED speed[, rotation] [MMPS | IPS | MONITOR] [ALWAYS]", "1 2 +",
         "program speed, in percent or as the speed of the tool tip, for the next motion or always", "SPEED 30 ALWAYS",
         role=Role.DESIGNER),
@@ -124,9 +123,7 @@ _SETTINGS = (
     _setting("SWITCH switch = value", "2 +", "turn a switch on or off", "SWITCH CP = OFF"),
     _setting("PARAMETER parameter = value", "2 +",
         "set a parameter", "PARAMETER HAND.TIME = 0.1", shapes=(Shape.PARAMETER_NAME, Shape.SETTING)),
-)  # fmt: skip
-
-_POSITIONS = (
+    # positions
     _location("SHIFT location [BY dx][, dy][, dz]", "1",
         "move a location along the axes of the world by so many mm, in VAL", "SHIFT part BY 5, -5, 10",
         "SET part = SHIFT(part BY dx, dy, dz) is the same", shapes=(DEFINED,)),
@@ -155,9 +152,7 @@ _POSITIONS = (
     _location("DECOMPOSE element = value", "2 +",
         "put the six numbers of a location, or all joints, into elements of an array", "DECOMPOSE x[1] = part",
         shapes=(Shape.REAL_VARIABLE, PLACE)),
-)  # fmt: skip
-
-_INPUT_OUTPUT = (
+    # input and output
     Word("TYPE [item, ...]", "1 2 +", "print numbers and texts", 'TYPE "x =", /F8.2, x', role=Role.OBSERVER),
     Word("TYPEI value", "1", "print an integer, in VAL", "TYPEI count", "TYPE is its like",
         role=Role.OBSERVER),
@@ -177,9 +172,7 @@ _INPUT_OUTPUT = (
         "put characters into an array whose elements, of 128 each, are taken for one string",
         "PACK $a[0], 120, 20 = $text"),
     Word("TIMER timer = seconds", "2 +", "set a timer [s]; it counts on from there", "TIMER 1 = 0"),
-)  # fmt: skip
-
-_FLOW = (
+    # flow
     Word("CALL program", "2 +", "carry out another program", "CALL pick(part, 50)"),
     Word("GOSUB program", "1", "carry out another program, in VAL", "GOSUB pick", "CALL is the same"),
     Word("IFSIG signal[, signal][, signal][, signal] THEN label", "1",
@@ -205,9 +198,7 @@ _FLOW = (
     Word("STOP", "1 2 +", "end this cycle of the main program", "STOP", breaks=True),
     Word("PAUSE", "1 2 +", "stop so that PROCEED goes on", "PAUSE", breaks=True),
     Word("HALT", "1 2 +", "stop for good", "HALT", breaks=True),
-)  # fmt: skip
-
-_REACTIONS = (
+    # reactions
     Word("REACT signal, program[, priority]", "1 2 +",
         "call a program when a signal changes, between two steps", "REACT 1001, stopped, 5",
         "it is called once; REACT in that program lets it be called again"),
@@ -220,9 +211,7 @@ _REACTIONS = (
     Word("RETURNE", "+", "return from REACTE to the step after the one that failed", "RETURNE"),
     Word("RUNSIG signal", "2 +", "keep a signal on while the program runs", "RUNSIG 3"),
     _motion("BRAKE", "+", "stop the present motion at once", "BRAKE"),
-)  # fmt: skip
-
-_TASKS = (
+    # tasks
     Word("EXECUTE [task] program[, cycles][, step]", "+",
         "start a program as a task beside this one; without a number, the first that is free",
         "EXECUTE 2 watch(part), -1", shapes=(Shape.TASK,)),
@@ -247,9 +236,7 @@ _TASKS = (
         'ATTACH (lun, 4) "DISK"', "mode 4 chooses a unit that is free", shapes=(Shape.UNIT,)),
     Word("DETACH [(unit)]", "+",
         "come to rest and let the robot go; or close the file of a unit, and let that go", "DETACH (lun)"),
-)  # fmt: skip
-
-_FILES = (
+    # files
     Word("FOPENR (unit) $file", "+", "open a file to read", 'FOPENR (lun) "log.txt"'),
     Word("FOPENW (unit) $file", "+", "open a new file to write", 'FOPENW (lun) "log.txt"'),
     Word("FOPENA (unit) $file", "+",
@@ -271,10 +258,7 @@ _FILES = (
     Word("WRITE (unit[, handle]) [item, ...]", "+",
         "write a line to a file, to the terminal or to another device, as TYPE does; to the connection of a handle",
         'WRITE (lun) "x =", /F8.2, x'),
-)  # fmt: skip
-
-
-_REFUSED = (
+    # not available
     unavailable("ELSEIF", "", "not a word of VAL-II", "write ELSE, and IF ... THEN on the next line"),
     unavailable("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
     unavailable("DOUBLE", "", "not a word by itself", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
@@ -311,13 +295,9 @@ _REFUSED = (
     unavailable("MOVEF", "+", "motion over three places in one", "write APPRO, MOVE and DEPART"),
     unavailable("MOVESF", "+", "straight motion over three places in one", "write APPROS, MOVES and DEPARTS"),
     unavailable("CALLP", "+", "a call through a pointer", "CALLS $name calls the program that a string names"),
-)  # fmt: skip
+))  # fmt: skip
 
-INSTRUCTIONS: Mapping[str, Word] = by_name(
-    (*_MOTIONS, *_SETTINGS, *_POSITIONS, *_INPUT_OUTPUT, *_FLOW, *_REACTIONS, *_TASKS, *_FILES, *_REFUSED)
-)
-
-_CONTROL = (
+CONTROL: Mapping[str, Control] = by_name((
     Control("IF condition THEN | GOTO label", "2 +", "a block, or a branch, on a condition", "IF x > 2 THEN"),
     Control("ELSE", "2 +", "what is done where the condition of IF is false", "ELSE"),
     Control("WHILE condition DO", "2 +", "a loop that tests before each pass", "WHILE x > 2 DO"),
@@ -330,9 +310,7 @@ _CONTROL = (
     Control("ANY", "2 +", "the part of CASE for every other value", "ANY"),
     Control("END", "2 +", "the end of IF, WHILE, FOR and CASE", "END"),
     Control("GOTO label", "2 +", "go on at a label", "GOTO 10"),
-)  # fmt: skip
-
-CONTROL: Mapping[str, Control] = by_name(_CONTROL)
+))  # fmt: skip
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 

@@ -13,7 +13,10 @@ from vrs_cli.language.words.word import Role, Shape, Word, by_name
 _observer = partial(Word, role=Role.OBSERVER)  # commands that change nothing
 _designer = partial(Word, role=Role.DESIGNER)
 
-_POSITIONS = (
+_MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."
+
+COMMANDS: Mapping[str, Word] = by_name((
+    # positions
     _observer("WHERE [part] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
         "where the robot (a part, or MEASURED: what a body reported) is now, at a time, or over a stretch of time",
         "WHERE FROM 0 TO 5 STEP 0.5"),
@@ -28,9 +31,7 @@ _POSITIONS = (
     _observer("LISTL [location, ...]", "1 2 +", "list locations", "LISTL part, #safe", shapes=(PLACE,)),
     _observer("LISTR [expression, ...]", "2 +", "list reals; a desk calculator", "LISTR count, SIN(30)/2"),
     _observer("LISTS [$string, ...]", "2 +", "list strings", "LISTS $part"),
-)  # fmt: skip
-
-_STATE = (
+    # state
     _observer("STATUS [task] [AT t | IN dt]", "1 2 +",
         "what is running, its step, cycles and speeds; at a time: where the robot is then", "STATUS"),
     _observer("IO [group] [AT t | IN dt]", "2 +",
@@ -39,9 +40,7 @@ _STATE = (
     _observer("ID", "2 +", "the version of the system and the robot", "ID"),
     _observer("FREE", "1 2 +", "how much is stored", "FREE"),
     _observer("HELP [word]", "1 2", "what there is, or what a word does", "HELP APPRO"),
-)  # fmt: skip
-
-_PROGRAMS = (
+    # programs
     _observer("DIRECTORY [names]", "1 2 +", "the programs in memory", "DIRECTORY pick*"),
     _observer("LISTP [program, ...]", "1 2 +", "list programs with their step numbers", "LISTP pick.place"),
     Word("COPY new = old", "2 +", "copy a program", "COPY new = old", shapes=(Shape.PROGRAM, Shape.PROGRAM)),
@@ -56,9 +55,7 @@ _PROGRAMS = (
     Word("DELETES $string, ...", "2 +",
         "delete strings", "DELETES $part", shapes=(Shape.STRING_VARIABLE,), drastic=True),
     Word("ZERO", "1 2 +", "delete all programs and variables", "ZERO", drastic=True),
-)  # fmt: skip
-
-_FILES = (
+    # files
     Word("LOAD file", "1 2 +",
         "read programs and variables from a file; of a trajectory (.vrst), make a branch to go on with",
         "LOAD pick.v2"),
@@ -70,9 +67,7 @@ _FILES = (
     Word("STOREL file [= program, ...]", "1 2 +", "write the locations of programs to a file", "STOREL cell.lc"),
     Word("STORER file [= program, ...]", "2 +", "write the reals of programs to a file", "STORER cell.rv"),
     Word("STORES file [= program, ...]", "2 +", "write the strings of programs to a file", "STORES cell.st"),
-)  # fmt: skip
-
-_EDITORS_AND_DISK = (
+    # editors and disk
     Word("EDIT [program][, step]", "1 2 +",
         "the line editor: C D E F I L P R S, an empty line goes on", "EDIT pick.place, 3"),
     Word("SEE [program][, step]", "+", "the screen editor", "SEE pick.place"),
@@ -85,9 +80,7 @@ _EDITORS_AND_DISK = (
     Word("CD [folder]", "+", "go to a folder of files; bare: back to the first", "CD cells"),
     _observer("PWD", "", "the folder of files", "PWD"),
     Word("COMMANDS file", "2 +", "carry out a file of monitor commands", "COMMANDS start.pc"),
-)  # fmt: skip
-
-_EXECUTION = (
+    # execution
     Word("EXECUTE [task] [program][, cycles][, step]", "1 2 +",
         "run a program: how often (negative: for ever), from which step; with a task number, beside the others",
         "EXECUTE pick(part), 5", shapes=(Shape.TASK,)),
@@ -118,18 +111,14 @@ _EXECUTION = (
     Word("SIGNAL signal, ... [AT t | IN dt]", "2 +",
         "turn signals on, or off (negative), now or at a time; also inputs, as the cabinet", "SIGNAL 1, -1002"),
     Word("RESET [AT t | IN dt]", "2 +", "turn all output signals off, now or at a time", "RESET", drastic=True),
-)  # fmt: skip
-
-_SYSTEM = (
+    # system
     *(INSTRUCTIONS[name] for name in ("TOOL", "BASE", "CALIBRATE", "SELECT")),
     Word("ENABLE switch, ...", "2 +", "turn switches on", "ENABLE CP"),
     Word("DISABLE switch, ...", "2 +", "turn switches off", "DISABLE CP"),
     Word("SWITCH [switch, ...] [= value]", "2 +", "show switches, or turn one on or off", "SWITCH CP"),
     Word("PARAMETER [parameter] [= value]", "2 +",
         "show parameters, or set one", "PARAMETER PROFILE = SCURVE", shapes=(Shape.PARAMETER_NAME, Shape.SETTING)),
-)  # fmt: skip
-
-_OURS = (
+    # our own
     _observer("WHY location", "",
         "why a location is in reach or not: all configurations, what MOVE would choose, the straight line from here",
         "WHY part", shapes=(PLACE,)),
@@ -176,11 +165,7 @@ _OURS = (
     _observer("HISTORY [n]", "", "the lines that were typed, or the last n of them", "HISTORY 20"),
     _observer("EXIT", "", "leave the shell", "EXIT"),
     _observer("QUIT", "", "leave the shell", "QUIT"),
-)  # fmt: skip
-
-_MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."
-
-_REFUSED = (
+    # not available
     unavailable("DEFAULT", "+", "the folder of files", "use CD folder"),
     unavailable("DEBUG", "+", "the debugger", "use BPT, WATCH, SSTEP and XSTEP"),
     unavailable("PANIC", "+", "stop at once", "use ABORT"),
@@ -200,7 +185,7 @@ _REFUSED = (
     unavailable("PING", "+", "test the network", "use the tools of your system"),
     unavailable("INSTALL", "+", "install options", "everything is installed"),
     unavailable("TESTP", "+", "test for a program", "use DIRECTORY"),
-)  # fmt: skip
+))  # fmt: skip
 
 
 class Explained(Struct, frozen=True):
@@ -224,10 +209,6 @@ EXPLAINED_ALL = (
     ),
     Explained("location", "the chain of transformations, as EXPLAIN table:part: each factor, and their product"),
     *EXPLAINED.values(),
-)
-
-COMMANDS: Mapping[str, Word] = by_name(
-    (*_POSITIONS, *_STATE, *_PROGRAMS, *_FILES, *_EDITORS_AND_DISK, *_EXECUTION, *_SYSTEM, *_OURS, *_REFUSED)
 )
 
 # Commands that are allowed while the robot program runs, besides those that change nothing (`Role.OBSERVER`): they set,
