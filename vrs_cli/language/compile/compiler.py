@@ -225,7 +225,7 @@ class ProgramCompiler(ExpressionCompiler):
             self._later -= 1
             self._following[place] = self._later
             return [py.If(tree.name("s"), [_COUNT, suspended], [])]
-        steps = lowering.run_length(self._lowered.ops[place:stop])
+        steps = lowering.run_length(self._lowered.ops, range(place, stop))
         if steps == 1:
             return [_COUNT, suspended]
         self._later = self._following[place] = steps - 1

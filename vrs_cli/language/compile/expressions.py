@@ -176,6 +176,10 @@ class ExpressionCompiler:
                 return tree.constant(expression.value)
             case ast.Variable():
                 return self.read(expression, wanted)
+            case ast.Binary():
+                return self._binary(expression)
+            case ast.Call():
+                return self._call(expression)
             case ast.Unary(operator="NOT"):
                 return self._truth_value(expression)
             case ast.Unary(operator="COM"):
@@ -184,10 +188,6 @@ class ExpressionCompiler:
                 return py.UnaryOp(py.USub(), self.value(expression.operand))
             case ast.Unary():
                 return self.value(expression.operand)
-            case ast.Binary():
-                return self._binary(expression)
-            case ast.Call():
-                return self._call(expression)
         raise ProgramNotExecutable(f"{expression} has no value")
 
     def truth(self, expression: ast.Expression) -> py.expr:
@@ -235,9 +235,8 @@ class ExpressionCompiler:
             return tree.constant(constant) if isinstance(constant, float) else self.global_of("k", constant)
         # the row of each argument in the table; the last row again for further arguments of a function that repeats it
         given, rows = call.arguments, function.arguments
-        repeated = [argument_at(function, place) for place in range(len(given))]
-        pairs = zip_longest(given, repeated if function.repeats else rows)
-        arguments = [self.operand(item, row) for item, row in pairs if row is not None]
+        places = (argument_at(function, place) for place in range(len(given))) if function.repeats else iter(rows)
+        arguments = [self.operand(item, row) for item, row in zip_longest(given, places) if row is not None]
         if contextual is not None:
             arguments.insert(0, tree.name("X"))
         name = f"f_{call.name.replace('$', 's_').replace('#', 'p_').replace('.', '__')}"

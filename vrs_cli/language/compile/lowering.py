@@ -115,10 +115,11 @@ def is_silent(op: Op) -> bool:
     return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
 
 
-def run_length(ops: Sequence[Op]) -> int:
-    """Return the number of steps that are certainly carried out together: assignments, and the operation after them."""
+def run_length(ops: Sequence[Op], places: range) -> int:
+    """Return the number of steps that are certainly carried out together from the first of these operations on:
+    assignments, and the operation after them."""
     steps = 0
-    for op in ops:
+    for op in map(ops.__getitem__, places):
         steps += not is_silent(op)
         if not isinstance(op, Mark) and not (isinstance(op, Perform) and isinstance(op.statement, ast.Assignment)):
             break
