@@ -623,9 +623,10 @@ def test_a_sandbox_has_limits_and_they_can_be_raised(vrs: Vrs, tmp_path: Path) -
 
 def test_what_is_no_folder_is_no_sandbox(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "p.v2").write_text(".PROGRAM p()\n.END\n")
-    ended = vrs("run", "p.v2", "--sandbox", "p.v2")
-    assert (ended.status, ended.out) == (2, "")
-    assert "--sandbox p.v2: File exists (name a folder)" in ended.err
+    for name, why in (("p.v2", "File exists"), ("", "No such file or directory")):
+        ended = vrs("run", "p.v2", "--sandbox", name)
+        assert (ended.status, ended.out) == (2, "")
+        assert f"--sandbox {name}: {why} (name a folder)" in ended.err
 
 
 def test_nobody_is_called_from_a_sandbox() -> None:

@@ -131,6 +131,13 @@ def test_a_corner_is_a_blend(target: str, tmp_path: Path) -> None:
     assert blends[1:] == pytest.approx([0.0, 0.075, 0.0, 0.0, 0.0, 0.0], abs=BLENDS)
 
 
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_run_without_a_motion_is_written(target: str, tmp_path: Path) -> None:
+    session = session_of(program('TYPE "hello"', "SIGNAL 3"), tmp_path)
+    operations = READERS[target](written(session, target).text)
+    assert [one for one in operations if isinstance(one, Output)] == [Output(3, True)]
+
+
 def test_speeds_are_those_of_the_run(tmp_path: Path) -> None:
     text = program("MOVE a", "BREAK", "SPEED 50 MMPS", "MOVES b", "BREAK", "SPEED 20", "DRIVE 1, 60, 20")
     session = session_of(text, tmp_path)

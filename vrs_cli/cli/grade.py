@@ -255,7 +255,7 @@ def _write(options: Namespace, exercise: Exercise, gradings: Sequence[Grading], 
         if path is not None and len(gradings) == 1:
             outputs.write_text(path, results.written_json(results.FOR_STUDENTS[name](exercise, gradings[0])))
         elif path is not None:
-            outputs.make_folder(Path(path), path, "name another folder")
+            outputs.make_folder(path, path, "name another folder")
             taken = set[str]()
             for one in gradings:
                 file = Path(path, f"{results.file_stem(one.student, taken)}.json")

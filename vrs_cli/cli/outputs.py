@@ -117,13 +117,14 @@ def check_moment(option: str, t: float, timeline: Timeline) -> None:
         raise CommandLineError(f"{option} {t:g} is not in the trajectory", f"give a moment from {span}")
 
 
-def make_folder(folder: Path, named: str, hint: str, error: type[VrsError] = FileError) -> Path:
-    """Make a folder, if it is not there, and return its full path. Raises `error`, which names it as `named`."""
+def make_folder(folder: str, named: str, hint: str, error: type[VrsError] = FileError) -> Path:
+    """Make a folder, if it is not there, and return its full path. Raises `error`, which names it as `named`; also for
+    the empty name."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        os.makedirs(folder, exist_ok=True)
     except OSError as reason:
         raise error(f"{named}: {reason.strerror}", hint) from None
-    return folder.resolve()
+    return Path(folder).resolve()
 
 
 def write_text(path: str, text: str) -> None:

@@ -10,7 +10,6 @@ from argparse import Namespace
 from collections.abc import Mapping
 from contextlib import suppress
 from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli import sources
@@ -96,7 +95,7 @@ def _set_limits(options: Namespace) -> None:
         if getattr(options, name) is None and not missing[name]:
             setattr(options, name, most)
     if options.sandbox is not None:
-        make_folder(Path(options.sandbox), f"--sandbox {options.sandbox}", "name a folder", CommandLineError)
+        make_folder(options.sandbox, f"--sandbox {options.sandbox}", "name a folder", CommandLineError)
 
 
 def shell(options: Namespace) -> int:

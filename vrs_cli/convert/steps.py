@@ -5,7 +5,7 @@ seconds."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
+from itertools import groupby, zip_longest
 from math import dist, hypot
 
 from msgspec import Struct
@@ -134,7 +134,7 @@ class StepBuilder:
 
     def steps(self) -> Iterator[RunStep]:
         """Yield all steps in the order in which they are to be written."""
-        found = [self._move(*pair) for pair in zip(self.motions, [*self.motions[1:], None], strict=True)]
+        found = [self._move(*pair) for pair in zip_longest(self.motions, self.motions[1:])]
         moves, waiting = _without_overlaps(found), list(self.events)
         for segments, move in zip(self.motions, moves, strict=True):
             begin, end = segments[0].start, segments[-1].finish
