@@ -550,6 +550,7 @@ def test_motions_that_begin_at_other_times_than_they_were_asked_for_are_told(vrs
     [
         (("--max-steps", "0"), "--max-steps: 0 is not above 0"),
         (("--max-disk", "1.5"), "--max-disk: 1.5 is no whole number, as 500, 64K, 1.5M and 2G are"),
+        (("--max-disk", "1e308G"), "--max-disk: 1e308G is no whole number, as 500, 64K, 1.5M and 2G are"),
         (("--max-output", "1T"), "--max-output: '1T' is not a number"),
         (("--max-memory", "1M"), "--max-memory 1000000 is too little (at least 256M)"),
     ],

@@ -68,7 +68,7 @@ def size(text: str) -> int:
     """Read a number of things or of bytes above zero: 500, 64K, 1.5M, 2G."""
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
     value = positive(digits) * {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}[factor]
-    _require(value == int(value) and value <= 2**62, f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
+    _require(value <= 2**62 and value == int(value), f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
     return int(value)
 
 
