@@ -49,10 +49,11 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
 
     @classmethod
     def of(cls, at: Position | PositionArrays, model: RobotModel, units: Units) -> Posture:
-        if isinstance(at, Position):
-            time, rows = np.array(at.time), np.array(at.T_world_tool).reshape(3, 4)
-        else:
-            time, rows = at.times, at.T_world_tool
+        time, rows = (
+            (np.array(at.time), np.array(at.T_world_tool).reshape(3, 4))
+            if isinstance(at, Position)
+            else (at.times, at.T_world_tool)
+        )
         scales = units.scales(model.units, model.joint_count)
         joints, velocity, acceleration = (
             freeze(np.array(rates) * scales) for rates in (at.joints, at.velocity, at.acceleration)

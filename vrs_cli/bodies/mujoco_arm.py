@@ -198,8 +198,7 @@ class MujocoArm:
     def disturb(self, disturbance: scenario.Disturbance | scenario.Release) -> None:
         """Begin a disturbance, now or at its time, or end the present disturbances of a kind."""
         if isinstance(disturbance, scenario.Release):
-            kind = disturbance.kind or scenario.Disturbance
-            self._end([one for _, one in self._active if isinstance(one, kind)])
+            self._end([one for _, one in self._active if isinstance(one, disturbance.kind or scenario.Disturbance)])
         elif disturbance.at is not None and disturbance.at > self.time:
             self._waiting = sorted([*self._waiting, disturbance], key=_begin)
         else:

@@ -171,8 +171,7 @@ class RosArm:
             self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
             return self._hold(now) if holds else self._follow(now)
         is_due = self.mode is BodyMode.FOLLOWS and (self._cut < inf or now > self._until - AHEAD)
-        cut = self._cut if self._cut < inf else self._until
-        return self._along(self.body.timeline, now, cut) if is_due else []
+        return self._along(self.body.timeline, now, self._cut if self._cut < inf else self._until) if is_due else []
 
     def _follow(self, now: float) -> list[Trajectory]:
         if (far := self._apart()) is not None:

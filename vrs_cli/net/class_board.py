@@ -106,8 +106,7 @@ class ClassBoard:
                 self.frozen_by = client.name if frozen else ""
                 client.note("(freeze the class)" if frozen else "(let the class go on)", "done")
             case messages.Collect(id):
-                data = await asyncio.to_thread(self._folder.archive)
-                client.send(messages.Fetched(id, "hand-ins.zip", data))
+                client.send(messages.Fetched(id, "hand-ins.zip", await asyncio.to_thread(self._folder.archive)))
         self.tell()
 
     def _announce(self, client: ClientSession, text: str, student: str) -> None:

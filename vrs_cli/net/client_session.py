@@ -143,8 +143,7 @@ class ClientSession(UserSession):
         if long or may_hold(prefixes, message):
             message = without(prefixes, message)
         if isinstance(message, messages.Told):
-            styled = self._robot.plan.styled
-            lines = () if self._columns is None else styled(message.reply, self._columns)
+            lines = () if self._columns is None else self._robot.plan.styled(message.reply, self._columns)
             if long:
                 self._to_tell.append(parts_of(message, lines))
                 return
@@ -217,8 +216,8 @@ class ClientSession(UserSession):
                 self._watch(message)
             case messages.Window(id, begin, end):
                 stream = self._robot.broadcast.stream
-                joints = None if self._listener is None else self._listener.form.joints
-                part = stream.part(begin, end, joints)  # encoded now, because a later change would make it outdated
+                # encoded now, because a later change would make it outdated
+                part = stream.part(begin, end, None if self._listener is None else self._listener.form.joints)
                 self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
             case messages.Who(id):
                 driver = self._robot.driving.lease.holder

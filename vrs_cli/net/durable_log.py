@@ -204,8 +204,7 @@ class MemoryFile:
     def _write(self) -> None:
         items, programs = self._session.unstored.news(), self._to_write()
         environment = self._session.environment
-        gone = not self._programs.keys() <= programs.keys()
-        gone = gone or any(environment.value(item) is None for item in items)
+        gone = self._programs.keys() - programs.keys() or any(environment.value(item) is None for item in items)
         file = self._file
         if gone or file is None or self._least < 0 or file.size > 2 * self._least + SLACK or file.find_change():
             self._replace()

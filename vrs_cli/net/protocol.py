@@ -73,8 +73,7 @@ class ServerConnection:
             return []
         most = HELLO_BYTES if self.state is ConnectionState.HELLO else self._most
         if len(frame) > most:
-            self._refuse(f"a message of {len(frame)} bytes", f"at most {most}")
-            return []
+            return self._refuse(f"a message of {len(frame)} bytes", f"at most {most}")
         try:
             message = _from_client.read(frame)
         except RecordError as error:
@@ -91,14 +90,12 @@ class ServerConnection:
             or self.state is not ConnectionState.HELLO
             or isinstance(frame, bytes)
         ):
-            self._refuse("hello comes first, as JSON, and once; then the welcome of the server", "")
-            return []
+            return self._refuse("hello comes first, as JSON, and once; then the welcome of the server", "")
         if messages.VERSION not in message.versions:
             spoken = ", ".join(map(str, message.versions)) or "none"
-            self._refuse(
+            return self._refuse(
                 f"the client speaks version {spoken}, this server {messages.VERSION}", "install the same vrs on both"
             )
-            return []
         self.state, self.version, self.hello = ConnectionState.WELCOME, messages.VERSION, message
         return [message]
 
@@ -188,8 +185,9 @@ class ServerConnection:
             self.state, self.why = ConnectionState.CLOSING, why
             self._outbox.send(messages.Closing(why, refusal))
 
-    def _refuse(self, detail: str, hint: str) -> None:
+    def _refuse(self, detail: str, hint: str) -> list[messages.ClientMessage]:
         self.close(detail, _refusal(detail, hint))
+        return []
 
     def cut(self, now: float) -> None:
         """Record that the socket is closed."""

@@ -356,8 +356,7 @@ class Room(ServedRobot):
         wrong = self._meter.look(session.actor.worked, now)
         if wrong is not None and not session.driver.end_by(wrong):
             self._call(Session.stop, urgent=True)  # tasks without a user who waits for them
-            told = messages.Told(refusal(wrong, ""))
-            self.put(lambda: self._spread(told, None))
+            self.put(partial(self._spread, messages.Told(refusal(wrong, "")), None))
         self._push_status()
         if self.broadcast.course is not None:
             self.broadcast.course.tick()

@@ -163,8 +163,7 @@ def masses_of(model: RobotModel) -> tuple[LinkMasses, ...]:
 
 @lru_cache
 def _masses_in(path: Path, joints: int) -> tuple[LinkMasses, ...]:
-    data = tomllib.loads(path.read_text(encoding="utf-8"))
-    return MassReader(str(path), human=True).masses(data["masses"], joints)
+    return MassReader(str(path), human=True).masses(tomllib.loads(path.read_text(encoding="utf-8"))["masses"], joints)
 
 
 def inertial_model(model: RobotModel) -> InertialModel:

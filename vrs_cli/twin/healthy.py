@@ -136,8 +136,8 @@ class HealthyResidual:
             self._weight[number] = self._weight[number] * decay + len(these)
             self._squares[number] = self._squares[number] * decay + (these**2).sum(axis=0)
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
-        weight = np.maximum(self._weight, 1.0)
-        own = np.maximum(np.sqrt(self._squares / weight), self._peak / TAIL)  # at least the noise of the largest error
+        # at least the noise of the largest error
+        own = np.maximum(np.sqrt(self._squares / np.maximum(self._weight, 1.0)), self._peak / TAIL)
         noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # larger while few are learned
         self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must rise with the class of activity
         self.learned += len(blocks.times)

@@ -99,8 +99,7 @@ def _check(made: ReportColumns) -> None:
             raise RecordError("a number of a report is too large, or none")
     if not all(map(lt, made.times, made.times[1:])):
         raise RecordError("the times of reports do not rise")
-    known = sum(made.rates)
-    if any(flag & ~(MODE | known) or flag & MODE >= len(MODES) for flag in set(made.flags)):
+    if any(flag & ~(MODE | sum(made.rates)) or flag & MODE >= len(MODES) for flag in set(made.flags)):
         raise RecordError("a report with an unknown flag")
 
 

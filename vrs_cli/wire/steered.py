@@ -52,8 +52,7 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
     again, crc = _plan_again(motion, delta.executed, tick, rates, before, arm), _checksum(segments)
     if again != delta or _checksum(again.segments) != crc:
         return None
-    known = before[len(before) - 1].motion == motion
-    record = None if known else records.Motions().reference(motion)
+    record = None if before[len(before) - 1].motion == motion else records.Motions().reference(motion)
     assert not isinstance(record, int)
     return SteeredRecord(before.version, delta.executed, tick, rates, crc, record)
 
