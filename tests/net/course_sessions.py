@@ -20,12 +20,17 @@ from vrs_cli.net.course_teller import CourseTeller, Cut, Heard, clip_contacts
 from vrs_cli.net.messages import Contacts, Course, FromServer, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Frames
-from vrs_cli.values.world import ContactSpan, SpanKind
+from vrs_cli.values.world import ContactSpan, SpanKind, WorldNote
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.world.course import World
 from vrs_cli.world.sensing import GRAVITY
 
 READER: Reader[ServerMessage] = Reader(FromServer)
+
+
+def begin_of(row: Any) -> float:
+    """The time with which a row of a track begins [s]."""
+    return float(row.time if isinstance(row, WorldNote) else row.begin)
 
 
 class DrawnWorld:
@@ -40,7 +45,7 @@ class DrawnWorld:
         if isinstance(message, Course):
             since = -inf if message.since is None else message.since
             for rows in self.tracks.values():
-                del rows[bisect_left(rows, since, key=lambda row: row[0]) :]
+                del rows[bisect_left(rows, since, key=begin_of) :]
             told = message.rows
             several: dict[str, Any] = {"part": told.parts, "signal": told.signals, "sensor": told.sensors}
             for kind, tracks in several.items():
@@ -57,7 +62,7 @@ class DrawnWorld:
 
     def row(self, kind: str, name: Any, t: float) -> Any:
         rows = self.tracks.get((kind, name), [])
-        place = bisect_right(rows, t, key=lambda row: row[0])
+        place = bisect_right(rows, t, key=begin_of)
         return rows[place - 1] if place else None
 
     def pose(self, arm: RobotArm, timeline: Timeline, name: str, t: float) -> Transform | None:
