@@ -60,7 +60,7 @@ def test_an_easy_line_has_no_more_samples_than_it_is_asked_for() -> None:
 
 def test_a_seed_is_next_to_the_joints_of_its_instant() -> None:
     samples = [Sample(s, (2.0 * s, -s * s), (2.0, -2.0 * s)) for s in (0.0, 0.1, 0.15, 0.4, 0.7, 0.8, 1.0)]
-    seeds = seeds_of(samples, 0.1)
+    seeds = seeds_of(samples, 2.0, 0.1)
     assert len(seeds) > 20
     for k, seed in enumerate(seeds):
         s = k / (len(seeds) - 1)

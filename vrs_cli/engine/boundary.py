@@ -100,7 +100,7 @@ class _Search:
     def __init__(
         self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
     ) -> None:
-        self.arm, self.T_tool_flange = arm, T_tool_flange
+        self.arm, self.T_tool_flange, self.edges = arm, T_tool_flange, arm.boundary.sizes
         self.path, self.states, self.lasting = path, path.states(), lasting
         self.pace = pace_of(path, lasting, hand, T_tool_flange)
         self.touches: list[Touch] = []
@@ -139,7 +139,8 @@ class _Search:
         return self.arm.clearance(compose(self.states(s)[0], self.T_tool_flange), self.path.configuration)
 
     def is_beyond(self, seen: Clearance) -> bool:
-        return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
+        shoulder, outer, inner, wrist = self.edges
+        return seen.shoulder < -shoulder or seen.outer < -outer or seen.inner < -inner or seen.wrist < -wrist
 
     def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
         """Return whether every clearance is decided between two samples, and which clearances are on their boundary.
@@ -148,8 +149,8 @@ class _Search:
         """
         least = self.arm.least_clearance(a, b, self.pace, h)
         on_boundary = list[int]()
-        for which, edge in enumerate(self.arm.boundary.sizes):
-            x, y, low = a.sizes[which], b.sizes[which], least.sizes[which]
+        for which, (edge, x, y) in enumerate(zip(self.edges, a.sizes, b.sizes, strict=True)):
+            low = least[which]
             if low > edge and low >= KEPT_CLEARANCE * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:

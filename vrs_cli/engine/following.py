@@ -88,6 +88,7 @@ class Follower:
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
         self.hopeless = HOPELESS_SLOWING * slowest  # maximum factor on a joint's limit
+        self.widest = 0.0  # the greatest change of any joint over the last samples
         self._close = _closeness(self.rate_steps, self.hopeless)
         self._path: CartesianPath | None = None  # the last path, and the function that returns its samples
         self._at: Callable[..., Sample | None]
@@ -107,7 +108,7 @@ class Follower:
 
         Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
         """
-        samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
+        samples = [self.sample(path, 0.0, near) if before is None else Sample(0.0, before.joints, before.velocity)]
         finest = duration * FINEST_INTERVAL
         if self.singular(samples[0]):  # at a boundary a joint may reverse abruptly
             for part in CLOSER_PARTS:
@@ -207,12 +208,15 @@ class Follower:
         # the greatest distance of a joint between two samples that are close
         way = JOINT_STEP + MAX_JUMP + 0.5 * gap * max(self.rate_steps)
         far = 2.0 * OVERSHOOT * way + MAX_JUMP
+        self.widest, outside = 0.0, False
         columns = zip(*[sample.joints for sample in samples], strict=True)
         for column, low, high in zip(columns, self.lower, self.upper, strict=True):
-            if not (low + far < min(column) and max(column) < high - far):
-                for a, b in pairwise(samples):
-                    self._check_between(path, a, b)
-                return
+            least, most = min(column), max(column)
+            outside = outside or not (low + far < least and most < high - far)
+            if most - least > self.widest:
+                self.widest = most - least
+        for a, b in pairwise(samples) if outside else ():
+            self._check_between(path, a, b)
 
     def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
         """Check that no joint leaves its range between two samples: the interval is halved where a joint may leave its
@@ -446,11 +450,10 @@ def _overshoot(change: float, before: float, after: float) -> float:
     return unexplained + (0.0 if rising else OVERSHOOT * (abs(before) + abs(after)))
 
 
-def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
+def seeds_of(samples: list[Sample], widest: float, step: float) -> tuple[Joints, ...]:
     """Return joints at equal intervals from the first sample to the last, enough of them to keep neighbours within
-    `step`."""
-    columns = zip(*[sample.joints for sample in samples], strict=True)
-    if max([max(column) - min(column) for column in columns]) < step:
+    `step`. `widest`: the greatest change of any joint over the samples."""
+    if widest < step:
         return samples[0].joints, samples[-1].joints
     ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))

@@ -62,6 +62,8 @@ class Load(Struct, frozen=True):
         """Return the maxima of both loads, with the joint of the worse one."""
         if other.velocity <= self.velocity and other.acceleration <= self.acceleration and other.jerk <= self.jerk:
             return self  # the most frequent case
+        if not (self.velocity or self.acceleration or self.jerk):
+            return other
         worst = self if self.slowing >= other.slowing else other
         velocity, acceleration = max(self.velocity, other.velocity), max(self.acceleration, other.acceleration)
         return Load(velocity, acceleration, max(self.jerk, other.jerk), worst.joint, worst.at)
@@ -182,7 +184,7 @@ class StretchLoad:
         at = samples[1 + _where_largest(columns[joint][1:])].s
         firsts = map(_first_peak, samples[0].velocity, at_first, first_mean, repeat(samples[1].s - samples[0].s))
         load = Load(later[joint], joint=joint + 1, at=(self.path, at))
-        load = load.worse(self._velocity_at(samples[0]._replace(velocity=tuple(firsts)), 1.0))
+        load = load.worse(self._velocity_at(Sample(samples[0].s, samples[0].joints, tuple(firsts)), 1.0))
         worst = load.velocity
         for sample in self._peaks(columns, worst) if worst >= NEAR_PEAK else ():
             load = load.worse(self._velocity_at(sample, SMALL_MARGIN))

@@ -98,7 +98,7 @@ def joint_acceleration(
     rate = path.twist_rate(s)
     if arm.model.task is ArmTask.POINTING:
         rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
-    return arm.joint_acceleration(q, qd, rate, T_flange_tool, path.demands(s, 2))
+    return arm.joint_acceleration(q, qd, rate, T_flange_tool, path.demands(s, 2) if path.guides else ())
 
 
 def joint_acceleration_and_jerk(
@@ -208,7 +208,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     if segment.motion.kind is MotionKind.STEERED:  # the state of a steering tick is needed only once
         return here
     if len(_REMEMBERED_STATES) >= MAX_REMEMBERED_STATES:
-        _REMEMBERED_STATES.pop(list(_REMEMBERED_STATES)[0], None)  # noqa: RUF015 (other threads may add meanwhile)
+        _REMEMBERED_STATES.clear()
     _REMEMBERED_STATES[key] = path, arm, smoothly, frame, here
     return here
 

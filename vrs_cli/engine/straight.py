@@ -360,7 +360,7 @@ class _Line:
                     )
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
-            seeds.append(seeds_of(samples, self.arm.seed_step))
+            seeds.append(seeds_of(samples, self.follower.widest, self.arm.seed_step))
             before = samples[-1]
         if self.follower.arm.continuation is not None:  # arms without it have a closed form, or no proof
             from vrs_cli.engine.continuity import check_continuous, leading_seeds

@@ -263,7 +263,8 @@ class CartesianPath(Struct, frozen=True):
             alpha = self._spin_rates(s)[0]
         elif self.turns:  # most paths have one turn; the acceleration is then along its axis
             ((axis, angle),) = self.turns
-            alpha = vector_sum(STILL, scaled_vector(rotate(self.orientation, axis), second_derivative(angle, s)))
+            second, (kx, ky, kz) = second_derivative(angle, s), rotate(self.orientation, axis)
+            alpha = 0.0 + kx * second, 0.0 + ky * second, 0.0 + kz * second
         x, y, z = self.position
         return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha)
 

@@ -325,10 +325,9 @@ class ToolMotion:
         spin = angle / reach if going else 0.0
         turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turn_after_change(change, spin)) if spin else []
         dying = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
-        begins, after = len(change.durations), self.orientation_after(change)
+        begins, after, (x, y, z) = len(change.durations), self.orientation_after(change), ways
         first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
         for i, (duration, phase) in enumerate(course.stretches(first)):
             turns = [(k, rows[i]) for k, rows in dying if i < begins] + ([(axis, turning[i])] if spin else [])
-            x, y, z = (rows[i] for rows in ways)
             R = state.pose if i < begins else after
-            yield ToolStretch(duration, phase, (x, y, z), R, tuple(turns), tuple(rows[i] for rows in guides))
+            yield ToolStretch(duration, phase, (x[i], y[i], z[i]), R, tuple(turns), tuple([rows[i] for rows in guides]))
