@@ -318,6 +318,7 @@ class Follower:
             return self._at
         arm, tool, configuration, T_tool_flange = self.arm, self.tool, path.configuration, self.T_tool_flange
         states, branch, inside, no_tool = path.states(), arm.branch_joints, arm.limits_ok, self.no_tool
+        velocity = arm.joint_velocity
         searched = arm.guesses or path.guides or arm.steady is not None
 
         def sample(s: float, near: Joints, soon: bool = False) -> Sample | None:
@@ -339,7 +340,7 @@ class Follower:
                 return _new(Sample, (s, *at_once))
             if searched:
                 return _new(Sample, (s, joints, joint_velocity(arm, path, s, joints, twist, tool)))
-            return _new(Sample, (s, joints, arm.joint_velocity(joints, twist, tool)))
+            return _new(Sample, (s, joints, velocity(joints, twist, tool)))
 
         self._path, self._at = path, sample
         return sample

@@ -136,9 +136,8 @@ def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, b
     """Return the bounds on u of the tip, so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend
     / 2.
     """
-    vx, vy, vz = velocity
-    half = 0.5 * blend
-    cx, cy, cz = (d - half * v for d, v in zip(displacement, velocity, strict=True))
+    (dx, dy, dz), (vx, vy, vz), half = displacement, velocity, 0.5 * blend
+    cx, cy, cz = dx - half * vx, dy - half * vy, dz - half * vz
     ahead = sqrt(cx * cx + cy * cy + cz * cz)
     change = limits.blend_acceleration * blend
     speed = sqrt(vx * vx + vy * vy + vz * vz)
@@ -323,7 +322,7 @@ class _ToolMotion(ToolMotion):
         """Return the bounds of position and rotation together. The decaying spin and the new turn share the angular
         acceleration."""
         low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
-        _, angle = self.turn(Blend(blend))
+        _, angle = self.turn(Blend(blend)) if self.dying else self.whole_turn
         if angle > NEGLIGIBLE:
             limits = self.limits
             high = min(high, limits.spin / angle, (limits.blend_spin_acceleration * blend - self.spin) / angle)
