@@ -150,7 +150,7 @@ class _Search:
         least = self.arm.least_clearance(a, b, self.pace, h)
         on_boundary = list[int]()
         for which, (edge, x, y) in enumerate(zip(self.edges, a.sizes, b.sizes, strict=True)):
-            low = least[which]
+            low = least.sizes[which]
             if low > edge and low >= KEPT_CLEARANCE * min(x, y):
                 continue
             if on_boundary and max(x, y) == inf:

@@ -120,7 +120,7 @@ class Follower:
             last = samples[-1]
             if until - last.s <= MIN_INTERVAL * duration:
                 continue
-            sample = None if guesses else at(until, last.joints)
+            sample = at(until, _ahead(samples, until) if guesses else last.joints, guesses)
             if sample is not None and close(last, sample):  # true for most samples
                 samples.append(sample)
             else:

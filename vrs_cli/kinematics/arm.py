@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace, Unchanging, difference, unchanging
-from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas, solve
+from vrs_cli.kinematics.compiled import Biases, Formulas, biases, comma_list, formulas, solve, written
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
@@ -164,12 +164,13 @@ class RobotArm:
         """Return all configurations that a straight line may have."""
         return self.ways if self.lines_keep_words else (NONE,)
 
-    def limits_ok(self, q: Joints) -> bool:
-        """Return whether every joint is inside its limits."""
-        for x, (low, high) in zip(q, self._nearly_limits, strict=True):  # noqa: SIM110 (`all` takes twice as long)
-            if not low <= x <= high:
-                return False
-        return True
+    @cached_property
+    def limits_ok(self) -> Callable[[Joints], bool]:
+        """Return a function that returns whether every joint is inside its limits."""
+        numbers = range(len(self._limits))
+        tests = [f"{low!r} <= q{i} <= {high!r}" for i, (low, high) in enumerate(self._nearly_limits)]
+        lines = [f"{comma_list(f'q{i}' for i in numbers)} = q", f"return {' and '.join(tests)}"]
+        return written("limits_ok(q)", lines, {"inf": inf})
 
     def _outside(self, q: Joints) -> tuple[int, ...]:
         return joints_outside(q, self.model.lower, self.model.upper)

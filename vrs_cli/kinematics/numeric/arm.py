@@ -212,11 +212,13 @@ class NumericArm(RobotArm):
             step = found[0]
             directions.append(found[1])
         basis = _orthonormal(directions[: len(near)])
-        mean = sum([high - low for low, high in self._limits]) / len(q)
-        places = ((x, low, high - low) for x, (low, high) in zip(q, self._limits, strict=True))
-        inward = [part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in places] if part else []
+        inward = [0.0] * len(q)
+        if part:
+            mean = sum([high - low for low, high in self._limits]) / len(q)
+            places = ((x, low, high - low) for x, (low, high) in zip(q, self._limits, strict=True))
+            inward = [part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in places]
         for unit in basis:
-            step = _plus(step, (_dot(unit, inward) if inward else 0.0) - _dot(unit, step), unit)
+            step = _plus(step, _dot(unit, inward) - _dot(unit, step), unit)
         return step, basis
 
     # --- all solutions --------------------------------------------------------------------------------------

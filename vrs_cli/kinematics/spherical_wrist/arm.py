@@ -39,7 +39,7 @@ class SphericalWristArm(FormulaArm):
         self.formula = self.branch_joints = inverse.make_branch(geometry)  # type: ignore[method-assign, assignment]
         self._within = inverse.make_within(model.lower, model.upper)
         lower, upper = zip(*self._nearly_limits, strict=True)
-        self.limits_ok = inverse.make_within(lower, upper)  # type: ignore[method-assign, assignment]
+        self.limits_ok = inverse.make_within(lower, upper)
         self.reach = bounds.TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, geometry.beta
