@@ -29,7 +29,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.run.variables import Item
 from vrs_cli.teach.checks import AnyCheck
-from vrs_cli.teach.exercise_text import MAX_PROGRAM_BYTES, ExerciseText, SurroundingsReader
+from vrs_cli.teach.exercise_text import ExerciseText, SurroundingsReader, program_text
 from vrs_cli.teach.judging.basis import Rounding
 from vrs_cli.teach.kinds import read_checks
 from vrs_cli.teach.variants import Situation, Variant, move, read_variants
@@ -170,7 +170,7 @@ class _ExerciseReader(SurroundingsReader):
         program = reader.text(whole, "program") if "program" in table else None
         title = reader.text(whole, "title") if "title" in table else self.folder.name
         self.wrong = [*reader.wrong, *self.wrong]
-        solution = self._program("model.v2")
+        solution = self.read_file(self.teacher / "model.v2", program_text, "", required=True)
         wrong = self._wrong_submissions(table.get("check", []))
         if self.wrong or robot is None:
             raise FileDamaged("\n".join(self.wrong), "docs/exercises.md describes the files of an exercise")
@@ -212,20 +212,13 @@ class _ExerciseReader(SurroundingsReader):
             self.wrong.append(f"{error.detail} ({error.hint})" if error.hint else error.detail)
             return NO_INPUTS
 
-    def _program(self, name: str) -> str:
-        try:
-            return text_at(str(self.teacher / name), MAX_PROGRAM_BYTES)
-        except FileError as error:
-            self.wrong.append(error.detail)
-            return ""
-
     def _wrong_submissions(self, checks: Any) -> tuple[WrongSubmission, ...]:
         """Read the wrong submissions, wrong/*.v2. `checks`: the tables of all checks, including those with mistakes."""
         rows = [row for row in checks if isinstance(row, dict)] if isinstance(checks, list) else []
         names = (row.get("name", row.get("kind")) for row in rows)
         found, known = [], {name.lower(): name for name in names if isinstance(name, str)}
         for path in sorted((self.teacher / "wrong").glob("*.v2")):
-            text = self._program(f"wrong/{path.name}")
+            text = self.read_file(path, program_text, "", required=True)
             heading = takewhile(lambda line: not line.strip() or line.lstrip().startswith(";"), text.splitlines())
             said = [(number, match[1]) for number, line in enumerate(heading, 1) if (match := _FAILS.match(line))]
             for number, name in said:

@@ -211,6 +211,9 @@ class BaseCheck(Struct, frozen=True, kw_only=True):
 MAX_PROGRAM_BYTES = 1_000_000  # maximum size of a submission, of the model solution, and of given.v2
 
 
+program_text = partial(text_at, most=MAX_PROGRAM_BYTES)
+
+
 class SurroundingsReader:
     """Reads the files in the folder `around` and collects their mistakes."""
 
@@ -230,27 +233,27 @@ class SurroundingsReader:
             reader.fault(reader.whole, "robot", str(error))
             return None
 
-    def read_file(self, name: str, reading: Callable[[str], T], missing: T) -> T:
-        """Read a file of the folder; return `missing` if it does not exist or cannot be read."""
-        path = self.around / name
+    def read_file(self, path: Path, reading: Callable[[str], T], missing: T, *, required: bool = False) -> T:
+        """Read a file; return `missing` if it cannot be read, or if it does not exist and is not required."""
         try:
-            return reading(str(path)) if path.exists() else missing
+            return reading(str(path)) if required or path.exists() else missing
         except FileError as error:
             self.wrong.append(error.detail)
             return missing
 
     def cell(self) -> Cell:
-        return self.read_file("cell.toml", read_cell, NO_CELL)
+        return self.read_file(self.around / "cell.toml", read_cell, NO_CELL)
 
     def given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
         """Read given.v2: its programs and locations."""
-        text = self.read_file("given.v2", partial(text_at, most=MAX_PROGRAM_BYTES), None)
+        path = self.around / "given.v2"
+        text = self.read_file(path, program_text, None)
         if text is None:
             return None
         file, unreadable = parse_file(text, dialect)
         loaded = LoadedFile.of(file, text, Memory(units=robot.units), vplus=True)
         wrong = (one for one in (*unreadable, *loaded.diagnostics) if one.severity is Severity.ERROR)
-        self.wrong += [f"{self.around / 'given.v2'}:{one.span.line}: {one.message}" for one in wrong]
+        self.wrong += [f"{path}:{one.span.line}: {one.message}" for one in wrong]
         return loaded
 
 

@@ -348,9 +348,7 @@ def _cores(client: Any) -> int:
         versions = client.run(_version)
     except Exception as error:  # on a worker without vrs any exception may occur
         raise ClusterError(f"a worker has no vrs: {error}", "install the same vrs on all machines") from None
-    others = {worker: one for worker, one in versions.items() if one != __version__}
-    if others:
-        worker, other = next(iter(others.items()))
+    for worker, other in ((worker, one) for worker, one in versions.items() if one != __version__):
         raise ClusterError(f"the worker {worker} has vrs {other}, and this is {__version__}", "install the same on all")
     cores: Mapping[str, int] = client.ncores()
     return max(1, sum(cores.values()))
