@@ -60,8 +60,8 @@ OPS_A_FUNCTION = 512
 
 
 # statements that all operations share: the first counts a step, the second loads n after a suspension
-_COUNT = tree.placed(tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1))))
-_LOAD_LEFT = tree.placed(
+_COUNT: py.stmt = tree.place(tree.assign("n", py.BinOp(tree.name("n"), py.Sub(), tree.constant(1))))
+_LOAD_LEFT: py.stmt = tree.place(
     py.Assign(
         [tree.unpacked("nt")],
         tree.tuple_of((tree.item("B", tree.constant(0)), py.BinOp(tree.name("t"), py.Add(), tree.constant(1)))),

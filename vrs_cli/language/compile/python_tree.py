@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from typing import Any, TypeVar, cast
 
-_Leaf = TypeVar("_Leaf", py.Name, py.Constant)
+_Tree = TypeVar("_Tree", bound="py.expr | py.stmt")
 
 
 FILE = "<program>"  # the file name of compiled programs in Python's messages
@@ -30,7 +30,7 @@ def _cached_constant(value: str | bool | None) -> py.Constant:
     return _leaf(py.Constant(value))
 
 
-def _leaf(node: _Leaf) -> _Leaf:
+def _leaf(node: _Tree) -> _Tree:
     node.lineno, node.col_offset = _LINE, _COLUMN
     return node
 
@@ -78,14 +78,13 @@ def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None
 def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
     """Compile a syntax tree to a Python function. The namespace does not keep the function: such a cycle would never be
     freed on a server."""
-    place(function)
-    module = py.Module([function], [])
+    module = py.Module([place(function)], [])
     exec(compile(module, FILE, "exec"), namespace)
     return cast("Callable[..., Any]", namespace.pop(function.name))
 
 
-def place(root: py.AST, line: int = _LINE) -> None:
-    """Give a line and a column to every node that has none. Leaves have them from the start."""
+def place(root: _Tree, line: int = _LINE) -> _Tree:
+    """Return a tree after giving a line and a column to every node that has none. Leaves have them from the start."""
     waiting: list[Any] = [root]
     while waiting:
         node = waiting.pop()
@@ -98,12 +97,7 @@ def place(root: py.AST, line: int = _LINE) -> None:
             elif isinstance(value, _BRANCHES):
                 waiting.append(value)
         node.lineno, node.col_offset = line, _COLUMN
-
-
-def placed(statement: py.stmt) -> py.stmt:
-    """Return a statement with its line numbers set, so that several trees can share it."""
-    place(statement)
-    return statement
+    return root
 
 
 def yield_(value: py.expr) -> py.Expr:

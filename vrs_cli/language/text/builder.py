@@ -292,11 +292,10 @@ class _Given(Struct):
             raise refusal(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", hint)
 
     def _refusal(self, token: Token) -> LineRefused:
-        row, hint = self.row, f"the form is {self.row.form}"
-        if row.name == "SIGNAL" and token.text == "=":
-            hint = "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off"
-        if row.name in ("WAIT", "TYPE") and token.text == "=":
-            hint = f"= assigns, == compares; {hint}"
+        row, form = self.row, f"the form is {self.row.form}"
+        equals = dict.fromkeys(("WAIT", "TYPE"), f"= assigns, == compares; {form}")
+        equals["SIGNAL"] = "SIGNAL 1 turns a signal on, SIGNAL -1 turns it off"
+        hint = equals.get(row.name, form) if token.text == "=" else form
         instruction = INSTRUCTIONS.get(row.name, row)
         if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:
             hint = f"DO {row.name} takes it: {instruction.form}"
