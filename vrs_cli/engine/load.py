@@ -125,15 +125,12 @@ class StretchLoad:
             return Load()
         kept = list({sample.s: sample for sample in (self.samples[0], *clear, self.samples[-1])}.values())
         times, columns = _means(kept, zip(*[sample.velocity for sample in kept], strict=True))
-        moments, means = self._moments(clear), list(zip(times, zip(*columns, strict=True), strict=True))
+        means = list(zip(times, zip(*columns, strict=True), strict=True))
+        known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in clear)
+        moments = [Moment(sample, *rates) for sample, rates in known if rates is not None]
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
         load = self._velocity(start, at_first, means[0][1]) if fast else Load()
         return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
-
-    def _moments(self, samples: list[Sample]) -> list[Moment]:
-        """Return a `Moment` for each sample that is not in a singular pose."""
-        known = ((sample, self._rates_at(joint_acceleration_and_jerk, sample)) for sample in samples)
-        return [Moment(sample, *rates) for sample, rates in known if rates is not None]
 
     def _calm(self) -> bool:
         """Return whether accelerations and jerks stay clearly below their limits, estimated from differences of

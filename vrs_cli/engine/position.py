@@ -256,7 +256,9 @@ def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
 
     path, tool = lines[0].path, lines[0].segment.motion.frames.tool
     poses = flange_poses([(line.path, line.s) for line in lines], tool)
-    seeds = np.concatenate([_nearest_seeds(line.path, line.s) for line in lines])
+    nearest = [np.rint(line.s / line.path.seed_interval).clip(0, len(line.path.seeds) - 1) for line in lines]
+    rows = zip(lines, nearest, strict=True)
+    seeds = np.concatenate([np.array(line.path.seeds)[numbers.astype(np.intp)] for line, numbers in rows])
     if path.guides:
         weights = np.array([guide.weights for guide in path.guides])
         values = np.concatenate([guide_values(line.path, line.s) for line in lines])
@@ -268,14 +270,6 @@ def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
         for row, s in zip(line.rows, line.s.tolist(), strict=True):
             if np.isnan(out[row]).any():  # a search for one pose may find more than for many
                 out[row] = segment_joints(arm, line.segment, s)
-
-
-def _nearest_seeds(path: CartesianPath, s: Floats) -> Floats:
-    """Return `CartesianPath.seed` at many times (N,): (N, n)."""
-    import numpy as np
-
-    nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
-    return np.array(path.seeds)[nearest]
 
 
 def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:

@@ -167,9 +167,8 @@ class RobotArm:
     @cached_property
     def limits_ok(self) -> Callable[[Joints], bool]:
         """Return a function that returns whether every joint is inside its limits."""
-        numbers = range(len(self._limits))
         tests = [f"{low!r} <= q{i} <= {high!r}" for i, (low, high) in enumerate(self._nearly_limits)]
-        lines = [f"{comma_list(f'q{i}' for i in numbers)} = q", f"return {' and '.join(tests)}"]
+        lines = [f"{comma_list(f'q{i}' for i in range(len(tests)))} = q", f"return {' and '.join(tests)}"]
         return written("limits_ok(q)", lines, {"inf": inf})
 
     def _outside(self, q: Joints) -> tuple[int, ...]:

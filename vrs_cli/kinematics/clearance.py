@@ -48,10 +48,10 @@ class Unchanging(Struct, frozen=True):
 
     def allows(self, T: Transform) -> bool:
         """Return whether a pose has the values of these parts, so that no joint would have to change them."""
-        for way, value in self.places:
-            if not abs(transform.dot(transform.position(T), way) - value) <= LEVEL:
-                return False
-        return self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
+        at = transform.position(T)
+        return (
+            not self.places or all(abs(transform.dot(at, way) - value) <= LEVEL for way, value in self.places)
+        ) and (self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT)
 
     def forbids(self, T: Transform) -> Forbidden | None:
         """Return the part of a pose of the flange that no joint can reach; None if there is none."""
