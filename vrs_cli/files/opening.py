@@ -20,6 +20,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
 FIRST = 4096  # number of bytes
+READ_AT_ONCE = 1 << 16  # number of bytes
 PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] maximum wait for the other end of a pipe, and pause between attempts
 V = TypeVar("V")
 
@@ -76,7 +77,7 @@ def open_to_read(path: Path) -> BinaryIO:
         with path.open("rb", buffering=0) as stream:
             if not stream.isatty():
                 raise OSError(errno.EINVAL, "it is a device")
-    return path.open("rb")
+    return path.open("rb", buffering=READ_AT_ONCE)
 
 
 def open_to_write(path: Path) -> BinaryIO:

@@ -69,8 +69,14 @@ class JointPath(Struct, eq=False, gc=False):
     _length: int = 0  # number of coefficients of a polynomial, once the path is packed
 
     @classmethod
-    def packed(cls, numbers: Sequence[float], length: int) -> JointPath:
-        """Make a packed path of the coefficients of one joint after the other, `length` of each."""
+    def packed(cls, rows: Sequence[Polynomial]) -> JointPath:
+        """Make a packed path. Raises ValueError if the polynomials differ in their number of coefficients."""
+        length = len(rows[0])
+        numbers: Polynomial = ()
+        for row in rows:
+            if len(row) != length:
+                raise ValueError("polynomials of one path have the same number of coefficients")
+            numbers += row
         return cls(_doubles(len(numbers)).pack(*numbers), length)
 
     @property

@@ -139,12 +139,8 @@ class CheckpointRecord(records.StrictRecord, frozen=True):
     events: tuple[PartRecord, ...] = ()
 
 
-ROW, EVENTS, CHECKPOINT, REPORTS = (
-    b'{"row":',
-    b'{"events":',
-    b'{"checkpoint":',
-    b'{"reports":',
-)  # the first bytes of lines that are not deltas
+OTHER_LINES = b'{"row":', b'{"events":', b'{"checkpoint":', b'{"reports":'  # the first bytes of lines without a delta
+_, _, CHECKPOINT, REPORTS = OTHER_LINES
 
 
 class Marks(msgspec.Struct):
@@ -236,7 +232,7 @@ def has_reports(line: bytes) -> bool:
 
 def has_delta(line: bytes) -> bool:
     """Return whether a line after the header is a delta; other lines repeat earlier content or hold reports."""
-    return not line.startswith((ROW, EVENTS, CHECKPOINT, REPORTS))
+    return not line.startswith(OTHER_LINES)
 
 
 def is_object(line: bytes) -> bool:

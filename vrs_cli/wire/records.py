@@ -45,6 +45,7 @@ MAX_DEGREE = 5  # maximum degree of a polynomial
 ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # defaults of a motion
 NO_FRAMES = Frames()
+_new = tuple.__new__  # makes a NamedTuple faster than its class does; this is done for each line of a file
 
 Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
@@ -352,18 +353,11 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
     edit, events = record.events, None
     if edit is not None:
         events = EventEdit(edit.keep, edit.drop, _on_grid(edit.shift), events_of(edit.events))
-    return TimelineDelta(
-        record.version,
-        record.cause,
-        motion,
-        record.issued,
-        record.executed,
-        record.cut,
-        record.keep,
-        record.drop,
-        record.shift,
-        segments_of(record.segments, motions, motion, form),
-        events,
+    segments = segments_of(record.segments, motions, motion, form)
+    times = record.issued, record.executed, record.cut
+    return _new(
+        TimelineDelta,
+        (record.version, record.cause, motion, *times, record.keep, record.drop, record.shift, segments, events),
     )
 
 
@@ -389,23 +383,19 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
         raise _off_grid(start, finish)
     if start > finish:
         raise RecordError(f"a segment finishes at {finish!r} s, before it starts at {start!r} s")
-    rows, line = record.joints, record.line
-    if (rows is None) is (line is None):
+    rows, line = record.joints or (), record.line
+    if (record.joints is None) is (line is None):
         raise RecordError("a segment needs either joints or line")
-    path = _line(line, form) if line is not None else _joint_path(rows or (), form)
-    return Segment(start, finish, path, record.phase, motion)
-
-
-def _joint_path(rows: tuple[tuple[float, ...], ...], form: Form) -> JointPath:
-    _check_count(rows, form)
-    length = len(rows[0])
-    numbers: list[float] = []  # not list[float](): this is done for each segment
-    for row in rows:
-        if len(row) != length:
-            lengths = {*map(len, rows)}
-            raise RecordError(f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment")
-        numbers += row
-    return JointPath.packed(numbers, length)
+    if line is not None:
+        return Segment(start, finish, _line(line, form), record.phase, motion)
+    if len(rows) != form.joint_count:  # not _check_count: this is done for each segment
+        raise _wrong_count(rows, form)
+    try:
+        return Segment(start, finish, JointPath.packed(rows), record.phase, motion)
+    except ValueError:
+        lengths = {*map(len, rows)}
+        what = f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment"
+        raise RecordError(what) from None
 
 
 def _line(record: LineRecord, form: Form) -> CartesianPath:
@@ -440,7 +430,7 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
     if record.goal is not None:
         _check_count(record.goal, form)
     frames, relative, swivel = record.frames, record.relative, record.swivel
-    return Motion(  # by position, since this is done for each motion of a file
+    fields = (
         record.number,
         record.kind,
         record.start,
@@ -459,6 +449,7 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
         record.rounding,
         None if swivel is None else _swivel(swivel, form),
     )
+    return _new(Motion, fields)
 
 
 def _frame(rows: Rows | None) -> Transform:
@@ -500,4 +491,8 @@ def _off_grid(one: float, other: float) -> RecordError:
 
 def _check_count(joints: Sized, form: Form) -> None:
     if len(joints) != form.joint_count:
-        raise RecordError(f"{len(joints)} joint values for a robot of {form.joint_count} joints")
+        raise _wrong_count(joints, form)
+
+
+def _wrong_count(joints: Sized, form: Form) -> RecordError:
+    return RecordError(f"{len(joints)} joint values for a robot of {form.joint_count} joints")

@@ -11,7 +11,7 @@ from threading import Thread
 from weakref import finalize
 
 COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values per collection; and number of collections until values count as old
-MANY = 100_000  # number of new values above which a collection takes longer than freezing them
+MANY = 20_000  # number of new values above which a collection takes longer than freezing them
 FREED_AT_ONCE = 10_000  # number of elements of a long sequence that are freed at once (about 5 ms)
 
 
