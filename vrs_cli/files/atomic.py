@@ -17,7 +17,7 @@ import stat
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -180,13 +180,9 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
     unchanged. A device or a pipe is written directly. For a link, its target is replaced. None of these is allowed if
     `within` is a closed folder. Raises FileError."""
     target = Path(path)
-    with writing(target):
-        beside = create_beside(target, within=within)
-        try:
-            yield beside.stream
-            beside.commit()
-        finally:
-            beside.close()
+    with writing(target), closing(create_beside(target, within=within)) as beside:
+        yield beside.stream
+        beside.commit()
 
 
 class NewFile:

@@ -231,8 +231,9 @@ class _SceneReader:
     def _grasps(self, entry: CellEntry) -> tuple[world.GraspPlace, ...]:
         given = entry.given.get("grasp", [])
         if not isinstance(given, list) or len(given) > MAX_GRASPS or not all(isinstance(one, dict) for one in given):
-            wanted = f"a list of at most {MAX_GRASPS} places, such as [{{at = [0, 0, 20], width = 40}}]"
-            self._text.fault(entry, "grasp", wanted)
+            self._text.fault(
+                entry, "grasp", f"a list of at most {MAX_GRASPS} places, such as [{{at = [0, 0, 20], width = 40}}]"
+            )
             return ()
         found = []
         for one in given:

@@ -83,8 +83,7 @@ def write_csv(
         rows = table(position.places_at(arm, timeline, times), arm.model.units)
         if measured is not None:
             rows = np.hstack((rows, _shown_measured(measured, times, arm.model.units)))
-        text = form * len(rows) % tuple(rows.ravel().tolist())
-        stream.write(text.replace("nan", "").encode("ascii"))
+        stream.write((form * len(rows) % tuple(rows.ravel().tolist())).replace("nan", "").encode("ascii"))
 
 
 def table(places: position.PlaceArrays, units: JointUnits) -> Floats:
@@ -104,8 +103,7 @@ def _shown_measured(measured: MeasuredTimeline, times: Floats, units: JointUnits
 
 def shown_joints(q: Floats, units: JointUnits) -> Floats:
     """Convert joints or their rates (N, n) from [rad, m] to [deg, mm]."""
-    slides = [units.slides(joint) for joint in range(1, q.shape[1] + 1)]
-    return np.where(slides, q * 1000.0, np.degrees(q))
+    return np.where([units.slides(joint) for joint in range(1, q.shape[1] + 1)], q * 1000.0, np.degrees(q))
 
 
 # --- JSON ----------------------------------------------------------------------------------------------------
@@ -356,8 +354,9 @@ def _ros_points(positions: position.PositionArrays, smooth: Flags, start: float)
     for ns, joints, velocities, accelerations, given in rows:
         sec, nanosec = divmod(ns, NANOSECONDS)
         rates = {"velocities": velocities, "accelerations": accelerations if given else []}
-        point = {"positions": joints, **rates, "effort": []}
-        yield json.dumps({**point, "time_from_start": {"sec": sec, "nanosec": nanosec}})
+        yield json.dumps(
+            {"positions": joints, **rates, "effort": [], "time_from_start": {"sec": sec, "nanosec": nanosec}}
+        )
 
 
 # --- the formats -----------------------------------------------------------------------------------------------

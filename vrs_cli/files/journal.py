@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from itertools import count
 from math import inf
 from pathlib import Path
@@ -179,10 +179,9 @@ class Journal:
 
     def _begin(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
         """Write a new file with all events so far, replacing an older file."""
-        beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
-        self._places.clear()
-        try:
-            size = 0
+        lines, course, size = LineEncoder(), self._course(), 0
+        with closing(create_beside(path, held)) as beside:
+            self._places.clear()
             written = trajectory_lines(course.model, course.initial, course.deltas, course.measured, lines)
             for number, line in enumerate(written, -1):
                 if not number % PART and 0 <= number < len(course.deltas):
@@ -190,8 +189,6 @@ class Journal:
                 beside.stream.write(line)
                 size += len(line)
             beside.commit()
-        finally:
-            beside.close()
         return GrowingFile(path), lines
 
     def _continue(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
@@ -415,16 +412,13 @@ class Journal:
     def _copy_file(self, path: Path, held: HeldLock, before: _Before | None) -> GrowingFile:
         """Copy the lines of the present file to a new one. Raises OSError."""
         old, size = self._file, self._file.size if before is None else before.size
-        beside = create_beside(path, held)
-        try:
+        with closing(create_beside(path, held)) as beside:
             for place in range(0, size, CHUNK_REPORTS):
                 data = old.read(place, min(CHUNK_REPORTS, size - place))
                 if not data:
                     raise OSError(0, "what it has lost is nowhere else")
                 beside.stream.write(data)
             beside.commit()
-        finally:
-            beside.close()
         if before is not None:
             self._owed = before.owed
             del self._places[before.parts :]

@@ -230,8 +230,7 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
     fine."""
     import numpy as np
 
-    used = np.unique(piece.faces)
-    points = np.unique(piece.vertices[used], axis=0)
+    points = np.unique(piece.vertices[np.unique(piece.faces)], axis=0)
     if len(points) > MAX_PIECE_POINTS:
         raise FileDamaged(f"{name} has {len(points)} points", f"simplify it to at most {MAX_PIECE_POINTS} points")
     size = float(np.ptp(points, axis=0).max())

@@ -251,8 +251,7 @@ def resume_journal(file: GrowingFile, changes: int) -> Resumed | None:
             record = decode(_line(file, place).record, wire.CheckpointRecord)
             after += 0 if version is None else version - record.checkpoint
             if after >= changes:
-                older = not record.events and _has_older_hand(file)
-                return None if older else _resume_at(file, place, record)
+                return None if not record.events and _has_older_hand(file) else _resume_at(file, place, record)
             place, version = record.before, record.checkpoint
     except (OSError, ValueError, LookupError, VrsError):
         pass

@@ -76,8 +76,7 @@ def programs_beside(path: Path) -> dict[str, str]:
     for name in sorted(neighbours(path))[:MAX_NEIGHBOURS]:
         if name.lower().endswith(PROGRAM_SUFFIXES) and name != path.name:
             with suppress(FileError):
-                text = read_program_file(path.parent / name)
-                keys = programs_headed(text) or {key_of(program_name(Path(name).stem))}
+                keys = programs_headed(read_program_file(path.parent / name)) or {key_of(program_name(Path(name).stem))}
                 found |= dict.fromkeys(keys - found.keys(), name)
     return found
 

@@ -133,8 +133,9 @@ class OlderHand:
             tail = timeline[delta.keep + delta.drop]
             if after < timeline.event_count and timeline.event(after).number == tail.motion.number:
                 after += timeline.event(after).time == tail.start
-            last = delta.segments[-1].motion.hand if delta.segments else before
-            events += _openings([tail.shift_by(delta.shift)], last)
+            events += _openings(
+                [tail.shift_by(delta.shift)], delta.segments[-1].motion.hand if delta.segments else before
+            )
         return delta._replace(events=EventEdit(keep, after - keep, delta.shift, tuple(events)))
 
 
@@ -224,8 +225,7 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
     from vrs_cli.engine.breaches import PLACE_TOLERANCE, breaches
 
     told = [(line, goal) for line, delta in zip(lines, deltas, strict=True) if (goal := delta.motion.goal) is not None]
-    numbers = chain.from_iterable(goal for _, goal in told)
-    goals = np.fromiter(numbers, float).reshape(len(told), arm.model.joint_count)
+    goals = np.fromiter(chain.from_iterable(goal for _, goal in told), float).reshape(len(told), arm.model.joint_count)
     outside = (goals < np.array(arm.model.lower) - PLACE_TOLERANCE) | (
         goals > np.array(arm.model.upper) + PLACE_TOLERANCE
     )

@@ -223,8 +223,7 @@ class _Log:
         places = np.arange(len(ns)) * size + added[np.searchsorted(before, np.arange(len(ns)), side="right")]
         entries = {channel: [np.stack((ns, places + start), axis=1)] for channel, start in starts.items()}
         for (row, message), more in zip(between, added.tolist(), strict=False):
-            entry = np.array([[message.time, row * size + more]])
-            entries.setdefault(self.channels[message.topic], []).append(entry)
+            entries.setdefault(self.channels[message.topic], []).append(np.array([[message.time, row * size + more]]))
         pieces = (rows[first:last].tobytes() for first, last in pairwise((0, *before, len(rows))))
         data = b"".join(chain.from_iterable(zip(pieces, (*records, b""), strict=True)))
         self._add_chunk(data, {channel: np.concatenate(some) for channel, some in entries.items()})
@@ -282,8 +281,7 @@ class _Log:
 
 
 def _record(channel: int, message: LogMessage) -> bytes:
-    head = _MESSAGE.pack(MESSAGE_CODE, 22 + len(message.data), channel, 0, message.time, message.time)
-    return head + message.data
+    return _MESSAGE.pack(MESSAGE_CODE, 22 + len(message.data), channel, 0, message.time, message.time) + message.data
 
 
 class _Samples:
@@ -408,8 +406,7 @@ def _part_frames(
         for name, T in world.poses(timeline, t):
             if before.get(name) != T:
                 before[name] = T
-                place = ("d", *_pose(T))
-                yield row, LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, place))
+                yield row, LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, ("d", *_pose(T))))
 
 
 _STAMP = struct.Struct("<ii")

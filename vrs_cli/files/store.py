@@ -176,8 +176,7 @@ def text_of(parts: Sequence[Program | Section], layout: Layout = NO_LAYOUT, *, e
     end of the file."""
     from vrs_cli.language.text.printer import print_file
 
-    tail = layout.tail if parts and everything else ()
-    return print_file(File((*layout.laid_out(parts), *tail)))
+    return print_file(File((*layout.laid_out(parts), *(layout.tail if parts and everything else ()))))
 
 
 def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[Item, Value]:

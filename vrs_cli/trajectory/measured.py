@@ -164,8 +164,7 @@ class MeasuredTimeline(Sequence[Report]):
             return tuple([a + u * (b - a) for a, b in zip(q0, q1, strict=True)])
         w = u * u * (3.0 - 2.0 * u)
         c0, c1 = s * (1.0 - u) * (1.0 - u), s * u * (u - 1.0)
-        rows = zip(q0, q1, v0, v1, strict=True)
-        return tuple([a + w * (b - a) + (c0 * va + c1 * vb) for a, b, va, vb in rows])
+        return tuple([a + w * (b - a) + (c0 * va + c1 * vb) for a, b, va, vb in zip(q0, q1, v0, v1, strict=True)])
 
     def velocity_at(self, t: float) -> Joints | None:
         """Return the velocity of the joints at time t [rad/s, m/s]: at a report its velocity, else the derivative of
@@ -253,8 +252,7 @@ class MeasuredTimeline(Sequence[Report]):
         frames = MEASURED.frames if like is None else like.locate(last.t)[0].motion.frames
         segments.append(rest(last.joints, 0.0, on_grid(last.t), MEASURED._replace(frames=frames)))
         before = rest(first.joints, 0.0, on_grid(first.t), segments[0].motion)
-        events = () if like is None else like.event_slice(0, like.events_by(last.t))
-        return Timeline([before, *segments], events=events)
+        return Timeline([before, *segments], events=() if like is None else like.event_slice(0, like.events_by(last.t)))
 
 
 class MeasuredRecord:
@@ -386,8 +384,7 @@ def _stretch(a: Report, b: Report, motion: Motion) -> list[Segment]:
     h = finish - start
     if h <= 0.0:
         return []
-    ends = zip(a.joints, b.joints, strict=True)
-    rows: list[Polynomial] = [(p, (q - p) / h) for p, q in ends]
+    rows: list[Polynomial] = [(p, (q - p) / h) for p, q in zip(a.joints, b.joints, strict=True)]
     if a.velocity is not None and b.velocity is not None:
         bends = zip(rows, a.velocity, b.velocity, strict=True)
         rows = [(p, v, (3.0 * m - 2.0 * v - w) / h, (v + w - 2.0 * m) / (h * h)) for (p, m), v, w in bends]

@@ -44,9 +44,7 @@ def second_derivative(a: Polynomial, t: float) -> float:
     """Return d2p/dt2."""
     if len(a) == 3:
         return 2.0 * a[2]
-    if len(a) == 4:
-        return 2.0 * a[2] + t * 6.0 * a[3]
-    return value(derivative(derivative(a)), t)
+    return 2.0 * a[2] + t * 6.0 * a[3] if len(a) == 4 else value(derivative(derivative(a)), t)
 
 
 def third_derivative(a: Polynomial, t: float) -> float:

@@ -211,22 +211,16 @@ def rope_of(row: R) -> OffsetNode[R] | None:
     return OffsetNode(0.0, _leaf(row)) if len(row) else None
 
 
-def parts(held: OffsetNode[R], index: int = 0) -> Iterator[tuple[int, float, Leaf[R]]]:
+def parts(held: OffsetNode[R], index: int = 0, before: int = 0) -> Iterator[tuple[int, float, Leaf[R]]]:
     """Yield the leaves from the one with segment number `index` on, each with the number of its first segment, and with
-    the offset of its times [s].
+    the offset of its times [s]. `before`: the number of segments before the node.
     """
-    yield from _parts(held, 0, index)
-
-
-def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, float, Leaf[R]]]:
-    """Yield the leaves of a node; `before`: the number of segments before it."""
     offset, node = held
     if isinstance(node, Leaf):
         yield before, offset, node
         return
-    place = max(bisect_right(node.counts, index - before) - 1, 0)
-    for number in range(place, len(node.nodes)):
-        yield from _parts(_child(node, number).shift_by(offset), before + node.counts[number], index)
+    for number in range(max(bisect_right(node.counts, index - before) - 1, 0), len(node.nodes)):
+        yield from parts(_child(node, number).shift_by(offset), index, before + node.counts[number])
 
 
 def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
@@ -467,15 +461,7 @@ def locate(held: OffsetNode[Row], t: float) -> tuple[Row, int, float]:
 
 def index_at(held: OffsetNode[R], t: float) -> int:
     """Return the index of the last segment that begins by time t [s]; 0 before the first."""
-    offset, node = held
-    before = 0
-    while isinstance(node, Branch):
-        place = max(bisect_right(node.begins, t - offset) - 1, 0)
-        before += node.counts[place]
-        child = node.nodes[place]
-        offset += node.begins[place] - child.begin
-        node = child
-    return before + max(bisect_right(node.row.starts, t - offset, node.first, node.last) - node.first - 1, 0)
+    return max(count_by(held, t) - 1, 0)
 
 
 def item(held: OffsetNode[R], index: int) -> Any:
@@ -500,8 +486,7 @@ def leaves(held: OffsetNode[R], first: float, last: float) -> Iterator[tuple[flo
         yield offset, node
         return
     low = max(bisect_right(node.begins, first - offset) - 1, 0)
-    high = max(bisect_right(node.begins, last - offset), low + 1)
-    for child in _children(node, low, high, offset):
+    for child in _children(node, low, max(bisect_right(node.begins, last - offset), low + 1), offset):
         yield from leaves(child, first, last)
 
 
@@ -511,8 +496,7 @@ def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart
         row = leaf.row
         low = bisect_right(row.starts, first - offset, leaf.first + 1, leaf.last) - 1
         high = bisect_right(row.starts, last - offset, low + 1, leaf.last)
-        edges = [low, *range(low - low % BLOCK_LENGTH + BLOCK_LENGTH, high, BLOCK_LENGTH), high]
-        for begin, end in pairwise(edges):
+        for begin, end in pairwise([low, *range(low - low % BLOCK_LENGTH + BLOCK_LENGTH, high, BLOCK_LENGTH), high]):
             yield RowPart(offset, row, begin, end)
 
 
@@ -534,8 +518,8 @@ def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]
         yield from _shift_rows(leaf.row.between(leaf.first + low, leaf.first + high), offset)
 
 
-def count_by(held: OffsetNode[EventRow], t: float, *, before: bool = False) -> int:
-    """Return how many events there are up to time t [s], or (`before`) earlier than t."""
+def count_by(held: OffsetNode[R], t: float, *, before: bool = False) -> int:
+    """Return how many events happen, or segments begin, up to time t [s], or (`before`) earlier than t."""
     cut = bisect_left if before else bisect_right
     offset, node = held
     gone = 0
@@ -592,8 +576,7 @@ def _changes(branch: Branch[EventRow]) -> dict[int, ChannelChanges]:
 def last_values(node: Node[EventRow]) -> dict[int, float]:
     """Return, for each channel that the events of a node change, its value after the last event."""
     if isinstance(node, Branch):
-        changes = node.changes or _changes(node)
-        return {channel: change.values[-1] for channel, change in changes.items()}
+        return {channel: change.values[-1] for channel, change in (node.changes or _changes(node)).items()}
     if node.values is None:
         node.values = {}
         for channel in node.row.changed_channels():

@@ -233,8 +233,7 @@ class Timeline:
         place, count = rope.common(self._events, other._events), min(self.event_count, other.event_count)
         while place < count and self.event(place) == other.event(place):
             place += 1
-        rest = [one.event(place).time for one in (self, other) if place < one.event_count]
-        return min([since, *rest])
+        return min([since, *[one.event(place).time for one in (self, other) if place < one.event_count]])
 
     # --- rows of the timeline ---
 
