@@ -25,6 +25,8 @@ QUIET = 0.05  # [s] in which a screen that stays as it is is done
 TYPED = 5  # times that a line is typed
 LINE = "MOVES SHIFT(part BY 10, 0, 20)"
 VRS = [sys.executable, "-m", "vrs_cli"]
+# as where only vrs and its dependencies are installed: msgspec imports `typing_extensions` if it is there
+VRS_ALONE = "import sys; sys.modules['typing_extensions'] = None; from vrs_cli.__main__ import process; process()"
 SIGN = b"\x1b[0m.\x1b[0m"  # the dot, as prompt-toolkit paints it
 HELLO = str(Path(__file__).parents[1] / "programs" / "hello.v2")
 BARE_PROMPT = "from prompt_toolkit import PromptSession; PromptSession('.READY>').prompt()"
@@ -39,6 +41,7 @@ def commands(turns: int = REPEATS) -> dict[str, float]:
             "python -c pass": [sys.executable, "-c", "pass"],
             "vrs --version": [*VRS, "--version"],
             "vrs run hello.v2": [*VRS, "run", HELLO],
+            "vrs run hello.v2, vrs alone installed": [sys.executable, "-c", VRS_ALONE, "run", HELLO],
             "vrs check hello.v2": [*VRS, "check", HELLO],
             "vrs where": [*VRS, "where", saved, "--at", "1"],
             "vrs export, csv": [*VRS, "export", saved, "--to", "csv"],
@@ -148,7 +151,7 @@ def main() -> None:
     bare = least["python -c pass"]
     print(f"least of {REPEATS}, milliseconds of the processor")
     for name, seconds in least.items():
-        print(f"{name:24}  {seconds * 1e3:7.1f}   {seconds / bare:.1f} times")
+        print(f"{name:37}  {seconds * 1e3:7.1f}   {seconds / bare:.1f} times")
     print(f"medians of {REPEATS}, milliseconds")
     print(f"bare prompt-toolkit       {median(plain_prompt) * 1e3:7.1f}")
     ratio = median(our_prompt) / median(plain_prompt)
