@@ -26,7 +26,7 @@ from vrs_cli.interfaces.editor import buffer, editors
 from vrs_cli.interfaces.monitor import programs
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station import station
+from vrs_cli.interfaces.station import loaded_file
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.language.run import environment
 from vrs_cli.language.text import parser
@@ -245,8 +245,8 @@ def test_no_step_of_a_robot_works_on_a_whole_long_program(
     for owner, name in WORK:
         watched(owner, name)
     for constant in ("LONG_TEXT", "LONG_PROGRAM"):
-        monkeypatch.setattr(station, constant, 10)
-    for user in (programs, buffer, editors):
+        monkeypatch.setattr(loaded_file, constant, 10)
+    for user in (buffer, editors):
         monkeypatch.setattr(user, "LONG_PROGRAM", 10)
     session = Session(RecordingTerminal())
     holder = Holder(session)
