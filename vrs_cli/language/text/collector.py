@@ -26,13 +26,13 @@ def pause_collector(*, lasting: bool = False) -> Iterator[None]:
     if _leave_alone in gc.callbacks:
         yield
         return
-    running = gc.isenabled()
+    running, before = gc.isenabled(), gc.get_count()[0]
     gc.disable()
     try:
         yield
     finally:
         if running:
-            if lasting and gc.get_count()[0] > MANY and not gc.get_freeze_count():
+            if lasting and gc.get_count()[0] - before > MANY and not gc.get_freeze_count():
                 gc.freeze()
                 gc.unfreeze()  # unfrozen values belong to the oldest generation
             gc.enable()
