@@ -1,4 +1,4 @@
-"""The `vrs` command. Only what the first words of the command line ask for is imported."""
+"""Run the `vrs` command. Import only the modules that the first words of the command line need."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from contextlib import suppress
 
 from vrs_cli.version import __version__
 
-COLLECT_AFTER = 100_000  # new objects before a collection; high, because objects loaded at the start stay in use
+COLLECT_AFTER = 100_000  # new objects that start a garbage collection; high, as objects loaded at start-up stay
 
 
 def process() -> None:
-    """Be the process of a `vrs` command: run it, and end."""
+    """Run a `vrs` command as the whole process, and exit with its status."""
     gc.set_threshold(COLLECT_AFTER)
     status = main()
-    gc.freeze()  # the end looks for no garbage, since the system takes all memory back
+    gc.freeze()  # skip the garbage collection at exit: the operating system frees all memory
     threading = sys.modules.get("threading")
     if threading is None or threading.active_count() == 1:
         _leave(status)
@@ -26,23 +26,23 @@ def process() -> None:
 
 
 def _leave(status: int) -> None:
-    """End the process without taking apart its modules, which takes the interpreter longer than a short command."""
+    """End the process without the interpreter's cleanup of modules, which takes longer than a short command."""
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError, OSError, ValueError):  # a stream may be closed, or have no reader any more
+        with suppress(AttributeError, OSError, ValueError):  # a stream may be closed, or its reader may be gone
             stream.flush()
     os._exit(status)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `vrs` with these arguments (default: of the process); returns the exit status."""
+    """Run `vrs` with these arguments (default: those of the process). Return the exit status."""
     arguments = sys.argv[1:] if argv is None else list(argv)
     if arguments and arguments[0] in ("--version", "-V"):
         try:
             print(f"vrs {__version__}", flush=True)
             return 0
         except (OSError, AttributeError):
-            pass  # what to do if it cannot be written, `vrs_cli.cli.main` knows
+            pass  # `vrs_cli.cli.main` handles output that cannot be written
     from vrs_cli.cli.main import run
 
     return run(arguments)

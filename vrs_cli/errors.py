@@ -1,22 +1,22 @@
 """The errors of vrs as one tree, with the texts and codes of VAL-II (V+ numbering).
 
     VrsError
-    ├── ProgramError          a step of a program, or a line at the prompt, cannot be done
+    ├── ProgramError          a step of a program, or a line at the prompt, cannot be carried out
     │   ├── UndefinedValue, IllegalValue, IllegalAssignment, IllegalArrayIndex, IllegalSignal, ...
     │   └── StackOverflow
     ├── MotionError           the robot cannot do the motion
     │   ├── PowerOff, TooLate, TooNear, LocationOutOfRange, JointOutOfRange, IllegalJoint
     │   ├── CollisionAhead
     │   └── StraightLineConfiguration, StraightLineSingular
-    ├── PathWithoutJoints     a straight line on the timeline, from a file, leaves the reach
+    ├── PathWithoutJoints     a straight line of a timeline from a file leaves the arm's reach
     ├── FileError             a file cannot be read or written
-    ├── RequestRefused        a robot does not begin with what it is asked for
-    └── UsageError            a command or an option does not exist, or is used in a way it cannot be
+    ├── RequestRefused        a robot refuses to begin a request
+    └── UsageError            a command or an option does not exist, or is used wrongly
 
 The code that raises an error gives the facts (`detail`), a correction (`hint`), and the numbers in both. The class has
 VAL-II's text and code. A hint has the words to type in braces: "{ABORT} stops it" is shown as "ABORT stops it" in the
-shell, and as "abort() stops it" in Python (`METHODS`; a word without a method as `do("CLOCK GO")`). Errors are
-immutable: `reworded` makes a new error.
+shell, and as "abort() stops it" in Python (see `METHODS`; a command without a method is shown as
+`do("CLOCK GO")`). Errors are immutable: `reworded` makes a new error.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ class VrsError(Exception):
 
     @property
     def numbers(self) -> dict[str, float | Place]:
-        """Return those of value, lower, upper, joint and place that are known."""
+        """Return the known ones among value, lower, upper, joint and place, by name."""
         given = {name: getattr(self, name) for name in ("value", "lower", "upper", "joint", "place")}
         return {name: number for name, number in given.items() if number is not None and (name, number) != ("joint", 0)}
 
@@ -144,7 +144,7 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
 
 @contextmanager
 def hints_for_python() -> Iterator[None]:
-    """Raise the errors of a block with the hints for callers of methods."""
+    """Give errors raised in the `with` block the hints for callers of Python methods."""
     try:
         yield
     except VrsError as error:
@@ -164,7 +164,7 @@ class IllegalValue(ProgramError, code=-402, text="Illegal value"):
 
 
 class IllegalAssignment(ProgramError, code=-403, text="Illegal assignment"):
-    """A value is assigned to an expression that is no variable."""
+    """A value is assigned to an expression that is not a variable."""
 
 
 class IllegalArrayIndex(ProgramError, code=-404, text="Illegal array index"):
@@ -256,7 +256,7 @@ class ControlStructure(ProgramError, code=-473, text="Control structure error"):
 
 
 class AmbiguousGrouping(ProgramError, code=56, text="Ambiguous grouping"):
-    """A warning: an expression that VAL-II's own order of operators would group differently."""
+    """A warning: VAL-II's own operator precedence would group an expression differently."""
 
 
 class OldMeaning(ProgramError, code=58, text="Taken as in VAL"):
@@ -324,7 +324,7 @@ class ProgramInterlocked(ProgramError, code=-308, text="Program interlocked"):
 
 
 class ProgramExists(ProgramError, code=-309, text="Program already exists"):
-    """A program of that name is in memory."""
+    """A program with that name is in memory."""
 
 
 class TaskActive(ProgramError, code=-310, text="Program task already active"):
@@ -340,7 +340,7 @@ class LimitReached(ProgramError, code=-414, text="Program limit reached"):
 
 
 class EndlessWait(LimitReached, code=-419, text="Endless wait"):
-    """A program waits in virtual time for a change that cannot happen. (The code is ours.)"""
+    """A program waits in virtual time for a change that cannot happen. (Code chosen by vrs, not by V+.)"""
 
 
 class ClockPaused(ProgramError, code=-415, text="Clock is paused"):
@@ -368,26 +368,26 @@ class PowerOff(MotionError, code=-604, text="Robot power off"):
 
 
 class TooLate(MotionError, code=-690, text="Execution time is past"):
-    """In real time a command would change the past. (The code is ours.)"""
+    """In real time a command would change the past. (Code chosen by vrs, not by V+.)"""
 
 
 class TooNear(MotionError, code=-691, text="Too near a singularity"):
-    """A small step of the tool would need a large step of a joint. (The code is ours.)"""
+    """A small step of the tool would need a large step of a joint. (Code chosen by vrs, not by V+.)"""
 
 
 class CollisionAhead(MotionError, code=-696, text="Collision"):
     """With ENABLE COLLISION: the arm or the part in its hand would touch something. `value`: the depth [m], `lower`:
-    the missing distance [m], `place`: the point in the world [m]. (The code is ours.)"""
+    the missing distance [m], `place`: the point in the world [m]. (Code chosen by vrs, not by V+.)"""
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):
-    """A motion that followed a stream of targets cannot be planned again after the stream has ended. (The code is
-    ours.)
+    """A motion that followed a stream of targets cannot be planned again after the stream has ended. (Code chosen by
+    vrs, not by V+.)
     """
 
 
 class IllegalJoint(MotionError, code=-609, text="Illegal joint number"):
-    """The robot has no joint of that number."""
+    """The robot has no joint with that number."""
 
 
 class LocationOutOfRange(MotionError, code=-610, text="Location out of range"):
@@ -409,7 +409,7 @@ class StraightLineSingular(MotionError, code=-613, text="Straight-line motion to
 
 
 class PathWithoutJoints(VrsError, code=-693, text="No joints for a place on a straight line"):
-    """A straight line of a timeline from a file leaves the reach of the arm. (The code is ours.)"""
+    """A straight line of a timeline from a file leaves the reach of the arm. (Code chosen by vrs, not by V+.)"""
 
 
 class LocationTooFar(LocationOutOfRange, code=-619, text="Location too far"):
@@ -433,11 +433,11 @@ class FileError(VrsError, code=-502, text="File error"):
 
 
 class NonexistentFile(FileError, code=-501, text="Nonexistent file"):
-    """There is no file of that name."""
+    """There is no file with that name."""
 
 
 class FileExists(FileError, code=-500, text="File already exists"):
-    """A file of that name exists."""
+    """A file with that name exists."""
 
 
 class FileDamaged(FileError, code=-503, text="File is not what it should be"):
@@ -469,11 +469,11 @@ class NetworkClosed(FileError, code=-562, text="Network connection closed"):
 
 
 class NetworkTimeout(FileError, code=-559, text="Network timeout"):
-    """The other end of a connection has sent nothing for too long. (The code is ours.)"""
+    """The other end of a connection has sent nothing for too long. (Code chosen by vrs, not by V+.)"""
 
 
 class PortTaken(FileError, code=-560, text="Network port in use"):
-    """Another program listens on the port. (The code is ours.)"""
+    """Another program listens on the port. (Code chosen by vrs, not by V+.)"""
 
 
 class NoDataReceived(FileError, code=-526, text="No data received"):
@@ -481,7 +481,7 @@ class NoDataReceived(FileError, code=-526, text="No data received"):
 
 
 class LineMissing(NoDataReceived):
-    """GETC needs the next line of the unit `value`: the task asks for it and repeats the step."""
+    """GETC needs the next line of logical unit `value`; the task asks for the line and repeats the step."""
 
 
 class FileOutside(FileError, code=-517, text="File outside the folder of the run"):
@@ -489,7 +489,7 @@ class FileOutside(FileError, code=-517, text="File outside the folder of the run
 
 
 class RequestRefused(VrsError, code=-390, text="Request refused"):
-    """The robot refuses to begin a request. (The code is ours.)"""
+    """The robot refuses to begin a request. (Code chosen by vrs, not by V+.)"""
 
 
 class UsageError(VrsError, code=-300, text="Illegal monitor command"):
@@ -503,12 +503,12 @@ class UsageError(VrsError, code=-300, text="Illegal monitor command"):
 
 
 class NotPossible(UsageError, code=-395, text="Not possible"):
-    """A method is used wrongly, or cannot be used now. (The code is ours.)"""
+    """A method is used wrongly, or cannot be used now. (Code chosen by vrs, not by V+.)"""
 
 
 class LeaseHeld(UsageError, code=-694, text="Lease is not yours"):
-    """Another user, or nobody, has the lease to drive the robot. (The code is ours.)"""
+    """Another user, or nobody, has the lease to drive the robot. (Code chosen by vrs, not by V+.)"""
 
 
 class RoleWanted(UsageError, code=-695, text="Not in your role"):
-    """A command needs a role that its sender does not have. (The code is ours.)"""
+    """A command needs a role that its sender does not have. (Code chosen by vrs, not by V+.)"""

@@ -1,4 +1,4 @@
-"""Find what is installed: optional packages, the folders that come with vrs, the built page. Also keep computed data in
+"""Find what is installed: optional packages, the folders shipped with vrs, the built page. Also keep computed data in
 the user's cache folder."""
 
 from __future__ import annotations
@@ -63,16 +63,16 @@ def _quote(word: str) -> str:
     return f'"{word}"' if " " in word else word
 
 
-# --- the cache of the user --------------------------------------------------------------------------------------------
+# --- the user's cache -------------------------------------------------------------------------------------------------
 
-HASH_BYTES = 8  # marshal does not check what it reads; each release of Python has its own hashes and its own marshal
+HASH_BYTES = 8  # hash before the data: marshal does not check data, and its format differs between Python releases
 
 
 def cached(name: str, source: str, make: Callable[[], V]) -> V:
     """Return the result of `make`, which depends on `source` alone.
 
-    If this version of vrs has written the result for the same source into the file `name` of the cache folder, read it
-    there. Otherwise compute it and write the file, unless the result is None. The result is plain data: numbers,
+    Read the result from the file `name` of the cache folder if this version of vrs wrote it for the same source.
+    Otherwise compute the result, and write the file unless the result is None. The result must be plain data: numbers,
     strings, tuples, lists and dictionaries.
     """
     key, file = (__version__, source), _cache_file(name)
@@ -87,7 +87,7 @@ def cached(name: str, source: str, make: Callable[[], V]) -> V:
     if file is not None and result is not None:
         data = marshal.dumps((key, result))  # type: ignore[arg-type]  # the caller gives plain data
         new = file.with_suffix(f".{os.getpid()}")
-        with suppress(OSError):  # replace the whole file, or do not change it
+        with suppress(OSError):  # atomic: write the whole file or leave the old one
             file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             new.write_bytes(source_hash(data) + data)
             os.replace(new, file)

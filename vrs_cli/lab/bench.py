@@ -141,7 +141,7 @@ class _Bench(Simulation):
         super().__init__(trial.robot, trial.ways, trial.seconds, trial.rate)
         self.trial = trial
         self._steering = Steering(self.robot)
-        # the viewer's timelines, each with its arrival [s]
+        # the viewer's timelines, each with its arrival time [s]
         self._known: list[tuple[float, Timeline]] = [(0.0, self.robot.timeline)]
         self.random = Random(f"{trial.ways.seed} {trial.scenario}")
         self.follows = trial.scenario in FOLLOWED
@@ -200,13 +200,13 @@ class _Bench(Simulation):
             seen = self._viewer_joints(viewer, true, counted)
             found[name] = self._viewer_score(seen, place[counted:], viewer.call_time)
         since = [t for t, _ in self._known]
-        timelines = [self._known[bisect_right(since, t) - 1][1] for t in times]  # those that have arrived by then
+        timelines = [self._known[bisect_right(since, t) - 1][1] for t in times]  # the latest to have arrived
         seen = np.array([joints_at(self.robot.arm, one, t) for one, t in zip(timelines, times, strict=True)])
         found["timeline"] = self._viewer_score(seen[counted:], place[counted:], 0.0)
         return found
 
     def _viewer_joints(self, viewer: Guarded, true: Floats, first: int) -> Floats:
-        """Return what a viewer shows at each sample from `first` on, (N, n)."""
+        """Return the joints that a viewer shows at each sample from number `first`, (N, n) [rad; m]."""
         seen, received = np.zeros((len(self.looks) - first, true.shape[1])), 0
         for k in range(first, len(self.looks)):
             t = float(self.looks[k])

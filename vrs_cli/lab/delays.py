@@ -55,11 +55,11 @@ Score = TypeVar("Score", bound=Struct)  # the measures by which a trial is judge
 class Strategy(Enum):
     """How a remote viewer sees the robot."""
 
-    FRAMES = "frames"  # g at the time at which the frame was sent
-    PREDICTED = "predicted"  # g(t + D_b), shown at the time t + D_b
-    DELTAS = "deltas"  # g of a mirror at the current time
-    AHEAD = "ahead"  # g of a mirror D_f later, when a command issued now arrives
-    PREVIEW = "preview"  # g of a mirror at the current time with the commands that have not arrived yet
+    FRAMES = "frames"  # the position when the frame was sent
+    PREDICTED = "predicted"  # the position planned for t + D_b, sent at t and shown at t + D_b
+    DELTAS = "deltas"  # the mirror's position at the current time
+    AHEAD = "ahead"  # the mirror's position D_f later, when a command issued now arrives
+    PREVIEW = "preview"  # the position AHEAD, including the effect of commands that have not arrived yet
 
 
 class Trial(Struct, frozen=True):
@@ -85,7 +85,7 @@ class Error(Struct, frozen=True):
 class TrialOutcome(Struct, frozen=True):
     """The results of a trial.
 
-    `flagged`: the share of samples (deltas) at positions that an unknown command had made wrong. `unconfirmed`: the
+    `flagged`: the share of samples (deltas) whose position an unknown command had made wrong. `unconfirmed`: the
     share of samples (preview) at unconfirmed positions. `round_trip`: the median and the 95th percentile of D_f + D_b
     [s]. `agreed`: whether the flagged windows equal those in the logs of both sides. `outside`: the error of deltas
     outside flagged windows.
@@ -142,7 +142,7 @@ class Change(NamedTuple):
 
 
 class Simulation:
-    """A robot behind a line with delays, in virtual time, and the events that are still to come.
+    """A robot behind a line with delays, in virtual time, and its pending events.
 
     `_now`: the common wall clock [s]. `delay`: half of the measured median round trip [s]. `looks`: the times of the
     samples [s]. `arrived`: when frames that are sent at these times arrive [s]. `degrees`: factors for errors of the
@@ -165,7 +165,7 @@ class Simulation:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
     def _run_events(self, until: float = inf) -> None:
-        """Let the events before a time happen, with those that they cause."""
+        """Run the events before a time, including events that they cause."""
         while self._queue and self._queue[0][0] < until:
             self._now, _, act = heapq.heappop(self._queue)
             act()
@@ -176,7 +176,7 @@ class Simulation:
 
 
 class DelayCourse(Simulation):
-    """The course of a trial: the robot, its operator, and the line between them."""
+    """One trial: the robot, its operator, and the line between them."""
 
     def __init__(self, trial: Trial) -> None:
         super().__init__(trial.robot, trial.ways, trial.seconds, trial.rate)
@@ -230,7 +230,7 @@ class DelayCourse(Simulation):
         self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
 
     def _arrive(self, number: int, request: Move, t_iss: float) -> None:
-        """Let a command arrive at the robot, which answers and reports the change."""
+        """Handle a command that arrives at the robot: answer it and report the change."""
         self._predict()
         robot = self.robot
         robot.clock.advance(robot.clock.reached)
@@ -265,7 +265,7 @@ class DelayCourse(Simulation):
     # --- samples of the viewer ---
 
     def _look(self) -> None:
-        """Record all samples before now that are not recorded yet. The known timeline has not changed since then."""
+        """Record all samples before now that are not recorded yet. The known timeline was the same at all of them."""
         rows = slice(self._seen_until, int(self.looks.searchsorted(self._now)))
         self._seen_until = rows.stop
         if rows.start == rows.stop:
@@ -322,7 +322,7 @@ class DelayCourse(Simulation):
         )
 
     def wrong_looks(self) -> Flagged:
-        """Return for each sample whether an unknown command had made deltas wrong, (N,)."""
+        """Return for each sample whether a command unknown to the viewer had made DELTAS wrong, (N,)."""
         borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
         found: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return found
@@ -354,7 +354,7 @@ def measure_delays(ways: DelayWays) -> TimeSync:
     return sync
 
 
-# --- the flags, computed in another way ------------------------------------------------------------------------------
+# --- the flags, computed from the logs of both sides -----------------------------------------------------------------
 
 
 def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[preview.FlagWindow, ...]:

@@ -1,5 +1,4 @@
-"""Load viewers and controllers written by users for `vrs lab experiment methods`, and define those with which they are
-compared.
+"""Load users' viewers and controllers for `vrs lab experiment methods`, and define the built-in ones for comparison.
 
 A viewer shows a robot from late frames; a controller sends it set points that arrive late. Each is a class with two
 methods. A user's class may derive from Predictor or RemoteController, or just have the same methods.
@@ -75,7 +74,7 @@ class RemoteController:
         raise NotImplementedError
 
 
-# --- what they are compared with -------------------------------------------------------------------------------------
+# --- built-in viewers and controllers, for comparison ----------------------------------------------------------------
 
 
 class LastFrame(Predictor):
@@ -145,11 +144,11 @@ VIEWERS: dict[str, type[Predictor]] = {"frames": LastFrame, "extrapolated": Extr
 CONTROLLERS: dict[str, type[RemoteController]] = {"direct": Direct, "ahead": GoalAhead, "wait": MoveAndWait}
 
 
-# --- classes of users ------------------------------------------------------------------------------------------------
+# --- viewers and controllers of users --------------------------------------------------------------------------------
 
 
 class MethodError(UsageError, text="Cannot be tried"):
-    """A viewer or controller of a user cannot be loaded, or fails in a trial. (The code is ours.)"""
+    """A viewer or controller of a user cannot be loaded, or fails in a trial."""
 
 
 def load_method(text: str, base: type[Predictor | RemoteController]) -> type:
@@ -204,7 +203,7 @@ def _load_module(place: str) -> ModuleType:
 
 
 class Guarded:
-    """Calls a viewer or controller of a user; any failure becomes a MethodError of one line."""
+    """A wrapper around a user's viewer or controller; any failure becomes a MethodError of one line."""
 
     def __init__(
         self, text: str, base: type[Predictor | RemoteController], robot: RobotModel, delay: float, rate: float
@@ -288,7 +287,7 @@ def _short(value: object) -> str:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError in a block that takes longer; systems without such an alarm have no limit."""
+    """Raise TimeoutError in a block that takes longer. No limit outside the main thread, or without `setitimer`."""
     if not hasattr(signal, "setitimer") or current_thread() is not main_thread():
         yield
         return

@@ -1,6 +1,6 @@
 """Run a user study: the order of trials, when a trial is over, and the file of results.
 
-Participants drive a robot behind a line with delays under several conditions, each starting with another condition.
+Participants drive a robot behind a line with delays, each under all conditions, in an order that differs between them.
 Nothing here waits or connects: callers tell `Judge` where the tool is, and `DryRun` is a scripted participant in
 virtual time.
 """
@@ -87,9 +87,10 @@ class StudyTrial(NamedTuple):
 class StudyResult(NamedTuple):
     """A row of the results; the file has mm instead of m.
 
-    `reached`: whether in time. `time` [s]: until the tool came to the last place, or until the end. `error` [m]:
-    distance from that place at the end. `path` [m]: distance travelled by the tool. `direct` [m]: distance between the
-    places. `entries`: how often the tool came within the tolerance; more than one per stage is an overshoot.
+    `reached`: whether the last place was reached in time. `time` [s]: duration until the tool came to the last place,
+    or until the trial ended. `error` [m]: final distance from that place. `path` [m]: distance travelled by the tool.
+    `direct` [m]: distance between the places. `entries`: how often the tool came within the tolerance; more than one
+    per stage is an overshoot.
     """
 
     reached: bool
@@ -207,7 +208,7 @@ def _far_place(robot: Robot, random: Random, last: Vector | None, farther: float
 
 
 class Judge:
-    """Watches a trial. `begin` [s]; all times are those of the robot's clock."""
+    """The referee of a trial: decides when it is over. `begin`: its start [s]; all times are on the robot's clock."""
 
     def __init__(self, study: Study, trial: StudyTrial, begin: float) -> None:
         self._tolerance, self._until = study.tolerance, begin + study.timeout
@@ -264,7 +265,8 @@ COLUMNS = (
 class Results:
     """The CSV file of a study: one row per trial, on disk before the next trial begins.
 
-    A row cut by a kill is dropped, and its trial repeated. Raises FileError; FileDamaged for a file of another study.
+    A row left incomplete by a killed process is dropped, and its trial is repeated. Raises FileError, or FileDamaged
+    for a file of another study.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -345,7 +347,7 @@ class DryRun:
         frames, commands = (
             deque[tuple[float, Joints]](),
             deque[tuple[float, Joints, str | None]](),
-        )  # each with its arrival [s]
+        )  # each with its arrival time [s]
         before: Joints | None = None
         seen: Joints | None = None
         ready = begin

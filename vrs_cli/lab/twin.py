@@ -1,7 +1,7 @@
 """Simulate what an operator sees of a real arm: a body follows the robot's timeline, and disturbances act on it.
 
-Commands, line and mirror are those of `lab.delays`. The body is the real position; it follows the robot's own
-timeline, and its reports go back over the line. The operator sees the last report (frames), extrapolated reports
+Commands, network line and mirror work as in `lab.delays`. The body is the simulated real arm: it follows the robot's
+own timeline, and its reports go back over the line. The operator sees the last report (frames), extrapolated reports
 (predicted), or the timeline at the current time (timeline).
 """
 
@@ -32,7 +32,7 @@ except ImportError:  # mujoco is an extra
 
 RATE = 25.0  # samples per second; the time between two samples is five steps of each body
 BEGINS = 0.4  # share of the trial before the disturbance begins
-MISLED = 1.0  # [deg] minimum error of which an operator should be warned
+MISLED = 1.0  # [deg] an operator should be warned of a larger error
 EVERY = 3  # every third report is sent as a frame: about 40 per second
 SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their start times
     "healthy": (),
@@ -45,16 +45,16 @@ SCENARIOS: dict[str, tuple[Disturbance, ...]] = {  # without their start times
 
 
 class TwinTrial(Struct, frozen=True):
-    """One trial: commands over a line, and disturbances of the body by the robot's clock."""
+    """One trial: commands over a line, and disturbances of the body at times of the robot's clock."""
 
     trial: Trial
     disturbances: tuple[Disturbance, ...]
 
 
 class TwinCurves(Struct, frozen=True):
-    """Distances of the farthest joint [deg] at `times` [s]. `frames`, `predicted`, `timeline`: between the displayed
-    robot and the body. `tracking`: between the body and the robot's own timeline. `flagged`: whether an unknown command
-    had made the timeline wrong."""
+    """The largest joint errors [deg] at `times` [s]. `frames`, `predicted`, `timeline`: between the displayed robot and
+    the body. `tracking`: between the body and the robot's own timeline. `flagged`: whether a command unknown to the
+    operator had made the timeline wrong."""
 
     times: tuple[float, ...]
     frames: tuple[float, ...]

@@ -46,8 +46,8 @@ class SymbolKind(Enum):
 
 
 class Occurrence(Struct, frozen=True):
-    """An occurrence of a name. All names of the same variable, program or label have the same `key`. Lines count within
-    the part."""
+    """An occurrence of a name. All names of the same variable, program or label have the same `key`. Lines count from
+    the start of the part (a program or a section of the file)."""
 
     kind: SymbolKind
     key: str
@@ -99,7 +99,7 @@ def _of_program(part: Part, program: ast.Program) -> Iterator[Occurrence]:
             yield from (_variable(part, node) for node in ast.nodes(step.statement) if isinstance(node, ast.Variable))
 
 
-# --- places --------------------------------------------------------------------------------------------------------
+# --- spans of names ------------------------------------------------------------------------------------------------
 
 
 def _variable(part: Part, variable: ast.Variable) -> Occurrence:
@@ -147,7 +147,7 @@ class Modifier(Enum):
 
 
 class Piece(NamedTuple):
-    """A piece of text with its colour. Lines and columns count from 1; lines count within the part."""
+    """A piece of text with its colour. Lines and columns count from 1; lines count from the start of the part."""
 
     line: int
     column: int
@@ -218,8 +218,8 @@ class Symbol(Struct, frozen=True):
 
 
 class Mend(NamedTuple):
-    """A correction for a finding. `text`: the text that replaces the span; `sure`: whether no other correction is
-    possible."""
+    """A correction of a mistake. `text`: the text that replaces the span; `sure`: whether it is the only possible
+    correction."""
 
     finding: Diagnostic
     span: Span
@@ -228,8 +228,8 @@ class Mend(NamedTuple):
 
 
 class Document:
-    """A text that is parsed once. `model`: the robot whose reach is checked; `inspector`: the inspector of the previous
-    version; `name`: the name of the file, for steps without a heading."""
+    """A program file that is parsed once. `model`: the robot whose reach is checked; `inspector`: the inspector of the
+    file's previous version, reused; `name`: the name of the file, which steps without a `.PROGRAM` line get."""
 
     def __init__(self, text: str, model: RobotModel, inspector: Inspector | None = None, name: str = "") -> None:
         self.text, self.name = text, name
@@ -430,7 +430,7 @@ class Document:
         return suggestions(before, self._names(project, near), in_program=True)
 
     def signature(self, line: int, column: int, near: Sequence[Document] = ()) -> Signature | None:
-        """Return the form of the statement or function that is being typed; None outside of programs."""
+        """Return the syntax of the statement or function that is being typed; None outside of programs."""
         if self._program_at(line) is None:
             return None
         before = self.lines[line - 1][: column - 1]
@@ -454,16 +454,16 @@ class Document:
 
     @cached_property
     def _given_names(self) -> Mapping[Kind, dict[str, str]]:
-        """Return the variables that get a value here, by kind, each with the name of the section or program where this
-        happens."""
+        """Return the variables that this file assigns, by kind, each with the name of the section or program that
+        assigns it."""
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
         for _, variable, kind, owner in self._definitions():
             variables[kind].setdefault(variable.sigil + variable.name, owner)
         return variables
 
     def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
-        """Yield every variable that is assigned in the file, with its part, its kind, and the name of its section or
-        program. Sections come before programs; in each of these groups, the part `first` comes first."""
+        """Yield each assignment in the file: its part, the variable, its kind, and the name of the section or program.
+        Sections come first; then programs, of which the part `first` comes first."""
         sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, ast.Section))
         for placed, section in sections:
             for entry in section.entries:
@@ -479,7 +479,7 @@ class Document:
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
                     yield placed, variable, kind, program.name
 
-    # --- meanings and definitions ---
+    # --- hover and definitions ---
 
     def hover(
         self, line: int, column: int, project: Sequence[Document] = (), near: Sequence[Document] = ()

@@ -57,7 +57,7 @@ class Question(Protocol):
 
 
 class UnreadMessage(NamedTuple):
-    """A message that cannot be read. It has the number of the request, if there is one, and the reason."""
+    """A message that cannot be read: the number of the request (None if unknown), and the reason."""
 
     number: int | str | None
     error: lsp.ResponseError
@@ -65,7 +65,7 @@ class UnreadMessage(NamedTuple):
 
 
 class AnsweringProtocol(LanguageServerProtocol):
-    """Answers every request, even if it is malformed or arrives before `initialize` or after `shutdown`."""
+    """A protocol that answers every request, even a malformed one, or one before `initialize` or after `shutdown`."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         try:
@@ -100,14 +100,14 @@ class AnsweringProtocol(LanguageServerProtocol):
 
 
 class Val2Server(LanguageServer):
-    """The language server. It reads each version of a text once. The text of an open file comes from the editor, that
-    of any other file from the disk."""
+    """The language server. It parses each version of a text once. The texts of open files come from the editor, all
+    others from the disk."""
 
     def __init__(self, model: RobotModel) -> None:
         super().__init__("vrs", __version__, protocol_cls=AnsweringProtocol)
         self.files = Workspace(model)
         self._on_disk: dict[str, str] = {}
-        self._stamps: dict[str, tuple[object, str]] = {}  # the stamps and the texts of the files that were read
+        self._stamps: dict[str, tuple[object, str]] = {}  # stamp and text of each file read, by path
         self._waiting: dict[str, asyncio.TimerHandle] = {}
         # a refused request has been answered and is not an error of the server, so it is not logged
         logging.getLogger(json_rpc.__name__).addFilter(
@@ -129,7 +129,7 @@ class Val2Server(LanguageServer):
         return self.files.document(uri)
 
     def texts(self) -> dict[str, str]:
-        """Return the present versions of all texts."""
+        """Return the current versions of all texts."""
         return self._on_disk | {one: document.source for one, document in self.open_texts.items()}
 
     @property
@@ -219,7 +219,7 @@ class Val2Server(LanguageServer):
         self.publish(uri, [])
 
     def report_server_error(self, error: Exception, source: Any) -> None:
-        """Answer a message that is not JSON. The editor shows other errors."""
+        """Answer a message that is not JSON. Show other errors in the editor, unless they were already answered."""
         if isinstance(error, ValueError):
             refusal = exceptions.JsonRpcParseError(str(error)).to_response_error()
             cast(AnsweringProtocol, self.protocol).refuse(None, refusal)

@@ -1,7 +1,7 @@
 """Find the program files of a workspace that belong together, and all occurrences of a name in them.
 
-Two files are in one name space if one names the other in a comment (`; with: lib.v2`), or calls a program that it does
-not have and that exactly one other file of its folder has. Each text has an address (URI).
+Two files are in one name space if one names the other in a comment (`; with: lib.v2`), or calls a program that it lacks
+and that exactly one other file in its folder contains. Each text has an address (URI).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _outline(text: str, name: str) -> _Outline:
 
 
 class Workspace:
-    """The present texts, by address. `take` replaces the texts. A text that has not changed is not parsed again."""
+    """The current texts of a workspace, by address. `take` replaces them. Unchanged texts are not parsed again."""
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
@@ -120,7 +120,7 @@ class Workspace:
     # --- mistakes ---
 
     def diagnostics(self, uri: str) -> tuple[Diagnostic, ...]:
-        """Return the findings of `vrs check` for a text, which is checked together with its name space."""
+        """Return the findings of `vrs check` for a text, checked together with the other texts of its name space."""
         document, others, project = self.document(uri), self.others(uri), self.project(uri)
         first = (self.document(other) for other in project[1:] if other < uri)
         near = frozenset(

@@ -1,12 +1,12 @@
-"""Build the page of the browser into `built` beside this file: as a hook of hatch, and as a command.
+"""Build the browser page into `built` beside this file, as a hook of hatch or as a command.
 
-`python vrs_cli/page/hatch_build.py` builds the page if its sources have changed. Further words go to npm in this
-folder: `python vrs_cli/page/hatch_build.py run types`. The word `requirements` prints the PyPI package that brings
-node, if this machine has no node that is new enough.
+`python vrs_cli/page/hatch_build.py` builds the page if its sources have changed. Arguments are passed to npm, which
+runs in this folder: `python vrs_cli/page/hatch_build.py run types`. The argument `requirements` prints the PyPI
+package that provides node, if node is missing on this machine or too old.
 
 The hook builds the page for each wheel, sdist and editable installation. If it cannot (npm is not reachable), the
-package is made without the page, with a warning. `VRS_NO_PAGE=1` leaves the page out; with `VRS_PAGE_REQUIRED=1` the
-package fails if the page fails.
+package is built without the page, with a warning. `VRS_NO_PAGE=1` leaves the page out; with `VRS_PAGE_REQUIRED=1` the
+package build fails if the page build fails.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ RETRIES = (
     "--fetch-retries=1",
     "--fetch-retry-mintimeout=1000",
     "--fetch-timeout=60000",
-)  # words of npm's messages when the network fails
+)  # words in npm's messages that mean a network failure
 
 
 class PageError(Exception):
@@ -64,7 +64,7 @@ def digest() -> str:
 
 
 def is_built() -> bool:
-    """Return whether the built page belongs to these sources."""
+    """Return whether the page was built from the current sources."""
     stamp = BUILT / STAMP
     return stamp.is_file() and stamp.read_text(encoding="utf-8") == digest()
 
@@ -83,7 +83,7 @@ def node_of_machine() -> tuple[str, str] | None:
 
 
 def node_requirements() -> list[str]:
-    """Return the Python packages that bring node, if this machine has no node that is new enough."""
+    """Return the Python packages that provide node, if node is missing on this machine or too old."""
     if node_of_machine() is not None or platform.machine().lower() not in NODE_MACHINES:
         return []
     return [NODE_PACKAGE] if sys.platform in ("linux", "darwin", "win32") else []
@@ -150,14 +150,14 @@ def _put_in_place(made: Path) -> None:
     """Replace the built page by `made`."""
     with tempfile.TemporaryDirectory(prefix="built-", dir=HERE, ignore_cleanup_errors=True) as name:
         new, old = Path(name) / "new", Path(name) / "old"
-        shutil.copytree(made, new)  # onto the file system of the package, where a rename is atomic
+        shutil.copytree(made, new)  # to the package's file system, where a rename is atomic
         for _ in range(10):
             try:
                 if BUILT.exists():
                     BUILT.rename(old)
                 new.rename(BUILT)
                 return
-            except OSError:  # another build was faster: remove its page
+            except OSError:  # a simultaneous build was faster: remove its page, try again
                 shutil.rmtree(old, ignore_errors=True)
         raise PageError(f"{BUILT} cannot be replaced")
 
@@ -186,7 +186,7 @@ else:
     from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
     class PageHook(BuildHookInterface):  # type: ignore[type-arg]
-        """Builds the page before the package is made."""
+        """The hook that builds the page before hatch builds the package."""
 
         def dependencies(self) -> list[str]:
             """Return the packages that the build needs besides hatchling: node, if this machine has none."""
