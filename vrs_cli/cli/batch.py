@@ -1,5 +1,5 @@
-"""Carry out batch runs (`vrs run`): the terminal of a run, the run, its reports (a JSON object, or the error of a
-program in words), and the runs of several files."""
+"""Carry out batch runs (`vrs run`): the terminal of a run, the run, its reports (a JSON object, or a program's error
+as text), and the runs of several files."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class BatchTerminal(Struct, frozen=True):
         self._write(f"{question.wrong}\n{question.text}" if question.wrong else question.text)
         line = next(self.lines, "")
         if not sys.stdin.isatty():
-            self._write("\n")  # end the line, because no terminal has echoed the input
+            self._write("\n")  # end the line: no terminal has echoed the Enter key
         if not line:
             raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give its answers on standard input")
         return line.rstrip("\r\n")
@@ -103,8 +103,8 @@ class BatchTerminal(Struct, frozen=True):
 class Batch(Struct, frozen=True):
     """One run.
 
-    The fields are the options, the files to load (which share one name space), and the callbacks of one run among
-    several: `ended` receives the result of the run, `printed` the object of --json. `owners`: the file of each program,
+    The fields are the options, the files to load (which share one name space), and the callbacks for a run of several
+    files: `ended` receives the result of the run, `printed` the object of --json. `owners`: the file of each program,
     by the program's key.
     """
 
@@ -160,8 +160,8 @@ class Batch(Struct, frozen=True):
         return status
 
     def _load(self, station: Station) -> dict[Source, tuple[Diagnostic, ...]]:
-        """Load the files and return the diagnostics of each. If no file has an error, add warnings of surprises during
-        the run."""
+        """Load the files and return the diagnostics of each. If no file has an error, add warnings about steps that
+        the run itself will not report."""
         found: dict[Source, tuple[Diagnostic, ...]] = {}
         loaded = station.load_texts([(source.text, source.name) for source in self.sources])
         for source, one in zip(self.sources, loaded, strict=True):
@@ -333,7 +333,7 @@ class Batch(Struct, frozen=True):
         return FAILED if faults else OK
 
     def _fault_text(self, fault: ProgramFault) -> str:
-        """Describe where and why a program stopped, with the line and a caret below it."""
+        """Describe where and why a program stopped, with the line and a caret that marks the step."""
         place = f"{self._owner(fault.program).path}:{fault.line}: " if fault.line else ""
         source = fault.source.strip()
         lines = [f"{place}{fault.message}"]
@@ -359,8 +359,8 @@ class Batch(Struct, frozen=True):
 
 
 def _with_files_beside(source: Source, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Yield the diagnostics. If a program is missing in memory, but a file in the same folder has it, the hint names
-    that file."""
+    """Yield the diagnostics. If a missing program is found in another file of the same folder, the hint names that
+    file."""
     beside: Mapping[str, str] | None = None
     for one in found:
         if source.is_file and one.code == UndefinedName.code:

@@ -1,4 +1,4 @@
-"""Carry out `vrs body`: this process acts as the body of a served robot, or connects a body to it."""
+"""Carry out `vrs body`: act as the body (the arm that executes the motions) of a served robot, or connect one to it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Tell = Callable[[str], None]
 
 
 def body(options: Namespace) -> int:
-    """Act as the body until Ctrl-C, or until the robot gets another body. Raises the errors with which the robot
+    """Act as the robot's body until Ctrl-C, or until another client becomes the body. Raises the error if the robot
     refuses a request."""
     kind = next((kind for kind in KINDS if getattr(options, kind)), None)
     if kind is None:
@@ -131,7 +131,7 @@ async def _move(
     commands: asyncio.Queue[Disturbance | Release],
 ) -> None:
     """Let an arm follow the timeline, and report its measurements. If the robot's clock jumps, for instance because the
-    server has changed, the arm continues from its present pose."""
+    server has changed, the arm continues from its current pose."""
     order = body.order
     async for t in body.ticks():
         if not -MAX_JUMP < t - arm.time < MAX_JUMP:
@@ -147,7 +147,7 @@ async def _move(
 
 
 def _commands(kinds: tuple[JointKind, ...], tell: Tell) -> asyncio.Queue[Disturbance | Release]:
-    """Return a queue of the disturbances that are typed on standard input."""
+    """Return a queue that receives the disturbances typed on standard input."""
     found: asyncio.Queue[Disturbance | Release] = asyncio.Queue()
 
     def take(line: str) -> None:
@@ -201,8 +201,8 @@ async def _stream(options: Namespace) -> int:
 
 
 async def _follow_by_ros(options: Namespace) -> int:
-    """Act as the body with an arm of ros2_control behind a rosbridge server. Raises CommandLineError for wrong joint
-    names, FileError, and RequestRefused if no rosbridge answers."""
+    """Make an arm of ros2_control, reached through a rosbridge server, the body of the robot. Raises CommandLineError
+    for wrong joint names, FileError, and RequestRefused if no rosbridge answers."""
     from vrs_cli.bodies.joint_trajectory import read_joints
     from vrs_cli.bodies.rosbridge import RosSettings, follow
 

@@ -106,7 +106,7 @@ def _escape(text: str, table: Mapping[str, str]) -> str:
 FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "json": _json, "github": _github}
 
 
-# --- corrections: only certain ones are written into the file, all of them or none ----------------------------------
+# --- corrections: the certain ones are written into the file, all together or none -----------------------------------
 
 
 def mend(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
@@ -182,8 +182,8 @@ def _check(options: Namespace, model: RobotModel) -> int:
 
 
 def _groups(options: Namespace) -> tuple[list[tuple[sources.Source, ...]], dict[str, FileError]]:
-    """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together. Return
-    also the errors of the files that cannot be read, by their paths."""
+    """Return the name spaces: each file with the files that it names (`; with: lib.v2`), or all files together. Also
+    return the errors of unreadable files, by path."""
     files = sources.program_files(options.files)
     groups, unreadable = list[tuple[sources.Source, ...]](), dict[str, FileError]()
     for path in files:
@@ -201,7 +201,7 @@ def _groups(options: Namespace) -> tuple[list[tuple[sources.Source, ...]], dict[
 def _findings(
     group: Sequence[sources.Source], wanted: Sequence[sources.Source], options: Namespace, model: RobotModel
 ) -> Iterator[Finding]:
-    """Yield the findings of the files in a name space that are to be checked."""
+    """Yield the findings for the `wanted` files of a name space."""
     from vrs_cli.interfaces.inspection import Inspector, beside_each
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.language.run.signals import NO_CELL

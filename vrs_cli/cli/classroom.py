@@ -1,5 +1,5 @@
-"""Carry out `vrs class` and `vrs class token`: make the folder of a class that works in browsers with its links and
-tokens, collect programs, remove students."""
+"""Carry out `vrs class` and `vrs class token`: make the folder of a class that works in browsers, with links and
+tokens; collect programs; remove students."""
 
 from __future__ import annotations
 

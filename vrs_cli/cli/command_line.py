@@ -1,5 +1,5 @@
-"""Make the parsers of subcommands from their table, and read what several subcommands share: robot, dialect, clock,
-devices.
+"""Make the parsers of subcommands from their table, and read the options that several subcommands share: robot,
+dialect, clock, devices.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class CommandLineError(UsageError):
 
 
 def refuse(*mistakes: tuple[object, str, str]) -> None:
-    """Raise CommandLineError for the first mistake in a command line. `mistakes`: whether each is made, what it is, and
-    a hint."""
+    """Raise CommandLineError for the first mistake in a command line. Each item of `mistakes`: whether the mistake was
+    made, its description, and a hint."""
     for is_made, what, hint in mistakes:
         if is_made:
             raise CommandLineError(what, hint)
@@ -69,8 +69,8 @@ _WRITING = {  # the option for a file, by its ending
 
 
 class Parser(argparse.ArgumentParser):
-    """Reads the arguments of a subcommand by its row of the table. It raises CommandLineError, and suggests the option
-    that was probably meant. `prog`: the name of the subcommand in messages.
+    """The parser for a subcommand's arguments, made from its row of the table. It raises CommandLineError, which
+    suggests the option that was probably meant. `prog`: the name of the subcommand in messages.
     """
 
     def __init__(self, name: str, prog: str) -> None:
@@ -143,7 +143,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
-    """Return a hint: the most similar known word or option, or where all are listed."""
+    """Return a hint: the most similar known word or option, or else the command that lists all of them."""
     names = {one.lstrip("-"): one for one in known}  # compare options without their dashes
     near = nearest(word.lstrip("-"), names)
     return f"did you mean {names[near]}?" if near else f"see {prog} --help"
@@ -198,8 +198,8 @@ def chosen_dialect(options: argparse.Namespace) -> Dialect:
 
 
 def chosen_robot(options: argparse.Namespace, named: str | None = None) -> RobotModel:
-    """Return the robot of `--robot`, else the one that a program file names (`named`), else the usual one. Decisions
-    that its file leaves open are told on standard error. Raises VrsError.
+    """Return the robot of `--robot`, else the robot that a program file names (`named`), else the default robot. Report
+    choices that the robot's file does not determine on standard error. Raises VrsError.
     """
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
@@ -209,7 +209,7 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
-    """Report the decisions that the file of a robot leaves open; with `fitted` also its task."""
+    """Report choices that a robot's file does not determine; with `fitted` also the choice of the arm's task."""
     from vrs_cli.kinematics.model_data import task_notes
 
     notes = () if model.origin is None else model.origin.notes

@@ -19,7 +19,7 @@ class OptionRow(Struct, frozen=True):
     """An option or an argument.
 
     `form` is the text that the help shows: "-o --output OUT". An option without a value is true or false; brackets mean
-    that a value may be left out, and dots that several may be given. The first word of an argument is its attribute:
+    that a value is optional, and dots that several may be given. The first word of an argument is its attribute:
     "files FILE.v2 ...". `const`: the value of an option whose value is left out. `repeats`: the option may be given
     several times. `dest`: its attribute, if that differs from its name. `rare`: only `--help-all` shows it.
     """
@@ -37,7 +37,7 @@ class OptionRow(Struct, frozen=True):
 
 
 class OneOf(Struct, frozen=True):
-    """Options of which a command line may contain at most one."""
+    """Mutually exclusive options: a command line may contain at most one of them."""
 
     options: tuple[OptionRow, ...]
 

@@ -1,5 +1,5 @@
 """Carry out `vrs lab experiment`: measure the effect of delays on commands, and on the view of a remote robot. This
-module has the experiment `delays`; `other_experiments.py` has the others."""
+module contains the experiment `delays`; `other_experiments.py` contains all other experiments."""
 
 from __future__ import annotations
 

@@ -33,8 +33,8 @@ from vrs_cli.values.numbers import count
 def find_submissions(named: Iterable[str]) -> tuple[Submission, ...]:
     """Read the submissions that files, folders and patterns name, each once, sorted by student.
 
-    A file has the name of its student, and so has a folder with one program file. In any other folder each program file
-    and each folder is a submission. Submissions of the same name also get the names of their folders. Raises
+    A file is named after its student, and so is a folder with one program file. In any other folder each program file
+    and each subfolder is a submission. Submissions with equal names also get the names of their folders. Raises
     NonexistentFile for an argument that names no submission.
     """
     found = dict[str, Path]()
@@ -200,7 +200,7 @@ def _grade_all(options: Namespace, exercise: Exercise, submissions: Sequence[Sub
         )
         raise
     gradings = by_student(found)
-    given = (Path(exercise.folder, "exercise", name) for name in ("given.v2", "start.v2"))  # texts that all receive
+    given = (Path(exercise.folder, "exercise", name) for name in ("given.v2", "start.v2"))  # given to all students
     texts = [path.read_text(encoding="utf-8", errors="replace") for path in given if path.is_file()]
     alike = results.similar({one.student: one.text for one in submissions}, texts, exercise.similar)
     contents = results.results_object(exercise, gradings, alike)
@@ -226,7 +226,7 @@ def _gradings(options: Namespace, grader: Grader, submissions: Sequence[Submissi
 
 
 def _check_outputs(options: Namespace, several: bool) -> None:
-    """Raise the errors that writing would raise later: CommandLineError, FileError, PageError."""
+    """Check now that all output files can be written after grading. Raises CommandLineError, FileError, PageError."""
     named = {name: path for name in FILES if (path := getattr(options, name)) is not None}
     if list(named.values()).count(commands.STANDARD_STREAM) > 1:
         raise CommandLineError("two outputs want standard output", "write one into a file")
@@ -297,7 +297,7 @@ def _blocks(exercise: Exercise, gradings: Sequence[Grading], alike: Iterable[res
 
 
 def _reason(grading: Grading) -> str:
-    """Return the reason of the check that lost most points (the first of equal ones), in one line."""
+    """Return, in one line, why a submission was not graded, or which failed check lost most points, and why."""
     if grading.lost:
         return f"not graded: {grading.lost}"
     if grading.stopped:

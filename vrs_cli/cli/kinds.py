@@ -1,5 +1,5 @@
-"""Read the values of options: each function returns a value, or raises ArgumentTypeError, to which argparse adds the
-option.
+"""Read the values of options: each function returns a value, or raises ArgumentTypeError (argparse then adds the name
+of the option to the message).
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def whole(text: str) -> int:
 
 
 def size(text: str) -> int:
-    """Read a number of things or of bytes above zero: 500, 64K, 1.5M, 2G."""
+    """Read a positive count or a number of bytes: 500, 64K, 1.5M, 2G."""
     digits, factor = (text[:-1], text[-1].upper()) if text[-1:].upper() in "KMG" else (text, "")
     value = positive(digits) * {"": 1, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}[factor]
     _require(value <= 2**62 and value == int(value), f"{text} is no whole number, as 500, 64K, 1.5M and 2G are")
@@ -141,7 +141,7 @@ def expiry(text: str) -> date:
 
 
 def named_robot(text: str) -> tuple[str, str]:
-    """Read the name of a served robot and its model: `cell1=puma560`. A model alone serves as the name too."""
+    """Read the name of a served robot and its model: `cell1=puma560`. Without a name, the model is also the name."""
     from vrs_cli.net.tokens import NAME_RULE, good_name
 
     name, equals, robot = text.partition("=")

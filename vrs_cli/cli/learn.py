@@ -76,7 +76,7 @@ class _Course:
     def run(self, options: Namespace) -> int:
         """Lead the learner through lessons until the learner leaves; return the exit status."""
         progress = self._progress()
-        # the first unfinished lesson, searched from the latest one on
+        # the first unfinished lesson, starting the search at the latest lesson
         keys = [lessons.progress_key(folder) for folder in self.folders]
         start = keys.index(progress.latest) if progress.latest in keys else 0
         order = [*zip(keys, self.folders, strict=True)]

@@ -204,8 +204,8 @@ def _tell_results(path: Path, *, as_json: bool) -> None:
 
 
 class _People:
-    """Lets people drive a served robot at a page or a prompt, one trial after the other, with the delays of each
-    condition. The server and the delay line stop when the stack is closed."""
+    """Trials in which people drive a served robot at a page or a prompt, with the delays of each condition. The server
+    and the delay line stop when the stack is closed."""
 
     def __init__(self, study: Study, total: int, tell: Callable[[str], None], stack: ExitStack) -> None:
         self._study, self._total, self._tell = study, total, tell
@@ -283,8 +283,8 @@ def _child(*words: str, end: Callable[[Popen[str]], None] = Popen.terminate) -> 
 
 
 def _first_line(child: Popen[str]) -> str:
-    """Return the first line that a process prints. Raises RequestRefused if the process has ended; the process has
-    printed why."""
+    """Return the first line that a process prints. Raises RequestRefused if the process has ended; it has then printed
+    the reason itself."""
     assert child.stdout is not None
     line = child.stdout.readline()
     if not line:
@@ -400,7 +400,7 @@ def _row_object_twin(it: TwinRows) -> dict[str, object]:
     return {**named, **row, "alarm": alarm}
 
 
-# --- what all experiments share ---------------------------------------------------------------------------------------
+# --- shared by all experiments ----------------------------------------------------------------------------------------
 
 AnyTrial = TypeVar("AnyTrial", Trial, MethodTrial, TwinTrial)
 T = TypeVar("T")

@@ -46,8 +46,8 @@ class Outputs(Struct, frozen=True):
 
     @staticmethod
     def of(options: argparse.Namespace) -> Outputs:
-        """Read the options, and raise the errors that `write` would have later. Raises CommandLineError for options
-        that exclude each other, or one file for two outputs; FileError, UsageError.
+        """Read the options, and check now that `write` will work later. Raises CommandLineError for options that
+        exclude each other, or for one file named for two outputs; FileError, UsageError.
         """
         rate = DEFAULT_RATE if options.rate is None else options.rate
         save = getattr(options, "save", None)
@@ -118,8 +118,8 @@ def check_moment(option: str, t: float, timeline: Timeline) -> None:
 
 
 def make_folder(folder: str, named: str, hint: str, error: type[VrsError] = FileError) -> Path:
-    """Make a folder, if it is not there, and return its full path. Raises `error`, which names it as `named`; also for
-    the empty name."""
+    """Make a folder if it does not exist, and return its full path. Raises `error`, which calls the folder `named`;
+    also for the empty name."""
     try:
         os.makedirs(folder, exist_ok=True)
     except OSError as reason:

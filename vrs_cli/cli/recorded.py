@@ -88,7 +88,7 @@ def _measured_timeline(options: Namespace, recording: Recording) -> Timeline:
 
 
 def verify(options: Namespace) -> int:
-    """Print the mistakes of a file, each with its line, or that the file has none; return the exit status."""
+    """Print the mistakes in a file, each with its line, or say that there are none; return the exit status."""
     recording = sources.read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.rebuild import in_lines
@@ -187,7 +187,7 @@ def export(options: Namespace) -> None:
 
 
 def formats(asked: str | None = None) -> Mapping[str, Exporter]:
-    """Return all formats by their names; without pictures if the format `asked` is none of them."""
+    """Return all formats by name, but no picture formats (which load more modules) if `asked` is another format."""
     from vrs_cli.files.exports import EXPORTERS
 
     if asked in EXPORTERS:

@@ -1,5 +1,4 @@
-"""Carry out `vrs connect` and `vrs lab delay`. Also provide what other subcommands need of a network: clients and
-tokens."""
+"""Carry out `vrs connect` and `vrs lab delay`. Also make the clients and read the tokens for other subcommands."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""`vrs run` executes a program of a file and writes the wanted files; `vrs shell` loads a file and lets the user
-type.
+"""Carry out `vrs run` (execute a program from a file and write the requested output files) and `vrs shell` (load a file
+and start the shell).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ UNWATCHED_LIMITS: Mapping[str, float] = {  # limits for programs that nobody wat
 
 
 def run(options: Namespace) -> int:
-    """Load, check and execute. Return 1 if the file has errors or the program stopped with one."""
+    """Load, check and execute a program. Return 1 if the file has errors or the program stopped with an error."""
     named = _files(options)
     files = sources.program_files(named)
     together = sources.are_together(named, files, options.project)

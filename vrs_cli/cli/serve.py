@@ -39,7 +39,7 @@ def serve(options: Namespace) -> int:
     _check(options)
     from tempfile import TemporaryDirectory
 
-    sys.setswitchinterval(0.001)  # [s] with Python's 5 ms the threads of the start would delay lines
+    sys.setswitchinterval(0.001)  # [s] with Python's default 5 ms, threads at start-up would delay typed lines
     tell = teller(options.prog)
     with ExitStack() as at_end:
         at_end.enter_context(collect_in_small_parts())
@@ -67,12 +67,12 @@ def serve(options: Namespace) -> int:
             server.board.lessons, hub.planned = lessons, lessons.plan
             server.opened.append(lessons.start_at)
         at_end.callback(hub.close)
-        # Load the modules that the first line of the first user would otherwise wait for
+        # Load modules now, so that the first user's first line need not wait for them
         session = Session(Notes())
         for line in WARM:
             session.perform(line)
         hub.open_all()
-        sys.setswitchinterval(0.0005)  # [s] with Python's 5 ms many observers would delay each line
+        sys.setswitchinterval(0.0005)  # [s] with Python's default 5 ms, many observers would delay each line
         return asyncio.run(_run_server(options, server, hub, tell))
 
 

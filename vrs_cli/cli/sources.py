@@ -46,7 +46,7 @@ class Source(Struct, frozen=True):
 
         everything = in_order(diagnostics)
         chosen = everything
-        if most is not None:  # errors before warnings
+        if most is not None:  # keep the first `most` diagnostics, errors before warnings
             chosen = in_order(sorted(everything, key=lambda one: not has_errors([one]))[:most])
         lines = ["", *self.text.split("\n"), ""]  # counted from 1; a diagnostic may be after the last line
         told = "".join(f"{show(one, lines[one.span.line], self.path)}\n" for one in chosen)
@@ -106,8 +106,8 @@ def robot_of(prog: str, source: Source) -> str | None:
 
 
 def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
-    """Return the cell file of a run, and who names it: --cell, or the program. With --sandbox a program may name only
-    files of its own folder. Raises FileOutside."""
+    """Return the cell file of a run, and its origin: --cell, or the program. With --sandbox a program may name only
+    files in its own folder. Raises FileOutside."""
     from vrs_cli.files.opening import Folder
     from vrs_cli.files.program_file import cell_of_program
 
@@ -206,5 +206,5 @@ def pose_object(T: Transform) -> dict[str, list[float]]:
 
 
 def tidy(value: float) -> float:
-    """Return a number of degrees or millimetres without the noise of its last bits. The result is never -0.0."""
+    """Return an angle or length [deg, mm] rounded to remove floating-point noise. The result is never -0.0."""
     return round(value, 12) + 0.0

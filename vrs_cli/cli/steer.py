@@ -38,7 +38,7 @@ from vrs_cli.values.acts import ListBranches
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.numbers import count
 
-KEPT = 1000  # number of targets between two calls of gc.freeze
+KEPT = 1000  # number of targets between two calls of gc.freeze, which exempts existing objects from collection
 MAX_COMPLAINTS = 5  # maximum number of bad lines (no target, or a target out of reach) that are reported
 MAX_LINE_CHARS = 1 << 16  # maximum length of a line in characters; a longer one is cut and is not a target
 
@@ -95,7 +95,7 @@ def _lines(path: str) -> Iterator[Iterable[str]]:
 
 
 def _read(stream: TextIO) -> Iterator[str]:
-    """Yield line by line to the end, also if the terminal is closed."""
+    """Yield the lines of a stream until its end, or until the terminal is closed."""
     with suppress(OSError):
         yield from iter(partial(stream.readline, MAX_LINE_CHARS), "")
 

@@ -16,14 +16,14 @@ from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.errors import LimitReached
 from vrs_cli.repl.interrupt import alarm
 
-GRACE = 2.0  # [s] time in which the current step may end before it is interrupted
+GRACE = 2.0  # [s] time that the current step gets to finish before it is interrupted
 LEAST_MEMORY = 256_000_000  # bytes of address space that the interpreter and numpy need
 
 LAST_BYTES = 16_000_000  # bytes that stay free; without them CPython 3.11 may loop in an exception handler
 CHECK_EVERY = 0.02  # [s] CPU time between two checks of the memory; a program takes less than LAST_BYTES in this time
 STATM = Path("/proc/self/statm")  # on Linux: the memory size of this process
 
-# Called with `end_by`: returns the context for code that may need more memory than the limit
+# a function of `end_by` that returns the context for code that may need more memory than the limit
 MemoryGuard = Callable[[Callable[[LimitReached], bool]], AbstractContextManager[None]]
 
 

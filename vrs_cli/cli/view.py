@@ -66,7 +66,7 @@ def _world(options: Namespace, arm: RobotArm) -> World | None:
 
 
 async def _watch(options: Namespace) -> None:
-    """Watch a served robot on the terminal. Raises RequestRefused, or the error with which the server refuses."""
+    """Watch a served robot on the terminal. Raises RequestRefused, or the server's reason for a refusal."""
     client = remote.client_of(options)
     news, predicted = News(), far_end.Predicted(client.far)
     client.far.ahead = far_end.Ahead.PRESENT if options.ahead is None else options.ahead
@@ -93,7 +93,7 @@ async def _watch(options: Namespace) -> None:
 
 
 class News:
-    """Collects news about a robot for one line: who drives it, what runs, and whether the connection is up."""
+    """A one-line summary of a robot's state: who drives it, which programs run, and whether it is connected."""
 
     def __init__(self) -> None:
         self._activity = self._cut = self._said = ""
@@ -219,7 +219,7 @@ def host_program(options: Namespace, stack: ExitStack, at: PagePlace) -> LocalRo
     return host_robot(options, stack, at, model, cell, Define(source.text, f"{source.path}:"))
 
 
-# --- recordings, and robots that are served elsewhere -----------------------------------------------------------------
+# --- recordings, and robots of other servers --------------------------------------------------------------------------
 
 
 def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:

@@ -1,6 +1,6 @@
-"""A tool that the user drags to any pose, the target; the arm moves the tool as near to it as possible. From target to
-target the goal (the joints that bring the tool there) changes by no more than the joints do at full speed, so the arm
-never jumps:
+"""Drag the tool to a pose that the user chooses, the target; the arm moves the tool as near to the target as possible.
+Between targets the goal (the joints for the tool's pose) changes no faster than the joints can move at full speed, so
+the arm never jumps:
 
 - If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly at that pose, or on the way to
   it.
@@ -32,7 +32,7 @@ from vrs_cli.values.hand import Hold, Limit, Shortfall
 
 MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] distance within which the tool counts as being at its target
 STALL_GAIN = 1e-3  # minimum progress of a target, as a fraction of the remaining distance
-# limit on the sum of the wrist's distances from straight, before and after it passes through straight
+# maximum sum of the wrist's singularity measures before and after it passes through its straight position
 WRIST_PASS_SUM = sin(radians(25.0))
 # limit on the measures of `Singularity`, from 0 to 1: below it, a lagging joint is reported as near one
 NEAR_SINGULAR = 0.1
@@ -133,7 +133,7 @@ class Pursuit:
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
-        """Follow one more target. `coming`: the present joints, and the joints that follow if no other target
+        """Follow one more target. `coming`: the current joints, and the joints that follow if no other target
         arrives."""
         now, pose = coming[0], _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, pose, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
@@ -177,11 +177,11 @@ class Pursuit:
 
     @property
     def _way(self) -> Configuration:
-        """The configuration with the arm and elbow that are kept, and the present wrist."""
+        """The configuration with the arm and elbow that are kept, and the current wrist."""
         return Configuration.of(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, pose: Transform) -> Joints | None:
-        """Return the joints for a pose in the present configuration; None if the pose is out of reach in it."""
+        """Return the joints for a pose in the current configuration; None if the pose is out of reach in it."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):

@@ -91,7 +91,7 @@ class Inspector:
         self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
-        """Return the parts of the present version of the file. `name`: the name of the file, used for steps without a
+        """Return the parts of the current version of the file. `name`: the name of the file, used for steps without a
         heading."""
         parts = parser.parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}

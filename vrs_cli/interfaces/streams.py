@@ -1,7 +1,7 @@
 """Streams of targets, turned into motions that begin while the robot moves. The newest target replaces earlier ones.
 The engine follows it within all limits, and brakes if no more targets arrive. A target to steer to may have a time. In
 virtual time, a stream of an hour takes a minute. In real time, an early target waits for its time on the clock, and a
-late target is followed from the present instant on: its time still determines how fast the target moves, but does not
+late target is followed from the current instant on: its time still determines how fast the target moves, but does not
 change the past."""
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class Steering:
         chase(engine, STEERING, moving, max(tick, self._wait), self.speed)
 
     def _wait_for(self, t: float | None) -> float:
-        """Wait until a time that may already have passed. Return the present instant [s]."""
+        """Wait until a time that may already have passed. Return the current instant [s]."""
         clock = self.engine.clock
         clock.advance(clock.reached if t is None else max(t, clock.reached))
         return clock.now

@@ -51,7 +51,7 @@ def _refusal(stream: TargetStream) -> VrsError:
 
 
 class TargetControl(NamedTuple):
-    """Takes the targets of the robot's present user. Call its methods in the robot's own thread."""
+    """The receiver of targets from the robot's current user. Call its methods in the robot's own thread."""
 
     session: Station
 
@@ -61,7 +61,7 @@ class TargetControl(NamedTuple):
         return self.session.user_state.streams.get(kind)
 
     def _open(self, kind: StreamKind) -> TargetStream:
-        """Return the present user's stream of a kind; open one if the user has none."""
+        """Return the current user's stream of a kind; open one if the user has none."""
         user_state = self.session.user_state
         return user_state.streams.setdefault(kind, TargetStream(kind, user_state))
 
@@ -82,7 +82,7 @@ class TargetControl(NamedTuple):
         self._leave(stream, why)
 
     def _close(self, kind: StreamKind) -> TargetStream | None:
-        """Close the present user's stream of a kind, and return it."""
+        """Close the current user's stream of a kind, and return it."""
         stream = self.session.user_state.streams.pop(kind, None)
         if stream is not None:
             self._leave(stream)

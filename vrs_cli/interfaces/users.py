@@ -7,7 +7,7 @@ holder gives it away, or loses it after a time without a heartbeat, and never ea
 
 The robot has one clock. A command takes effect at the clock's time of its arrival, t_c = t_iss + D_f, or later: nothing
 before t_c changes. The time of issue is the sender's claim, limited to possible values. A user's clock may be ahead of
-the robot's by an offset D. With D = -D_f, a command for the user's present is never late, because that clock is behind
+the robot's by an offset D. With D = -D_f, a command for the user's "now" is never late, because that clock is behind
 by the time that commands take to arrive. (A viewer has D = D_b, or looks further ahead: `Subscribe.ahead`.)
 """
 
@@ -131,9 +131,9 @@ def notice_text(notice: Notice | None, user: str) -> str:
 
 
 class RobotLease(Struct, frozen=True):
-    """The right to drive. `holder` drives until the time `until` [s]; if `holder` is empty, nobody drives. `asking`:
-    the users who have asked for the lease since then, in order. After `until` the holder keeps the lease until another
-    user takes it."""
+    """The right to drive. `holder`: the user who drives, at least until the time `until` [s]; empty: nobody drives.
+    `asking`: the users who have asked the holder for the lease, in order. After `until` the holder keeps the lease
+    until another user takes it."""
 
     holder: str = ""
     until: float = 0.0
@@ -293,12 +293,12 @@ MAX_TYPED_LINES = 1000  # maximum number of lines kept for HISTORY
 class UserState(Struct, eq=False, weakref=True):
     """The state of a user. `attended`: a person is present who can be asked. `lives`: the user continues typing while a
     program runs, and does not wait for its end. `times`: how the user's clock differs from the robot's; `issued`: when
-    the present line was given, by the robot's clock, as claimed by the user [s]. `editor`: the open EDIT, which takes
+    the current line was given, by the robot's clock, as claimed by the user [s]. `editor`: the open EDIT, which takes
     the lines; `last_edited`: its program, or that of the last editor. `on_screen`: the program of SEE, the arm of JOG,
     or the recording of REPLAY while it fills the screen. `drafted`: the unsaved text of SEE, as text of a file.
     `last_statement`: the statement that a bare DO repeats. `typed`: the lines so far. `command_files`: the command
     files that are being carried out, the innermost last. `interrupted`: Ctrl-C or ABORT was given, and the lines after
-    the present one are dropped. `left`: the user has left, and the program for which this user waited continues.
+    the current one are dropped. `left`: the user has left, and the program for which this user waited continues.
     `streams`: the streams of targets that the user has opened and not closed."""
 
     name: str = ""

@@ -157,7 +157,7 @@ def _cells(line: TextLine) -> Iterator[Cell]:
 
 
 class ArmScreen:
-    """The picture of a robot at the time `t` [s] (None: the present time), with text below it, until a key ends both.
+    """The picture of a robot at the time `t` [s] (None: the current time), with text below it, until a key ends both.
 
     `actions`: the function of each key, None for keys that leave. `over`: returns whether there is nothing more to
     show. `abort`: the function of Ctrl-X. `world`: the cell around the robot.

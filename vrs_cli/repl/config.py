@@ -119,8 +119,8 @@ def state_folder(environment: Mapping[str, str]) -> Path:
     """Return the folder for files that outlive a shell: `$XDG_STATE_HOME/vrs`, or `~/.local/state/vrs` if the variable
     is not an absolute path.
 
-    Its `history` contains the typed lines, its `recovery` what shells have only in memory. Raises RuntimeError if there
-    is no home.
+    Its file `history` contains the typed lines, its folder `recovery` unsaved work of shells. Raises RuntimeError if
+    there is no home folder.
     """
     state = environment.get("XDG_STATE_HOME", "")
     root = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()

@@ -1,5 +1,5 @@
-"""Use a robot behind a connection: lines about the connection, which begin with a slash, and messages about the
-connection and the lease."""
+"""Use a robot over a connection: carry out lines that begin with a slash, which manage the connection, and show
+messages about the connection and the lease."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class ConnectionWords:
         front_end.hear_connection, front_end.opening = self.hear, self._begin
 
     def _begin(self) -> None:
-        """Ask for the state that the prompt shows, which arrives with the answer to the first request. Show the
-        commands and the driver."""
+        """Request the state that the prompt shows; it arrives with the answer to the first request. Show the slash
+        commands and the user who drives."""
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:

@@ -1,5 +1,5 @@
-"""Connect a shell with its robot: the exchange, and the requests of a prompt and full screens (suggestions, status, the
-drafts of SEE)."""
+"""Connect a shell with its robot: exchange messages, and send the requests of a prompt and of full screens
+(suggestions, status, the drafts of SEE)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vrs_cli.values import acts, diagnostics, questions
 from vrs_cli.values.hand import Look, Seen
 from vrs_cli.wire.messages import At, Complete, Completed, Done, Fetched, Get, Refused, ServerMessage
 
-AT_ONCE = 1.0  # [s] maximum time that a key waits for an answer
+AT_ONCE = 1.0  # [s] maximum time to wait for an answer after a key
 COMING_BACK = 60.0  # [s] maximum time to wait for a file, or for the answer to a save
 
 
@@ -73,7 +73,7 @@ class FrontEnd(loop.Exchange):
         return FarHand(self.begin, question.joints, question.units, seen.found)
 
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
-        """Send a request in addition to the one that is awaited, and carry out what is due."""
+        """Send a request in addition to the awaited request, and carry out all due actions."""
         id = self.port.begin(make, outlet)
         self.keep_up()
         self.after()

@@ -216,8 +216,8 @@ class Shell:
         return _interruptible(terminal)
 
     def goes_on(self) -> bool:
-        """Finish a line. Report the lines that were typed while the connection was cut, and keep them in the history.
-        Return whether the user stays."""
+        """Finish a line. Report that lines typed during a loss of connection were not sent, and keep them in the
+        history. Return whether the user stays."""
         terminal = self.terminal_maker.wait()
         terminal.end_progress()
         for line in typed_ahead(self.prompts.app.input) if terminal.screens.was_cut() else ():
@@ -256,8 +256,7 @@ class Shell:
                 self._redraw()
 
     def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
-        """Switch from an empty prompt to the question of a program, or leave a question that no longer needs an
-        answer."""
+        """Switch from an empty prompt to a program's question, or back if the question no longer needs an answer."""
         idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
         withdrawn = prompts is not self.prompts and front_end.question_is_withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:
@@ -309,7 +308,7 @@ class Shell:
         return IDLE if self._status is None else self._status.prompt
 
     def _toolbar(self) -> StyleAndTextTuples:
-        """Return the state for the toolbar, after the form of the typed word, if there is one."""
+        """Return the toolbar's contents: the signature of the typed word, if it has one, then the robot's state."""
         state: StyleAndTextTuples = [("", self._state())]
         if self.terminal_maker.ready is None:
             return state

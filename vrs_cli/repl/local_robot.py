@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 ROBOT = "; robot: "  # the first line of a recovery file names its robot
-# if writing a text took more than SLOW [s], the next one is written only after REST times that duration
+# if writing the recovery file took more than SLOW [s], wait REST times that duration before the next write
 SLOW, REST = 0.1, 10.0
 NOUNS = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRINGS": "string"}
 
@@ -188,7 +188,8 @@ class LoggedTerminal:
 
 
 class Keeper:
-    """Writes the recovery file of a conversation after each line that changes something."""
+    """The writer of a conversation's recovery file: writes unsaved programs and variables after each line that changes
+    them."""
 
     def __init__(
         self,
@@ -203,7 +204,7 @@ class Keeper:
         self._not_before = 0.0
 
     def keep(self) -> None:
-        """Write what is not stored yet, or remove the file if everything is stored."""
+        """Write all unsaved work to the file, or remove the file if nothing is unsaved."""
         session, unfinished = self._conversation.session, self._conversation.unfinished_text
         if not (unfinished or session.unstored.programs() or session.unstored.items()):
             self.forget()

@@ -48,8 +48,8 @@ class LineReader(Protocol):
 
 
 def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
-    """Have lines carried out, starting with `line`, until the user leaves. No error in a line ends the loop, and at a
-    prompt Ctrl-C does not end it either."""
+    """Carry out lines, starting with `line`, until the user leaves. Errors in a line do not end the loop; at a prompt,
+    Ctrl-C does not end it either."""
     while line is not None:
         try:
             with reader.interruptible():
@@ -69,7 +69,7 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
 class PlainTerminal:
     """Writes replies and the output of programs to one stream, in their order.
 
-    `lines`: the input, which also answers questions. A line that is no answer stays for the next reader, as a command.
+    `lines`: the input, which also answers questions. A line that is not an answer is read again, as a command.
     `failed`: whether a command could not be carried out. `leaving`: whether EXIT was given.
     """
 
@@ -78,7 +78,7 @@ class PlainTerminal:
     def __init__(self, stream: TextIO, lines: Iterable[str]) -> None:
         self.stream = stream
         self._lines = iter(lines)
-        self._back: list[str] = []  # a line that was no answer
+        self._back: list[str] = []  # a line that was not an answer, to be read again
         self.failed = False
         self.leaving = False
         self._entered = ""
@@ -248,13 +248,13 @@ class Exchange:
         self.act(acts.Attend())
 
     def was_cut(self) -> bool:
-        """Return whether the connection was cut since the last line was taken. Lines that were typed after the cut must
-        not be carried out, because it would happen later than the user expects."""
+        """Return whether the connection was lost since the last line was taken. Lines typed after the loss must not be
+        carried out, because they would take effect later than the user expects."""
         return not self.port.open or self._breaks != self._count_breaks()
 
     def _count_breaks(self) -> int:
-        """Count the cuts of the connection. For a person also count stalls, because after a long silence nobody expects
-        the line to be carried out any more. A pipe waits."""
+        """Return how often the connection was lost. For a person also count stalls: after a long silence a person no
+        longer expects the line to be carried out. A pipe waits."""
         return self.port.cuts + self.port.stalls * self.terminal.attended
 
     def drop(self, what: str) -> None:
@@ -262,7 +262,7 @@ class Exchange:
         self.lose(f"not given, for the connection was cut meanwhile: {what}")
 
     def leave_entry(self, why: str = "") -> None:
-        """Forget the program that is being typed, unless the user answers that it is to be continued."""
+        """Drop the program that is being typed, unless the user wants to continue typing it."""
         if self.port.open:  # after a cut the server forgets the program anyway
             self.act(acts.LeaveEntry(why))
 
@@ -410,7 +410,7 @@ class Exchange:
 
     @property
     def question_is_withdrawn(self) -> bool:
-        """Whether the present question no longer needs an answer."""
+        """Whether the current question no longer needs an answer."""
         return self._question in self._withdrawn
 
     def come(self, message: ServerMessage) -> None:
@@ -419,8 +419,8 @@ class Exchange:
         self.wake()
 
     def keep_up(self) -> None:
-        """Carry out and show everything that is due. While a command is waiting for an answer, its messages are shown
-        after its question."""
+        """Carry out all due actions and show their messages. While a question is open, its command's messages are shown
+        after the question."""
         try:
             while (message := self.port.take(self._heard, 0.0)) is not None:
                 if isinstance(message, Asked) or (self._waits and isinstance(message, Done | Refused)):

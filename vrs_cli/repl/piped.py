@@ -17,7 +17,7 @@ AHEAD = 1000  # maximum number of lines that are read in advance
 
 
 class Driven(Protocol):
-    """A robot that is driven while somebody waits for something else."""
+    """A robot whose actions are carried out while the shell waits for input."""
 
     def step(self) -> None:
         """Carry out the next action that is due. If none is due, wait for one, or until `wake` is called."""

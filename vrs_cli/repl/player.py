@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 BAR = 30  # length of the bar [characters]
 SKIP, FAR_SKIP = 1.0, 10.0  # [s] steps through time for the keys left/right and pgup/pgdn
-STANDS = 1.0  # [s] time after its last motion at which the arm counts as at rest
+STANDS = 1.0  # [s] time after the last motion until the arm counts as at rest
 
 
 class Action(NamedTuple):
@@ -126,7 +126,7 @@ async def watch(
     abort: Callable[[], object],
     world: World | None = None,
 ) -> None:
-    """Watch a robot that others move, from its present time on. `passes`: returns whether its time passes by itself.
+    """Watch a robot that others move, from its current time on. `passes`: returns whether its time passes by itself.
     `abort`: stops it."""
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
@@ -139,7 +139,7 @@ def show_motion(
 ) -> None:
     """Show the arm as it moves (SHOW), until it is at rest or a key is pressed.
 
-    `keep_up`: carries out what is due. `abort`: stops the robot. `world`: the cell around the robot.
+    `keep_up`: carries out due actions. `abort`: stops the robot. `world`: the cell around the robot.
     """
 
     def text() -> str:

@@ -95,8 +95,8 @@ MIN_MESSAGE_COLUMNS = 12  # minimum width of a message [columns]; without this r
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
-    """Return as much of the state as fits, the most useful parts first. Without a status, return that the robot is
-    being prepared. `mode`: the mode of vi."""
+    """Return as much of the state as fits, the most useful parts first. Without a status, say that the robot is being
+    prepared. `mode`: the mode of vi."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
     from vrs_cli.render.blocks import shorten
@@ -121,7 +121,7 @@ def vi_mode(app: Application[Any]) -> str:
 
 
 def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
-    """Return the form of the typed word with the present argument marked, and the word's summary if there is room."""
+    """Return the typed word's syntax with the current argument marked, and the word's summary if there is room."""
     from vrs_cli.render.blocks import shorten
 
     begin, end = found.arguments[found.active]

@@ -251,7 +251,7 @@ class ScreenEditor:
         return "   ".join(filter(None, (f" SEE {self.page.name}{changed}", place, vi_mode(self.app))))
 
     def _form(self) -> StyleAndTextTuples:
-        """Return the form and the meaning of the typed word."""
+        """Return the syntax and the meaning of the typed word."""
         line = self.buffer.document.current_line_before_cursor
         found = self._screens.signature(line, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]

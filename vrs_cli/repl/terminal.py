@@ -215,7 +215,7 @@ class ShellTerminal:
 
 
 def latest(reply: replies.Reply) -> str:
-    """Return the part of a reply that the toolbar keeps: the first line of a message."""
+    """Return a short text of a reply for the toolbar: the first line of a message, or where a program stopped."""
     if isinstance(reply, replies.Message):
         return reply.text.split("\n")[0]
     if isinstance(reply, replies.ProgramStopped):

@@ -64,13 +64,13 @@ class Actor:
         self._present: list[Ticket[Any]] = []  # requests that have begun and can continue; the last one continues first
         self._running: list[Ticket[Any]] = []  # requests that wait until a program has stopped
         self._asking: list[Ticket[Any]] = []
-        self._beside: list[Ticket[Any]] = []  # requests for which another thread works
+        self._beside: list[Ticket[Any]] = []  # requests whose work is done in another thread
         self._at_work: Ticket[Any] | None = None  # the request that is running now
         self._behind: frozenset[object] = frozenset()  # users who have not yet taken their replies
         self._questions = count(1)
         self._time_first = False  # whether time advances before the next request begins
         self._look = False  # whether a program that other requests wait for may have stopped
-        self._rests = self._stopped = False  # everything is stopped; that stopped the clock, too
+        self._rests = self._stopped = False  # whether everything is stopped; whether that stopped the clock, too
         self._answers: list[_Given] = []  # replies to send once the changes that they report are on disk
         self._since = inf  # [s] real time at which the first of these replies was ready
         self._beat: Callable[[], float | None] | None = None  # periodic callback of the robot
@@ -259,11 +259,11 @@ class Actor:
 
     @property
     def _ready(self) -> Ticket[Any] | None:
-        """Return the next request to begin: its user has taken all replies, and no other thread works for that user."""
+        """Return the next request to begin. Skip users with untaken replies, or with work in another thread."""
         return self._waiting.next({ticket.by for ticket in self._beside if ticket.by is not None} | self._behind)
 
     def _line_runs(self) -> bool:
-        """Return whether a prompt line is being carried out for which other requests wait."""
+        """Return whether a prompt line is running that makes other requests wait."""
         line = self._driver.tasks.get(PROMPT_LINE)
         return line is not None and line.running
 
@@ -342,7 +342,7 @@ class Actor:
         return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
     def _take_said(self, ticket: Ticket[Any], said: Said) -> None:
-        """Queue a request while it waits after a reply or question, and deliver that reply or question to its user."""
+        """Queue a request that has yielded a reply or question, and deliver that reply or question to its user."""
         if isinstance(said, Work):
             self._work_beside(ticket, said)
             return

@@ -197,7 +197,7 @@ def _rows(table: Mapping[str, Word], begun: str = "") -> Candidates:
 
 
 def explanation(word: Word) -> str:
-    """Return the form and the meaning of a word."""
+    """Return the syntax and the meaning of a word."""
     return f"{word.form}: {word.summary}"
 
 
@@ -380,8 +380,8 @@ _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
 class Signature(Struct, frozen=True):
-    """The form of a word, the positions of its arguments in that form (start and end index), and the index of the
-    `active` argument."""
+    """The syntax of a word (its `form`), the positions of its arguments in that text (start and end index), and the
+    index of the `active` argument."""
 
     form: str
     summary: str
@@ -389,7 +389,7 @@ class Signature(Struct, frozen=True):
     active: int
 
 
-Programs = Callable[[str], Program | None]  # forms of programs, by key
+Programs = Callable[[str], Program | None]  # function: program key -> program, whose heading shows its syntax
 
 
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:

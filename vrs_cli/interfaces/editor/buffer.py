@@ -119,7 +119,7 @@ class ProgramBuffer:
         self.at, self.inserting = max(0, min(at, len(self.lines))), False
 
     def add(self, line: str) -> None:
-        """Put a line at the cursor, replacing the present line unless `inserting`, and move to the next line. The END
+        """Put a line at the cursor, replacing the current line unless `inserting`, and move to the next line. The END
         or ELSE of a block gets the indentation of the block's first line."""
         text = line.strip()
         if self.is_program and text:
@@ -152,7 +152,7 @@ class ProgramBuffer:
         return ProgramReading(ast.resolve_program(program), findings)
 
     def read_among(self, memory: Memory) -> ProgramReading:
-        """Parse all lines, and analyse the program together with those in memory."""
+        """Parse all lines, and analyse the program together with the programs in memory."""
         program, findings = self.read()
         if program is None:
             return ProgramReading(None, findings)

@@ -97,7 +97,7 @@ def _print(it: _Context) -> Replies:
 
 
 def _overlay(it: _Context) -> None:
-    """Replace characters of the present step by the characters typed below them. A blank keeps the character above
+    """Replace characters of the current step by the characters typed below them. A blank keeps the character above
     it."""
     buffer, line = it.buffer, it.line
     if buffer.at == len(buffer.lines):
@@ -221,7 +221,7 @@ class Editor:
         return (yield from _among_memory(self._station, len(self.buffer.lines) > LONG_PROGRAM, work))
 
     def screen(self) -> Dialogue[Replies]:
-        """Return the lines that are shown when EDIT opens: the heading and the present step."""
+        """Return the lines that are shown when EDIT opens: the heading and the current step."""
         buffer = self.buffer
         return _among_memory(
             self._station,

@@ -1,6 +1,6 @@
 """JOG moves the arm step by step, along or about one axis at a time. This module does not depend on keys or a screen.
 
-In real time a step begins at once, interrupts the present motion, and replaces the scheduled motions. The call returns
+In real time a step begins at once, interrupts the current motion, and replaces the scheduled motions. The call returns
 while the arm moves. The last key counts: if the same key is pressed again before the arm has finished its step, the
 press is ignored, so that the arm stops soon after the key is released; any other key takes effect at once. In virtual
 time a step is a motion after all others, and the call returns when that motion has ended.
@@ -112,7 +112,7 @@ class Jogger:
         self.engine = station.engine
         self.joints = self.engine.model.joint_count
         self.units = self.engine.model.units
-        self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the present step
+        self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the current step
         self.said = ""
         self._goes_on = False  # whether that step began during a step of the same key
 
@@ -141,7 +141,7 @@ class Jogger:
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
-            # opposite keys cancel out: the opposite step goes back to where the present one began
+            # opposite keys cancel out: the opposite step goes back to where the current one began
             takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
             begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
             present, self._goes_on = engine.timeline, False

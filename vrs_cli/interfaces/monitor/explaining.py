@@ -51,7 +51,7 @@ class Sight:
         links, joints = skeleton(arm, at.joints, frames)
         target = transform.position(position.destination_at(arm, timeline, t).T_world_tool) if at.moving else None
         lines = self._path.lines(timeline, t - BEFORE, t + AFTER)
-        # the present line is split at t: its first part ends the past path, its second part begins the planned path
+        # the current line is split at t: its first part ends the past path, its second part begins the planned path
         split = [line.split_at(t, transform.position(at.T_world_tool)) for line in lines if line.begin < t < line.end]
         past = (*(line.points for line in lines if line.end <= t), *(before for before, _ in split))
         planned = (*(after for _, after in split), *(line.points for line in lines if line.begin >= t))

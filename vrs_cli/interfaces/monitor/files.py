@@ -263,7 +263,7 @@ def _change_folder(station: Station, it: Instruction) -> Dialogue[None]:
 
 @operands.handles("PWD")
 def _tell_folder(station: Station, _it: Instruction) -> Dialogue[None]:
-    """Show the present folder. For a closed folder, whose own path is secret, show the path inside it."""
+    """Show the current folder. For a closed folder, whose own path is secret, show the path inside it."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield replies.Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))

@@ -154,8 +154,8 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """Return the full form of a word: the word itself, or the word for which it is an abbreviation, another spelling,
-    or the name in another language. Raises UsageError for an ambiguous abbreviation."""
+    """Return the full form of a word, which may be an abbreviation, another spelling, or a name in another language.
+    Raises UsageError for an ambiguous abbreviation."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
         return name
@@ -174,7 +174,7 @@ MAX_USERS = 3
 
 
 def _users(name: str) -> Iterator[HelpEntry]:
-    """Return the entries of the first few words whose form contains this word (STEP, AT, THEN)."""
+    """Yield the help entries of a few words whose syntax contains this keyword (STEP, AT, THEN)."""
     tables: Mapping[str, Mapping[str, Word]] = {
         "control structure": CONTROL,
         "monitor command": COMMANDS,

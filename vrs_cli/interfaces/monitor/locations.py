@@ -71,7 +71,7 @@ def _show(station: Station, it: ast.Instruction) -> Dialogue[None]:
 
 @operands.handles("TEACH")
 def _teach(station: Station, it: ast.Instruction) -> Dialogue[None]:
-    """Store the present location under the next free name of a series, without asking: part, part1, part2; row[3],
+    """Store the current location under the next free name of a series, without asking: part, part1, part2; row[3],
     row[4]. Raises InvalidName if the next name is too long."""
     name = operands.operand(it, 0)
     if not isinstance(name, ast.Variable):
@@ -172,7 +172,7 @@ def _why(station: Station, it: ast.Instruction) -> Dialogue[None]:
 def explain_reach(
     station: Station, target: commands.PoseTarget | commands.JointTarget, name: str
 ) -> Dialogue[replies.ReachReport]:
-    """Explain whether a target can be reached from the present position. `name`: the name of the target in the
+    """Explain whether a target can be reached from the current position. `name`: the name of the target in the
     report."""
     reach = yield from beside(lambda: station.engine.explain(target))
     contacts = (station.contacts.ahead(commands.Move(target, straight)) for straight in (False, True))

@@ -149,7 +149,7 @@ def free_memory() -> float | None:
 
 @handles("HISTORY")
 def _tell_history(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
-    """Return the lines that the user has typed, except the present one."""
+    """Return the lines that the user has typed, except the current one."""
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - values.whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield replies.FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))

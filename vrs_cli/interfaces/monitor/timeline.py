@@ -77,7 +77,7 @@ def branch_table(station: Station) -> replies.BranchTable:
 
 
 def check_tasks_stand(station: Station) -> None:
-    """Check that no task is running on the present branch. Raises UsageError if one is."""
+    """Check that no task is running on the current branch. Raises UsageError if a task is running."""
     if (running := next(station.tasks.running, None)) is not None:
         number = "" if running.number == tasks.ROBOT_PROGRAM else f" {running.number}"
         raise UsageError(f"{running.task.program} is running", f"{{ABORT{number}}} stops it")
@@ -127,7 +127,7 @@ def _delete_branches(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def timeline_table(station: Station) -> Dialogue[replies.TimelineTable]:
-    """Return the present timeline: its commands in effect, and the readings of programs that no longer hold."""
+    """Return the current timeline: its commands in effect, and the readings of programs that no longer hold."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
     wrong = tuple(observations.untrue(engine.book, station.environment.signals))

@@ -54,8 +54,8 @@ class Console:
 
 
 class FollowedRobot(position.Watched, Protocol):
-    """A robot whose timeline is known from `begins` [s] on and is kept up to date. The reports of its body, `measured`,
-    are kept up to date too."""
+    """A robot whose timeline, known from the time `begins` [s], and whose body's reports, `measured`, are kept up to
+    date."""
 
     @property
     def rate(self) -> float | None:
@@ -177,14 +177,14 @@ def answer_to(asked: messages.Asked, ask: Callable[[questions.Question], questio
         return messages.Answer(asked.number, how=messages.How.INTERRUPTED)
 
 
-FRESH = 3.0  # [s] how long a flag is shown after the interval to which it refers
+FRESH = 3.0  # [s] how long a flag (a mark on a wrong display) is shown after its interval
 
 
 class Expected(Struct, frozen=True):
-    """The expected effect of a command that is on its way; it was `issued` at that time of the robot's clock [s]. The
-    command changes the timeline from `begin` on [s] (None: no change), or the robot will answer with the error
-    `refused`. `planned`: the change is already shown; otherwise anything after its arrival may change. `text`: the
-    command as typed."""
+    """The expected effect of a command that is on its way to the robot. `issued`: its time of issue on the robot's
+    clock [s]. `begin`: the time from which it changes the timeline [s]; None: no change. `refused`: the error that the
+    robot will answer, if any. `planned`: the change is already shown; otherwise anything after its arrival may change.
+    `text`: the command as typed."""
 
     id: int
     text: str
@@ -198,10 +198,10 @@ class Previewed(Struct, frozen=True):
     """A timeline that includes the effects of all commands on their way. `now`: the robot's clock. `heard`: the latest
     known time t_c of the robot's clock, which is D_b old: the timeline is certain up to t_c. `arrives`: when a command
     sent now would arrive at the robot. `shown`: the time that a viewer sees [s]; `predicts`: whether that differs from
-    the present. From `unconfirmed` on [s] (infinity: nothing) the robot has not confirmed the timeline, because
-    commands are on their way (`expected`, in the order of sending), or the connection is lost (`away`). `round_trip`:
-    D_f + D_b [s]. `flagged`: time intervals, in order, for which a wrong state was shown before a command became
-    known."""
+    `now`. `unconfirmed`: the time [s] after which the robot has not confirmed the timeline (infinity: all confirmed),
+    because commands are on their way (`expected`, in the order of sending), or the connection is lost (`away`).
+    `round_trip`: D_f + D_b [s]. `flagged`: time intervals, in order, in which a wrong state was shown, because a
+    command was not known yet."""
 
     timeline: Timeline
     now: float
@@ -233,8 +233,8 @@ Begin = Callable[[Callable[[int], messages.Request], Callable[[messages.ServerMe
 
 
 class FarHand:
-    """Sends the steps of held keys no faster than the arm answers, so that no step follows after a key is released.
-    `begin`: the method of a port; `seen`: the state of the arm before the first step."""
+    """The sender of jog steps for held keys. It waits for the arm's answer to each step, so that no step is left over
+    after a key is released. `begin`: the method of a port; `seen`: the state of the arm before the first step."""
 
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: hand.Seen) -> None:
         self.joints, self.units = joints, units

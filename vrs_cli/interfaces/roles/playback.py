@@ -114,7 +114,7 @@ class Playback(Struct, frozen=True):
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
-        """Play at `rate` seconds of trajectory per second from the present time on."""
+        """Play at `rate` seconds of trajectory per second from the current time on."""
         return structs.replace(self._anchor(self.at(wall), wall), rate=rate)
 
     def _anchor(self, t: float, wall: float) -> Playback:

@@ -41,7 +41,7 @@ class RecordedRobot(NamedTuple):
 
 
 class Observer:
-    """Evaluates the present timeline of a robot: its position at any time (g). Units are metres, radians, seconds."""
+    """Evaluates the current timeline of a robot: its position at any time (g). Units are metres, radians, seconds."""
 
     def __init__(self, watched: position.Watched) -> None:
         self.watched = watched
@@ -73,8 +73,8 @@ class Observer:
 
 
 class _Conversation:
-    """Passes messages that belong to no request to the inbox of the present conversation, if there is one. It has no
-    reference to the Supervisor, so that the port's listener does not keep the Supervisor alive."""
+    """A listener of a port: passes messages that answer no request to the inbox of the current conversation, if there
+    is one. It has no reference to the Supervisor, so that the port does not keep the Supervisor alive."""
 
     def __init__(self) -> None:
         self.notes, self.lock = Notes(), Lock()
@@ -168,7 +168,7 @@ class Supervisor(Observer):
                 conversation.inbox = None
 
     def _converse(self, make: MakeRequest) -> messages.Done:
-        """Send a command of the present conversation, and wait for its end."""
+        """Send a command of the current conversation, and wait for its end."""
         inbox = self._conversation.inbox
         assert inbox is not None, "a conversation goes on"
         return cast(messages.Done, self._end(inbox, self.port.begin(make, inbox.put)))

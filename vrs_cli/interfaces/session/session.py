@@ -44,7 +44,7 @@ class Session(station.Station):
     """A station with a prompt: it takes lines and returns replies."""
 
     _read: _Reading | None = None  # a line that was already checked before it was sent, without mistakes
-    # the books and timelines of main and of the present branch when the present line began
+    # the books and timelines of main and of the current branch when the current line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
     told_untrue: tuple[results.Untrue, ...] = ()  # readings that no longer hold and that users were informed of
@@ -106,7 +106,7 @@ class Session(station.Station):
         yield from self._tell_displaced()
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
-        """Return the books and timelines of main and of the present branch."""
+        """Return the books and timelines of main and of the current branch."""
         books = {self.branches.present: self.engine.book}
         if self.branches.present != MAIN:
             books[MAIN] = self.branches.book(MAIN)

@@ -1,6 +1,6 @@
-"""The body of one robot: which client is the body, its reports, and its orders. The reports are compared with the
-timeline; alarms cause a reaction; RESYNC makes the body and the timeline agree again. All methods of `RobotBody` may be
-called from any thread."""
+"""The body of one robot (the real or simulated arm that executes the motions): which client is the body, its reports,
+and its orders. The reports are compared with the timeline; alarms cause a reaction; RESYNC makes the body and the
+timeline agree again. All methods of `RobotBody` may be called from any thread."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def check_time(t: float, now: float) -> None:
 
 
 class BodyChange(Struct, frozen=True):
-    """A change of the body: the client `name` is the body from now on (empty: none), `before` was the body until then.
-    Its order applies from `at` [s] on."""
+    """A change of the body: the client `name` becomes the body (empty: none), in place of the client `before`. Its
+    `order`, to follow or to hold, applies from the time `at` [s]."""
 
     name: str
     before: str
@@ -55,7 +55,7 @@ class BodyChange(Struct, frozen=True):
 
 
 BodyNews = BodyChange | measured.DivergenceAlarm | measured.ResyncReport | replies.Message
-"""News of a body. A message comes from the robot itself, and tells what it could not do for its body."""
+"""News of a body. A `Message` reports that an automatic reaction to an alarm of the body has failed."""
 
 
 class ClockSeen(Struct, frozen=True):
@@ -295,8 +295,8 @@ PARAMETER = "DIVERGENCE"  # name of the parameter that selects the OnAlarm react
 STANDS_WITHIN = 5.0  # [s] maximum time for a body that was ordered to hold to stop and report it
 # [s] maximum time for an order to reach the body: DELAYS times the delay of reports, plus MARGIN
 DELAYS, MARGIN = 2.0, 0.1
-SETTLES = 1.0  # [s] additional time for a body to start, after it has entered or was ordered to follow
-NEAR = 5e-3  # [rad, m] a body that enters within this distance of the timeline follows it at once
+SETTLES = 1.0  # [s] additional time for a body to start moving, after it has connected or was ordered to follow
+NEAR = 5e-3  # [rad, m] a body at rest within this distance of the timeline follows it without RESYNC
 AGAIN_AFTER = 10.0  # [s] an alarm sooner after RESYNC than this shows that RESYNC does not help
 # causes of a difference that RESYNC removes; a blocked joint or a payload would remain
 PASSING = frozenset(
@@ -355,7 +355,7 @@ class DivergenceGuard:
             self._watch = DivergenceWatch(self._engine.arm)
         timeline, body = self._timeline(), self._body
         for report in reports:
-            # a body may hold if it was ordered to, or has just entered or was just ordered to follow
+            # a body may stand still if it was ordered to hold, or has just connected, or was just ordered to follow
             since = max(body.ordered_at, self._entered)
             holds = body.order is measured.BodyMode.HOLDS or report.t < since + DELAYS * body.clock.delay + SETTLES
             if (alarm := self._watch.take(timeline, report, ordered=holds)) is not None:

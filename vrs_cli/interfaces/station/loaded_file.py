@@ -205,7 +205,7 @@ class Unstored:
 
     @property
     def of_program(self) -> bool:
-        """Return whether a running program makes the present changes, and not the user."""
+        """Return whether a running program makes the current changes, and not the user."""
         return self._before is not None
 
     def begin_run(self) -> None:

@@ -50,7 +50,7 @@ def handles(*names: str, **settings: object) -> Callable[[H], H]:
 
 
 def real(station: Station, expression: Expression) -> float:
-    """Return the present value of a real expression. Raises TypeMismatch for another kind of value, ProgramError."""
+    """Return the current value of a real expression. Raises TypeMismatch for another kind of value, ProgramError."""
     found = runtime.evaluate(station.environment, station.engine, expression)
     if not isinstance(found, float):
         raise TypeMismatch(f"a {values.kind_of_value(found).value}", "a real is wanted here")
@@ -80,7 +80,7 @@ def real_or(station: Station, it: Instruction, index: int, default: float) -> fl
 
 
 def moment(station: Station, it: Instruction) -> float:
-    """Return the time given by AT t or IN dt; otherwise the present time [s]."""
+    """Return the time given by AT t or IN dt; otherwise the current time [s]."""
     at, within = it.modifiers.at, it.modifiers.within
     if at is not None:
         return real(station, at)

@@ -385,7 +385,7 @@ class Station:
         self.settle()
 
     def let_run(self, track: Track, ended: Callable[[results.RunResult], None]) -> None:
-        """Let a program that was started run whenever time advances; `ended` is called at its end."""
+        """Let a started program run whenever time advances, without a waiting user; `ended` is called at its end."""
 
         def over(result: results.RunResult) -> None:
             self._changes_by_program(False)
@@ -456,7 +456,7 @@ class Station:
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
 
     def pause(self) -> None:
-        """Stop the program at the end of its present motion; PROCEED continues it."""
+        """Stop the program at the end of its current motion; PROCEED continues it."""
         track = self.tasks.get(ROBOT_PROGRAM)
         if track is not None and track.running and not isinstance(track.pending, Aborted):
             track.task.state = effects.TaskState.PAUSED
@@ -490,7 +490,7 @@ class Station:
         return (yield from self.divergence.resync(stops=stops, issued=self.user_state.issued, check=check))
 
     def serve(self) -> None:
-        """Serve a user on the branch where this user was last; while a program is running, stay on the present
+        """Serve a user on the branch where this user was last; while a program is running, stay on the current
         branch."""
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
@@ -507,18 +507,18 @@ class Station:
 
     @property
     def elsewhere(self) -> bool:
-        """Return whether a program is running on a branch other than the present user's."""
+        """Return whether a program is running on a branch other than the current user's."""
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: word.Role, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Return a dialogue for a role. For an observer it runs on the branch of the present user, even while a program
+        """Return a dialogue for a role. For an observer it runs on the branch of the current user, even while a program
         runs on another branch."""
         return (
             within(self.branches.own_in_place, dialogue) if role is word.Role.OBSERVER and self.elsewhere else dialogue
         )
 
     def check_may(self, said: str, wanted: word.Role) -> None:
-        """Check that the present user has the role `wanted` and, if required, drives. `said` names the request in
+        """Check that the current user has the role `wanted` and, if required, drives. `said` names the request in
         errors. Raises RoleWanted, LeaseHeld."""
         check_may(said, wanted, self.user_state.role)
         if self.lease is not None and must_drive(said, wanted, self.user_state.role):
@@ -533,7 +533,7 @@ class Station:
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
-        """Return whether the questions of a task are for the present user: the user who drives, or the user who last
+        """Return whether the questions of a task are for the current user: the user who drives, or the user who last
         continued the task, if still present."""
         if self.lease is not None:
             return self.lease.drives(self.user_state.name)
@@ -576,7 +576,7 @@ class Station:
             self._present(own)
 
     def _present(self, user_state: UserState) -> None:
-        """Make a user the present one, to whom new branches and tasks then belong."""
+        """Make a user the current user, who then owns new branches and tasks."""
         self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: ast.Statement) -> Dialogue[None]:

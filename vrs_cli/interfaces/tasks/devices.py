@@ -29,7 +29,7 @@ class Devices(Struct, eq=False):
     _missing: set[str] = field(default_factory=set)
     _terminal: Unit = field(default_factory=Unit)
     _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, or the end of the input
-    _taken: list[int] = field(default_factory=list)  # part of that input that the present step has already read
+    _taken: list[int] = field(default_factory=list)  # part of that input that the current step has already read
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same by task and unit, for devices
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:

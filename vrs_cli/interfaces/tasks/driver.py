@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _P = TypeVar("_P", bound=tasks.Pending)
 
 
-# number of elements counted again per step carried out, so that counting is little work beside the steps
+# memory is counted again only after (elements held / this number) steps, so that counting takes little of the time
 ELEMENTS_A_STEP = 20
 AN_EVENT = 10  # number of elements that use as much memory as one event of the timeline
 MAX_ELEMENTS_A_STEP = 200  # maximum number of elements that one step can add; a string has up to 128 characters
@@ -83,7 +83,7 @@ class _Run(Struct, eq=False):
 class Driver:
     """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit. `begin` sets a task
     to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a task has stopped;
-    `settle` processes everything that is due. `answers` returns whether the present user gets a task's questions.
+    `settle` processes everything that is due. `answers` returns whether the current user gets a task's questions.
     `then` returns the function to call at the end of a task whose user no longer waits, None if the task must stop now.
     `lags` returns whether users have not yet read what programs have typed. `asking`: the numbers of the questions that
     are being shown to users."""
@@ -331,7 +331,7 @@ class Driver:
                 self.asking.discard(asked.number)
 
     def open_questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """Return the questions for the present user that are not being shown to any user."""
+        """Return the questions for the current user that are not being shown to any user."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
@@ -342,7 +342,7 @@ class Driver:
     # --- limits ---
 
     def _end_vain_wait(self, run: _Run, track: tasks.Track) -> None:
-        """End a task's wait for an event that will never occur."""
+        """End a task's wait for an event that can never occur, with an error."""
         more = self._advice("signals")
         error = observations.endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
         if track is run.track:
@@ -432,7 +432,7 @@ class Driver:
     # --- events for which no user waits ---
 
     def settle(self, until: float | None = None) -> None:
-        """Let the tasks do everything that is due up to an instant, by default the present one."""
+        """Let the tasks do everything that is due up to an instant, by default the current one."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
         while (coming := min(self.peek(), self._next_signal())) <= until and not self.waits_for_users:
@@ -462,7 +462,7 @@ class Driver:
         return dated if self.inputs is NO_INPUTS else min(self.inputs.next_time, dated)
 
     def _happen(self, budget: int) -> None:
-        """Process what is due now: data arrives, a signal changes, or a task runs until it requests something that
+        """Process all due events: arriving data, a signal change, or a task, which runs until its next request that
         takes time or until another task has its turn."""
         clock, signals = self.engine.clock, self.environment.signals
         signals.follow_clock()
@@ -506,7 +506,7 @@ class Driver:
 
     @property
     def course(self) -> WorldCourse | None:
-        """The course of the cell's parts on the present timeline; None without a cell."""
+        """The course of the cell's parts on the current timeline; None without a cell."""
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:
@@ -583,13 +583,13 @@ class Driver:
         return event
 
     def _left_now(self, track: tasks.Track) -> int:
-        """Return how many more steps a task may do at the present instant; after that, time must advance."""
+        """Return how many more steps a task may do at the current instant; after that, time must advance."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return runtime.BUDGET - (track.task.steps_done - track.before)
 
     def _step_by_step(self, track: tasks.Track, answer: str | None) -> effects.Event | tasks.Stopped | tasks.Onward:
-        """Carry out the present step of a task. Return its request, or whether the program stops before the next
+        """Carry out the current step of a task. Return its request, or whether the program stops before the next
         step.
         """
         task, stepping = track.task, track.stepping

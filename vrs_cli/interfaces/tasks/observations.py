@@ -35,7 +35,7 @@ class Observations:
         signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:
-        """Record that a step of the present task has read a signal."""
+        """Record that a step of the current task has read a signal."""
         if (track := self._tasks.get(self._tasks.current)) is not None and track.in_program:
             self._record(track, self._signals.place, signal, on)
 

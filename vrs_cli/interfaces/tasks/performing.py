@@ -22,7 +22,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands, results
 
-VAIN_READ = 100  # number of steps that a READ without input counts as, because it takes as much CPU time
+VAIN_READ = 100  # a READ that finds no input counts as this many steps, because it takes as much CPU time
 LOOK = 1.0  # [s] time between two checks of a unit while nothing arrives, so that time limits are noticed
 EVERYBODYS = (
     commands.SetChannels,
@@ -31,7 +31,7 @@ EVERYBODYS = (
     commands.SetSwitch,
 )  # requests that a task without the robot may make
 STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time stamp
-STEPS_A_START = 100  # number of steps that the start of a task counts as
+STEPS_A_START = 100  # the start of a task counts as this many steps
 
 
 class TypedLine(Struct, frozen=True):
@@ -194,7 +194,7 @@ class Performer:
                 other.wake = engine.now
 
     def _check_in_bounds(self, stamp: commands.Stamp) -> None:
-        """Check that a motion begins before its program will be stopped. Raises IllegalValue if not."""
+        """Check that a motion begins before the time limit of its run. Raises IllegalValue if not."""
         word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
         if begin > self.last:
             more = self._advice("max_time")
@@ -212,8 +212,8 @@ class Performer:
     # --- other tasks ---
 
     def _start_task(self, track: Track, event: effects.StartTask) -> None:
-        """Start a task. At this instant it may only do the steps that its starter has left, so that a program that
-        starts itself repeatedly cannot stop time."""
+        """Start a task. Until time advances, it may only do as many steps as the starting task has left, so that a
+        program that starts itself repeatedly cannot stop time."""
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
         arguments = [None if one is None else variables.Reference(*one) for one in call.arguments]

@@ -43,12 +43,12 @@ NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  #
 
 
 class Aborted(Struct, frozen=True):
-    """Marks a task that was stopped from outside and is waiting until the robot is at rest."""
+    """The pending value of a task that was stopped from outside and waits until the robot is at rest."""
 
 
 class PendingInput(Struct, frozen=True):
-    """Marks a task that waits for a line of the terminal. `number`: the number of its question; `event`: its
-    request."""
+    """The pending value of a task that waits for a line of the terminal. `number`: the number of its question; `event`:
+    its request."""
 
     number: int
     event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
@@ -63,15 +63,15 @@ class PendingInput(Struct, frozen=True):
 
 
 class Stopped(Struct, frozen=True):
-    """Marks a task whose program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: the
-    change of a watched value."""
+    """The pending value of a task whose program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED;
+    `detail`: the change of a watched value."""
 
     outcome: str
     detail: str = ""
 
 
 class Onward(Struct, frozen=True):
-    """Marks a task whose program is before a step and continues at once."""
+    """The pending value of a task whose program is before a step and continues at once."""
 
 
 Pending = effects.Event | Aborted | Stopped | Onward | PendingInput
@@ -151,7 +151,7 @@ class Track(Struct, eq=False):
         )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
-        """Continue at an instant [s], not earlier."""
+        """Let the task carry out `pending` (None: nothing) and continue at an instant [s]."""
         self.wake, self.pending = instant, pending
 
 
@@ -167,7 +167,7 @@ class Watch(Struct):
     last: numbers.Value | None = None
 
     def change(self) -> str:
-        """Return a text with the present and the previous value; empty if the two are equal."""
+        """Return a text with the current and the previous value; empty if the two are equal."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -222,7 +222,7 @@ class Tasks(memory.System):
         return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
-        """Return the running task that continues first."""
+        """Return the running task with the earliest instant; of equal instants, the lowest task number."""
         first: Track | None = None
         for track in self._tracks.values():  # called twice for each step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
@@ -292,7 +292,7 @@ class Tasks(memory.System):
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
-        """Make the present cycle of a task its last one (CYCLE.END). Raises TaskNotActive."""
+        """Make the current cycle of a task its last one (CYCLE.END). Raises TaskNotActive."""
         if (track := self.get(number)) is None or track.task.is_over:
             raise TaskNotActive(f"task {number}", "nothing is to be ended")
         track.task.end_cycles()
@@ -397,7 +397,7 @@ class Tasks(memory.System):
 
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
-            # with a stamp at the present time: this act belongs to the program, so UNDO does not revert it as a command
+            # with a stamp at the current time: this act belongs to the program, so UNDO does not revert it as a command
             stamp = commands.Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
