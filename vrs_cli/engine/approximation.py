@@ -155,7 +155,7 @@ def tip_of(arm: RobotArm, segment: Segment) -> Tip:
 
 
 def _refine(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[Place]:
-    """Yield the points after `a` up to `b` that a line needs."""
+    """Yield the points that a polyline needs after `a`, up to `b`."""
     (t0, p0), (t1, p1) = a, b
     probes = [tip(t0 + part * (t1 - t0)) for part in PROBES]
     if depth == 0 or max(distance_from_line(p, p0, p1) for p in probes) <= error:
@@ -181,7 +181,7 @@ TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # [rad, m] allowed tolerances
 
 
 class JointPiece(NamedTuple):
-    """A cubic of each joint [rad, m] in the time since the piece begins, for `duration` [s]."""
+    """A piece of a path: for each joint a cubic [rad, m] in the time since its start. It lasts `duration` [s]."""
 
     duration: float
     joints: tuple[Polynomial, ...]
@@ -197,8 +197,8 @@ class _State(NamedTuple):
 def known_tolerance(wanted: float) -> float:
     """Return the largest of TOLERANCES that is not above the wanted tolerance [rad, m].
 
-    TOLERANCES are few, so that many viewers share the same pieces. Raises IllegalValue for a tolerance that is smaller
-    or greater than all of them.
+    There are only a few TOLERANCES, so that many viewers share the same pieces. Raises IllegalValue for a tolerance
+    below or above all of them.
     """
     most, least = TOLERANCES[0], TOLERANCES[-1]
     if not least <= wanted <= most:
@@ -208,7 +208,7 @@ def known_tolerance(wanted: float) -> float:
 
 
 def joint_pieces(arm: RobotArm, segment: Segment, tolerance: float) -> tuple[JointPiece, ...]:
-    """Return pieces, one after the other, from the start of a straight-line segment to its end.
+    """Return consecutive cubic pieces from the start of a straight-line segment to its end.
 
     No joint is farther than `tolerance` [rad, m] from g. Return no pieces for a segment in joint space, a segment
     without duration, and a segment with an unreachable pose (a damaged file).

@@ -1,7 +1,7 @@
-"""Record one course of events: the first timeline, every change of it since, and what UNDO can take back.
+"""Record the history of a timeline: its first version, every change since, and the changes that UNDO can take back.
 
 The timeline changes only here, in one order: a planned change is written into the journal, then it takes effect, then
-`told` is called. A change that the journal refuses does not take effect.
+the callback `told` is called. A change that the journal refuses does not take effect.
 
 A book with a window keeps only its latest part in memory. After each change a little of the past is removed from
 memory: commands that UNDO would take back, deltas, and rows of segments. From time to time a checkpoint is written. The
@@ -31,7 +31,7 @@ from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
 CHANGES_AT_ONCE = 50  # number of changes that are planned before other work gets a turn
 R = TypeVar("R")
-Parts = Generator[None, None, R]  # work in parts; between two parts its caller may do other work
+Parts = Generator[None, None, R]  # work in parts; the caller may do other work between two parts
 ROW_LENGTH = 128  # maximum number of segments of a row, so that one change writes at most this many (3 ms of CPU)
 MAX_MOTIONS_COMPARED = 100  # maximum number of motions compared, which bounds the cost
 SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
@@ -170,7 +170,7 @@ def silent(_deltas: Sequence[TimelineDelta]) -> None:
 
 
 class Book:
-    """The recorded course of events of one robot: `timeline` is `initial` after all `deltas`.
+    """The recorded history of one robot: `timeline` is `initial` after all `deltas`.
 
     `number`: the number of the last motion. `stream`: the motion of the last command, while more targets of this motion
     may come (`prolong`). `window`: keeps only a part of the book in memory; None: all of the book stays in memory.
@@ -243,8 +243,8 @@ class Book:
             raise wrong
 
     def prolong(self, delta: TimelineDelta) -> None:
-        """Apply the change of one more target of the stream, which belongs to the last command. Raises FileError. For
-        the previous target, `deltas` keeps only the part that the robot executed.
+        """Apply the change for the next target of the stream, as a part of the last command. Raises FileError. For the
+        previous target, `deltas` keeps only the part that the robot executed.
         """
         self._change([delta], goes_on=True)
         if len(self.deltas) % PART != 1:  # the first delta of a part stays as it is in the file
@@ -375,10 +375,10 @@ class Book:
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """Return how a change has moved motions and events of the timeline `before`, or motions with a time stamp issued
-    since then.
+    """Return how a change has moved the motions and events of the timeline `before`, and the motions with a time stamp
+    that were issued since then.
 
-    None if nothing has been moved. Motions that UNDO took back do not count as dropped.
+    Return None if nothing has been moved. Motions that UNDO took back do not count as dropped.
     """
     changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
     if not any(delta.drop or delta.shift or (delta.events and not delta.events.adds) for delta in changes):

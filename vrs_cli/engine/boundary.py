@@ -43,8 +43,8 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
-KEPT_CLEARANCE = 0.25  # minimum clearance to be proved between two samples, as a fraction of the smaller one
-END_PART = 1e-4  # fraction of a path: closer than this to a stop on a boundary, samples are dense anyway
+KEPT_CLEARANCE = 0.25  # minimum clearance to be proved between two samples, as a fraction of their smaller clearance
+END_PART = 1e-4  # fraction of a path: this close to a stop on a boundary, samples are dense anyway
 MAX_SEARCH_LOOKS = 5000
 REMEMBERED_SURVEYS = 64  # number of cached surveys: a line may be planned again, with other stops or for a held key
 FEW_LOOKS = 8  # maximum number of samples for which a denser sampling is not needed
@@ -52,9 +52,9 @@ FEW_LOOKS = 8  # maximum number of samples for which a denser sampling is not ne
 CLOSE_PARTS = (0.01, 0.01, 0.01, 0.1)
 DIFFERENCE_STEP = 1e-5  # [m] step of differences around a touch, which locate it with an error of 1e-9
 TANGENT_STEP = 1e-5  # [m] distance from the end of a line at which differences show whether it is a tangent
-TANGENT_SLOPE = 1e-8  # [m] a tangent's slope of the clearance [m2] along the path is smaller
+TANGENT_SLOPE = 1e-8  # [m] maximum slope of a clearance [m2] along a path that counts as a tangent
 NEWTON_STEPS = 3
-MAX_TOUCH_CHANGE = 0.01  # [rad, m] a joint that changes less over a touch of a boundary does not jump
+MAX_TOUCH_CHANGE = 0.01  # [rad, m] maximum change of a joint at a touch of a boundary that does not count as a jump
 STRAIGHTENINGS = 2  # number of straightenings; the second removes the rounding errors of the first
 
 
@@ -79,7 +79,9 @@ class PathSurvey(Struct, frozen=True):
 
 
 def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurvey:
-    """Search all of a path, from 0 to `lasting` [s]. Raises MotionError if no line can follow it."""
+    """Search a whole path, from 0 to `lasting` [s], for boundaries and singular poses. Raises MotionError if no line
+    can follow it.
+    """
     found = _survey(follower.arm, follower.tool, structs.replace(path, seeds=()), lasting)
     if found.beyond is not None:
         raise follower.refuse_beyond(path, found.beyond, path.seeds[0])
@@ -145,7 +147,7 @@ class _Search:
     def judge(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
         """Return whether every clearance is decided between two samples, and which clearances are on their boundary.
 
-        A clearance is decided if it is certainly kept, or on its boundary all the way.
+        A clearance is decided if it certainly stays positive, or stays on its boundary from one sample to the other.
         """
         least = self.arm.least_clearance(a, b, self.pace, h)
         on_boundary = list[int]()
@@ -235,7 +237,7 @@ class Stop(Struct, frozen=True):
 
 
 class Kinks:
-    """The touches of one path that goes from rest to rest in 1 s."""
+    """The places where a path, which goes from rest to rest in 1 s, touches a boundary."""
 
     def __init__(self, follower: Follower, path: CartesianPath, touches: tuple[Touch, ...]) -> None:
         self.follower, self.path, self.touches = follower, path, touches
@@ -271,8 +273,9 @@ class Kinks:
         return goal
 
     def _check_tangent(self, end: float, near: Joints) -> None:
-        """Raise the error if a line that begins or ends on boundaries is not a tangent of each. The samples show how
-        the wrist turns."""
+        """Raise an error if a line that begins or ends on boundaries is not tangent to each of them. The samples show
+        how the wrist turns.
+        """
         if self.speed <= ON_BOUNDARY:
             return
         inward = (1.0 if end == 0.0 else -1.0) * min(TANGENT_STEP / self.speed, 0.5)

@@ -34,8 +34,9 @@ class Fork(Struct, frozen=True):
     done: tuple[HistoryStep, ...]
 
     def leaves(self, main: Book) -> bool:
-        """Return whether main is unchanged since the branch left it. A branch from a file left main before anything
-        changed on it."""
+        """Return whether main is unchanged since the branch left it. A branch from a file counts as having left main
+        before main's first change.
+        """
         return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
 
 
@@ -108,7 +109,7 @@ class Branches:
     # --- changing over ---
 
     def make(self, name: str) -> None:
-        """Make a branch of the present course of events, and switch to it. Raises UsageError for a name in use."""
+        """Make a branch from the present state, and switch to it. Raises UsageError for a name in use."""
         self.engine.book.end_stream()  # ending a stream changes its command
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
@@ -116,7 +117,7 @@ class Branches:
         self.change_over(name)
 
     def add(self, name: str, left: Bookmark) -> None:
-        """Add a branch that comes from a file and shares nothing with main. Raises UsageError as `make` does."""
+        """Add a branch that was read from a file and shares nothing with main. Raises UsageError as `make` does."""
         self._add(_Branch(name, Fork(left.book.initial, ()), left))
 
     def _add(self, branch: _Branch) -> None:

@@ -38,7 +38,7 @@ RATE_TOLERANCE = 1e-4  # tolerance of a joint's rate [rad/s, m/s]; for a fast jo
 LIMIT_EXCESS = 1e-4  # allowed excess over a limit, as a fraction of the limit
 JERK_EXCESS = 1.05  # factor on the jerk limit, because between samples only a bound of the jerk is known
 BRANCH_TOLERANCE = 1e-2  # [rad, m] joints of a line that are farther from the proved ones are on another branch
-MAX_SEED_DISTANCE = 3.0  # [rad] maximum distance of a joint from its seed: half a turn away another turn is nearer
+MAX_SEED_DISTANCE = 3.0  # [rad] maximum distance of a joint from its seed: beyond half a turn another turn is nearer
 
 
 class Breach(Struct, frozen=True):
@@ -188,8 +188,8 @@ class _Stretch:
             yield from self._tell(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
-        """Yield a breach for each wrong row (of n joints), about its worst joint. `shift` 1: rows are boundaries
-        between segments.
+        """Yield one breach for each row (of n joints) that has a wrong joint, and name the worst joint of the row.
+        `shift` is 1 if the rows are boundaries between segments.
         """
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1

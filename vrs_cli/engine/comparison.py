@@ -1,4 +1,4 @@
-"""Compare two courses of events, or a timeline with the measurements of a body."""
+"""Compare two histories of one robot, or a timeline with the measured joints of the real arm."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ Compared = Callable[[PlaceArrays], "Floats"]  # the compared quantity at each of
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
-    """Compare two courses of events of one robot: the greatest distances of tool and joints, and which commands both
-    courses have. The commands are in the order of `a`, followed by those that only `b` has.
+    """Compare two histories of one robot: return the greatest distances of tool and joints, and the commands of both.
+    The commands have the order of `a`, followed by those that only `b` has.
     """
     import numpy as np
 
@@ -109,7 +109,7 @@ def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
 
 
 def _extent(arm: RobotArm, book: Book) -> Extent:
-    """Measure one course of events: its duration, commands, segments, and the path lengths of tool and joints."""
+    """Measure one history: its duration, commands, segments, and the path lengths of tool and joints."""
     import numpy as np
 
     timeline = book.timeline

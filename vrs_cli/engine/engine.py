@@ -80,7 +80,7 @@ class ToolTurning(Struct, frozen=True):
 
 
 class Bookmark(Struct, frozen=True):
-    """A saved state of a course of events: its book, settings and clock [s]."""
+    """A saved state of an engine: its book, settings and clock [s]."""
 
     book: Book
     settings: Settings
@@ -89,7 +89,7 @@ class Bookmark(Struct, frozen=True):
 
 class Engine:
     """One robot. `events`: every change of the timeline, and every timeline that replaces another. `measured`: the
-    reports of a body, which UNDO and branches do not change.
+    reports of the body (the real or simulated arm), which UNDO and branches do not change.
     """
 
     def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: RobotClock | None = None) -> None:
@@ -718,14 +718,14 @@ class Engine:
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))
         return tuple(delta.motion.text for delta in deltas if delta.motion.kind is not MotionKind.RECORDED)
 
-    # --- other courses of events ---
+    # --- bookmarks ---
 
     def bookmark(self) -> Bookmark:
-        """Return a marker of the present history, to which `take_up` can return."""
+        """Return a bookmark of the present state, to which `take_up` can return."""
         return Bookmark(self.book, self.settings, self.now)
 
     def take_up(self, mark: Bookmark) -> None:
-        """Continue a course of events at a bookmark; the robot is in the same state as at that moment."""
+        """Continue from a bookmark: the robot is again in the state of that moment."""
         before, self.book, self.settings = self.book, mark.book, mark.settings
         self.clock.set(mark.clock)
         if self.book is not before:
@@ -778,5 +778,5 @@ class Engine:
 
     @property
     def standpoint(self) -> Standpoint:
-        """The present state of the robot, as the start of motions that questions are about."""
+        """The present state of the robot, as the start of the motions that WHY and EXPLAIN examine."""
         return Standpoint(self.arm, self.settings, self.position().joints, self._motion_at(self.now))

@@ -179,10 +179,10 @@ class Feed(Generic[E]):
 
 
 class Snapshot(Struct, frozen=True):
-    """The segments of timeline `version`: all of them, or those of a window from segment number `first` (counted from
-    0) on. Before them the robot is at rest.
+    """All segments of timeline `version`, or only those from segment number `first` (counted from 0) on, the window.
+    Before the first of these segments the robot is at rest.
 
-    `settings`: those that hold at that version. `events`: those of the window, from event number `first_event` on.
+    `settings`: the settings at that version. `events`: the events of the window, from event number `first_event` on.
     `values`: the last earlier event of each channel, so that the value of every channel is known from the start of the
     window on. `world`: the state of the world at `known_from`, if there is a cell.
     """
@@ -239,8 +239,9 @@ def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
 
 
 class KnownEvents(Struct, frozen=True):
-    """The events that a part of a timeline has. The events before number `first` are replaced by `values` events: the
-    last event of each channel."""
+    """The events in a part of a timeline. In place of all events before number `first` the part has `values` events:
+    the last event of each channel.
+    """
 
     first: int = 0
     values: int = 0
@@ -276,7 +277,7 @@ def fit_delta(
 
 
 def unfit_delta(delta: TimelineDelta, first: int, known: KnownEvents = ALL_EVENTS) -> TimelineDelta:
-    """Return the delta of the whole timeline from one of its known part: the reverse of `fit_delta`."""
+    """Convert a delta of the known part into a delta of the whole timeline: the reverse of `fit_delta`."""
     edit = delta.events
     if edit is not None:
         edit = replace(edit, keep=edit.keep + known.first - known.values)

@@ -104,9 +104,9 @@ class Follower:
         marks: Sequence[float] = (),
     ) -> list[Sample]:
         """Sample a path in order of time, at `steps` intervals or finer; the first joints are next to `near`. `before`:
-        the last sample of the stretch before, at the same instant. `marks`: further instants that get a sample.
+        the last sample of the stretch before, at the same instant. `marks`: additional instants to sample.
 
-        Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
+        Raises LocationOutOfRange, JointOutOfRange or StraightLineSingular; the error gives the position.
         """
         samples = [self.sample(path, 0.0, near) if before is None else Sample(0.0, before.joints, before.velocity)]
         finest = duration * FINEST_INTERVAL
@@ -141,7 +141,7 @@ class Follower:
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR_MEASURE
 
     def nearly_singular(self, sample: Sample) -> bool:
-        """Return whether joints may be fast for so short a time near a sample that velocities of samples do not show
+        """Return whether joints may be fast so briefly near a sample that differences of sampled velocities do not show
         their accelerations.
 
         True for arms whose singularities are not known.
@@ -284,8 +284,8 @@ class Follower:
             raise self.refuse_jump(path, b.s, jumps)
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
-        """Return the position of the tool at a time, with a nearby singularity if there is one, and a hint how to avoid
-        it ("": no hint).
+        """Return the position of the tool at a time, with a nearby singularity if there is one, and a hint on how to
+        avoid the singularity ("": no hint).
         """
         which, text = self.singularity(path, s), self.place_text(path.pose(s))
         return (f"{text} ({which} singularity)", WAYS_ROUND[which]) if which else (text, "")

@@ -33,9 +33,9 @@ class HistoryStep(Struct, frozen=True, gc=False):
     """A command that took effect: its delta, the inverse delta, the clock before the command [s], the policy INSERT,
     and the displacement of ALTER.
 
-    `_source` is the delta, or the packed deltas that have it at `_index`. `back` is the inverse of the delta; or, if
-    the inverse would be long, the timeline before the delta; or None if the delta only adds segments at the end or
-    events. `earlier`: the number of events that were later inserted before the events of this step. `is_record`: the
+    `_source` is the delta, or the packed deltas that contain the delta at `_index`. `back` is the inverse of the delta;
+    or, if the inverse would be long, the timeline before the delta; or None if the delta only adds segments at the end
+    or events. `earlier`: the number of events that were later inserted before the events of this step. `is_record`: the
     step records events and is not a command.
     """
 
@@ -95,12 +95,14 @@ class HistoryStep(Struct, frozen=True, gc=False):
         return self.delta._replace(version=version, events=self._present(self.delta.events))
 
     def _present(self, edit: EventEdit | None) -> EventEdit | None:
-        """Return an edit of events with the index that its events have now."""
+        """Return an edit of events, with its index increased by the number of events that were inserted before it
+        later.
+        """
         return edit and structs.replace(edit, keep=edit.keep + self.earlier)
 
     def passed_by(self, record: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
-        """Return this step and a recorded step in exchanged order, as if the recorded step had come first. `undone`:
-        this step was undone when the recorded step came. Return None if that is impossible because the recorded step
+        """Swap this step with a later recorded step: return both as if the recorded step had come first. `undone`: this
+        step had been undone when the recorded step came. Return None if that is impossible because the recorded step
         came after this step had begun.
         """
         edit, events = self.delta.events, record.delta.events
@@ -118,7 +120,7 @@ class HistoryStep(Struct, frozen=True, gc=False):
 
 
 def begins(delta: TimelineDelta) -> float:
-    """Return the time [s] from which the command changes the behaviour of the robot."""
+    """Return the first time [s] at which a command changes what the robot does."""
     return delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
 
 
@@ -142,7 +144,7 @@ class History:
 
     @property
     def known_commands(self) -> list[HistoryStep]:
-        """The known steps in force that are commands, oldest first."""
+        """The commands in force that are not forgotten, oldest first."""
         return [step for step in self.done if not step.is_record]
 
     @property
@@ -194,7 +196,7 @@ class History:
     def last_done(self, count: int, *, leaves_recorded: bool = False) -> Sequence[HistoryStep]:
         """Return the steps that UNDO takes back, the last step first: `count` commands and the recorded events after
         them, unless UNDO `leaves_recorded`. Raises UsageError if there are fewer commands, TooLate for a command that
-        had begun before events that stay.
+        began before events that UNDO keeps.
         """
         known = len(self.known_commands)
         older = "what is older cannot be taken back any more" if self.forgotten else ""
@@ -262,7 +264,7 @@ class History:
 
 
 def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
-    """Return a step and the recorded steps after it in exchanged order, as if the recorded steps had come first. Raises
+    """Swap a step with the recorded steps after it: return them as if the recorded steps had come first. Raises
     TooLate.
     """
     stay: list[HistoryStep] = []

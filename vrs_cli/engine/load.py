@@ -238,8 +238,8 @@ class StretchLoad:
         nearest: tuple[int, int],
         counts: float,
     ) -> Rates | None:
-        """Return the joint accelerations at the first or the last sample. The line through the two means next to it is
-        enough if no joint can come near the part of its limit that `counts`: then return None.
+        """Return the joint accelerations at the first or the last sample. Return None if the line through the two
+        nearest means shows that no joint comes near the fraction `counts` of its limit.
 
         `near`, `far`: the times of these means; `nearest`: their numbers.
         """

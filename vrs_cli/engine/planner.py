@@ -243,7 +243,9 @@ class _Edit(Struct, frozen=True, dict=True):
 
     @property
     def changes_next(self) -> bool:
-        """Return whether the next motion starts at other joints than before, or was in motion at its start before."""
+        """Return whether the next motion now starts at other joints, or was already moving at its start before the
+        change.
+        """
         if self.tail.next is None:
             return False
         before = state_at(self.arm, self.tail.next, 0.0).joints
@@ -325,9 +327,10 @@ def edit_events(
     inserts: bool,
     own: Event | None = None,
 ) -> EventEdit | None:
-    """Return the change of the events that belongs to a delta; None if no event changes. The delta keeps `keep`
-    segments, puts `new` after them, and shifts those from index `tail` on by `shift` [s]. `own`: an event at the start
-    of the new motion."""
+    """Return the change of the events for a delta; None if no event changes. The delta keeps `keep` segments, puts
+    `new` after them, and shifts those from index `tail` on by `shift` [s]. `own`: an event at the start of the new
+    motion.
+    """
     cut, count = new[0].start, old.event_count
     kept, coming = old.events_by(cut), () if own is None else (own._replace(time=cut),)
     if kept == count:

@@ -8,7 +8,7 @@ the angular velocity w of the path and a' = w x a:
     w_arm'  = w'  + psi' a'                + psi'' a
     w_arm'' = w'' + psi' a'' + 2 psi'' a'  + psi''' a
 
-The parts along a do not count. The joints must make the rest.
+The parts along a do not count. The joints must produce the other parts.
 """
 
 from __future__ import annotations

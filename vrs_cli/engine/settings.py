@@ -174,7 +174,7 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
 )
 
 
-# V+ Language Reference Guide and programs in public (val2 section 15); the summaries are from memory.
+# V+ Language Reference Guide, and public programs (val2 section 15); the summaries are from memory.
 IDLE_SWITCHES: Mapping[str, Idle] = _table(
     Idle("AUTO.POWER.OFF", "arm power goes off after every error"),
     Idle("BELT", "conveyor tracking"),

@@ -204,7 +204,7 @@ def _deadline(resting: Problem) -> float:
     """Return the time [s] by which a motion that rounds a corner must end, to be better than the motion from rest."""
     planned = resting.motion.kind in (MotionKind.JOINT, MotionKind.STRAIGHT)
     known = _remembered_plan(_PlanKey(resting)) if planned else ()
-    if isinstance(known, tuple) and known:  # it is known, so no segments need to be planned
+    if isinstance(known, tuple) and known:  # the plan is cached, so nothing needs to be planned
         return resting.begin + known[-1].finish + MAX_ROUNDING_DELAY_S
     try:
         return plan_motion(resting)[-1].finish + MAX_ROUNDING_DELAY_S

@@ -80,9 +80,10 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _turned_as_it_can_be(problem: Problem) -> Transform | None:
-    """Return the goal with the nearest orientation that the joint ranges allow, for an arm that turns its tool as
-    nearly as it can. A uniform turn to that goal may be possible even if the minimum missing turn at each point of the
-    line is not. None for other arms, and if the goal itself is in reach."""
+    """Return the goal with the nearest orientation that the joint ranges allow, for an arm that cannot reach every
+    orientation. A uniform turn to that goal may be possible even if the minimum missing turn at each point of the line
+    is not. None for other arms, and if the goal itself is in reach.
+    """
     motion, tool = problem.motion, problem.motion.frames.tool
     steady = problem.arm.holding(tool).steady
     if steady is None or motion.pose is None:
@@ -412,8 +413,8 @@ def _easing(load: float) -> float:
 
 
 def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterator[ToolState]:
-    """Yield the tool's state with guides to T_robot_tool `goal`, one for each motion of the redundant joints, the best
-    first.
+    """Yield the tool's state with guides for the line to T_robot_tool `goal`: one state for each possible motion of the
+    redundant joints, the best first.
 
     Yield the state itself if no joint is redundant.
     """
