@@ -21,8 +21,8 @@ from vrs_cli.values.replies import Message, Reply, Tone
 
 
 class Slice(Enum):
-    """Marks the end of a part of the work, after which the actor may do something else. RUNNING: a program runs, and
-    the actor carries out the next event. MORE: the dialogue has more work to do."""
+    """A mark at the end of a part of the work: the actor may now do something else. RUNNING: a program runs, and the
+    actor carries out the next event. MORE: the dialogue has more work to do."""
 
     RUNNING = "running"
     MORE = "more"
@@ -46,7 +46,7 @@ W = TypeVar("W")
 
 
 class Work:
-    """A function of unchanging values. Another thread may `run` it while the actor does other work."""
+    """A function whose inputs do not change, so another thread may `run` it while the actor does other work."""
 
     def __init__(self, work: Callable[[], object]) -> None:
         self._work = work
@@ -72,8 +72,8 @@ def quietly(act: Callable[[], W]) -> Dialogue[W]:
 
 
 def beside(work: Callable[[], W]) -> Dialogue[W]:
-    """Compute something from unchanging values, in another thread if many users are served, and return the result.
-    Raises the errors of the work."""
+    """Call a function whose inputs do not change, in another thread if many users are served, and return its result.
+    Raises the errors of the function."""
     it = Work(work)
     yield it
     if it.error is not None:
@@ -85,7 +85,7 @@ def beside(work: Callable[[], W]) -> Dialogue[W]:
 
 
 def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
-    """Compute something from unchanging values, and return the result. Another thread is used only if the work is
+    """Call a function whose inputs do not change, and return its result. Another thread is used only if the work is
     `long`."""
     return (yield from beside(work)) if long else work()
 
@@ -226,7 +226,7 @@ class Ticket(Generic[T]):
         self._said: deque[Reply | Question] = deque()
         self._put, self._react, self._withdraw = put, react, withdraw
         self._ended = False
-        self._bell = Lock()  # locked until the request ends (an Event would need fourteen calls for each request)
+        self._bell = Lock()  # locked until the request ends (faster than an Event, which needs fourteen calls)
         self._bell.acquire()
         self._result: T | None = None
         self._error: BaseException | None = None

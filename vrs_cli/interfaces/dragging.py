@@ -86,8 +86,8 @@ class JointPace(NamedTuple):
 
 
 class Search:
-    """Searches the whole joint ranges for joints that bring the tool to a target by another path, for an arm without a
-    closed form. The search continues a little with each target, because a robot has no time for a long search."""
+    """A search of the whole joint ranges for other joints that bring the tool to a target, for an arm without a closed
+    form. It continues a little with each target, because a robot has no time for a long search."""
 
     def __init__(self, model: RobotModel, within: Range) -> None:
         self._range, self._speeds = within, model.max_velocity
@@ -109,8 +109,8 @@ class Search:
 
 
 class Pursuit:
-    """Finds joints for the targets of the tool, without using a clock. `goal`: the last joints found [rad, m];
-    `steady`: whether they bring the tool to the target. `range`: the joints at which the arm keeps its
+    """The computation of joints for the targets of the tool; it uses no clock. `goal`: the last joints found [rad, m];
+    `steady`: whether they bring the tool to the target. `range`: the joint ranges in which the arm keeps its
     configuration."""
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
@@ -160,9 +160,10 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """Return how far the goal may be below and above the joints. The goal may not be beyond the axis of joint 1;
-        all joints are limited in proportion, so that they can stop before the axis from any speed. A small distance is
-        always allowed, so that they can move along the axis. If they would cross it, they move back."""
+        """Return the maximum distances of the goal below and above the joints [rad, m]. The goal must not lead the arm
+        across the axis of joint 1: near the axis all joints are limited in proportion, so that they can stop before it
+        from any speed, but some distance stays allowed, to move along the axis. Joints that would cross it move
+        back."""
         ahead = pace.ahead
         if self._side is None:
             return ahead, ahead
@@ -177,7 +178,7 @@ class Pursuit:
 
     @property
     def _way(self) -> Configuration:
-        """The configuration with the arm and elbow that are kept, and the current wrist."""
+        """The kept arm and elbow (RIGHTY, ABOVE ...) with the wrist (FLIP or NOFLIP) of the goal."""
         return Configuration.of(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, pose: Transform) -> Joints | None:
@@ -193,7 +194,7 @@ class Pursuit:
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
 
     def _another(self, aim: Aim, now: Joints) -> Joints | None:
-        """Return joints that reach the pose by another path, after the descent has made no progress for a while."""
+        """Return other joints for the target's pose if the arm has stalled for several targets; None otherwise."""
         if self._finds_all and self._stalled > STALLS_BEFORE_WAYS:
             ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
             inside = [q for q in ways if q is not None and self.range.holds(q)]
@@ -297,7 +298,7 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 
 
 class Dragging:
-    """Passes targets for the tool to an engine. If no more targets arrive, the arm stops."""
+    """A stream of tool targets to an engine. If no more targets arrive, the arm stops."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine

@@ -79,7 +79,8 @@ class _Inspected(Struct, frozen=True, eq=False):
 
 
 class Inspector:
-    """Inspects successive versions of one file. It keeps the findings in parts that have not changed."""
+    """The checker of successive versions of one file. It keeps the findings for programs and sections that have not
+    changed."""
 
     def __init__(
         self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL
@@ -200,9 +201,9 @@ def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
 
 
 def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
-    """Return the warnings of `inspect` that a run does not show: warnings about steps that a run skips or carries out
-    without a message. LOAD has already shown the warnings of the analysis. A run itself reports a step that must fail,
-    and a location out of reach. `programs`: the programs of one file, without errors."""
+    """Return the warnings of `inspect` about steps that a run skips or carries out without a message. Other findings
+    are shown elsewhere: LOAD shows the warnings of the analysis, and the run reports failing steps and locations out of
+    reach. `programs`: the programs of one file, without errors."""
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:
         found += _warn_of_steps(one.analysis)

@@ -93,7 +93,7 @@ class Following(Struct):
 
 
 class Steering:
-    """Passes targets to an engine, which follows the straight line through the last two of them."""
+    """A stream of joint or pose targets to an engine, which extrapolates linearly from the last two targets."""
 
     def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
         self.engine, self.speed = engine, speed
@@ -117,7 +117,7 @@ class Steering:
         self._wait = max(now - self._came, WAIT_DECAY * self._wait) if now > stamp else 0.0
         last, self._last, self._came = self._last, (stamp, goal), now
         since = stamp - last[0] if last is not None else 0.0
-        if last is None or not 0.0 < since <= STEERING.longest:  # the velocity of the target is not known
+        if last is None or not 0.0 < since <= STEERING.longest:  # the velocity of the target is unknown
             engine.redirect(goal, speed=self.speed, text=STEERING.text)
             return
         tick = STEERING.tick(since)

@@ -204,8 +204,8 @@ USUAL_ALLOWED = 10.0  # [s] maximum time that a command may have been on its way
 
 
 class HolderTimes(Struct, frozen=True):
-    """Corrects times given by a user [s]. `offset`: D, how far the user's clock is ahead of the robot's. `allowed`: the
-    maximum time that a command may have been on its way."""
+    """The correction of times given by a user [s]. `offset`: D, how far the user's clock is ahead of the robot's.
+    `allowed`: the maximum time that a command may have been on its way."""
 
     offset: float = 0.0
     allowed: float = USUAL_ALLOWED

@@ -33,7 +33,7 @@ class Remote(Struct):
 
 
 class ConnectionWords:
-    """Carries out lines that begin with a slash, and shows messages about the connection."""
+    """The commands that begin with a slash, and the display of messages about the connection."""
 
     def __init__(self, front_end: FrontEnd) -> None:
         self.front_end, self._port, self._told = front_end, front_end.port, front_end.told

@@ -67,7 +67,7 @@ def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> S
 
 
 class BackgroundValue(Generic[V]):
-    """Computes one value in a thread. `ready` never waits. `wait` waits, and raises any error of the computation."""
+    """A value computed in a thread. `ready` never waits. `wait` waits, and raises any error of the computation."""
 
     def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
         self._make, self._when_ready = make, when_ready
@@ -101,7 +101,7 @@ class BackgroundValue(Generic[V]):
 
 
 class ValCompleter(Completer):
-    """Suggests words. It suggests none before the tables are ready, or if the search fails."""
+    """The completer of the prompt. It suggests nothing before the word tables are ready, or if the search fails."""
 
     def __init__(self, ready: Callable[[], ShellTerminal | None]) -> None:
         self._ready = ready
@@ -120,7 +120,7 @@ class ValCompleter(Completer):
 
 
 class Shell:
-    """Reads lines at a prompt for `run_loop`. Neither wrong lines nor Ctrl-C end it."""
+    """The reader of lines at a prompt for `run_loop`. Neither wrong lines nor Ctrl-C end it."""
 
     def __init__(self, place: Place) -> None:
         self.place = place

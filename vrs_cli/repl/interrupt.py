@@ -25,8 +25,8 @@ class Ended(KeyboardInterrupt):
 
 
 class Stoppable:
-    """Handles signals while something is carried out. At the first signal, `stop` may let the work end by itself. A
-    second signal, or a signal while the work is `waiting` for something outside, interrupts it with KeyboardInterrupt.
+    """The signal handler for a piece of work. At the first signal, `stop` may let the work end by itself. A second
+    signal, or a signal while the work is `waiting` for something outside, interrupts it with KeyboardInterrupt.
 
     `number`: the number of the signal that has arrived; a signal that ends the process replaces Ctrl-C. Ignored signals
     stay ignored.

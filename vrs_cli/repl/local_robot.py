@@ -38,8 +38,8 @@ NOUNS = {".LOCATIONS": "location", ".REALS": "real", ".DOUBLES": "real", ".STRIN
 
 
 class ShellRobot:
-    """Makes a robot, and its front end for a terminal. The arguments after `terminal` are those of `Local`. Raises
-    VrsError."""
+    """A robot of this process with its front end for a terminal. The arguments after `terminal` are as in `Local`.
+    Raises VrsError."""
 
     def __init__(
         self,

@@ -35,7 +35,7 @@ MAX_CHARS = 50_000  # maximum number of characters of one message over a connect
 
 
 class LineReader(Protocol):
-    """Reads the lines of a user, at a prompt or from a pipe."""
+    """A source of a user's lines: a prompt or a pipe."""
 
     def read(self) -> str | None:
         """Return the next line, QUESTION if a program asks, or None if the user leaves or the input ends."""
@@ -67,7 +67,7 @@ def run_loop(reader: LineReader, exchange: Exchange, line: str | None) -> None:
 
 
 class PlainTerminal:
-    """Writes replies and the output of programs to one stream, in their order.
+    """A terminal without a person: writes replies and the output of programs to one stream, in order.
 
     `lines`: the input, which also answers questions. A line that is not an answer is read again, as a command.
     `failed`: whether a command could not be carried out. `leaving`: whether EXIT was given.
@@ -143,8 +143,8 @@ def yes_or_no(line: str) -> bool | None:
 
 
 class PipeReader:
-    """Reads the lines of a pipe, and writes the answers to `sink`. `live`: whether the robot of this process continues
-    while the reader waits for a line."""
+    """The reader of a pipe's lines, which writes the answers to `sink`. `live`: whether the robot of this process
+    continues while the reader waits for a line."""
 
     def __init__(self, make: MakeExchange, source: Iterable[str], sink: TextIO, live: bool) -> None:
         lines = lines_of_pipe(source) if live else None
@@ -197,7 +197,7 @@ def _without_byte_order_mark(source: Iterable[str]) -> Iterator[str]:
 
 
 class Exchange:
-    """Sends the lines of one user to a port, and shows messages and questions at a terminal.
+    """The exchange between a user and a robot: sends lines to a port, and shows messages and questions at a terminal.
 
     `told`: a function that is called with messages about the connection. `interrupted`: whether Ctrl-C was pressed
     during the last line. `failed`: whether something failed, with the reason passed to `told`. `noted`: an error to be

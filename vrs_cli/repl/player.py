@@ -58,8 +58,8 @@ PLAYER_ACTIONS: tuple[Action, ...] = (
 
 
 class Player(Struct):
-    """Holds and draws a playback. `wall` returns the wall clock's reading [s]. `news`: returns more lines about the
-    shown time, such as who drives the robot.
+    """The screen of a playback. `wall` returns the wall clock's reading [s]. `news`: returns more lines about the shown
+    time, such as who drives the robot.
 
     `live`: whether others move the robot. `passes`: returns whether the robot's time passes by itself. `abort`: stops a
     robot that others move. `world`: the cell around the robot.
@@ -162,8 +162,8 @@ up/down move   left/right, 1 to 9 axis   m joints/world/tool
 
 
 class JogPanel(Struct):
-    """Draws the arm, with the axis, the length of a step [mm, deg] and the speed [%], all of which keys change.
-    `watched`: the robot, None if it cannot be watched. `world`: the cell around the robot."""
+    """The screen of JOG: the arm, and the axis, step length [mm, deg] and speed [%], which keys change. `watched`: the
+    robot, None if it cannot be watched. `world`: the cell around the robot."""
 
     hand: FarHand
     speed: float = 100.0

@@ -61,8 +61,8 @@ def colour_depth() -> ColorDepth | None:
 
 
 class ValLexer(Lexer):
-    """Colours lines of VAL-II. Until `ready()` is true, lines have no colours, because the first prompt does not wait
-    for the tables of the language. `names`: returns the keys of the variables that have a value."""
+    """A lexer that colours lines of VAL-II. Until `ready()` is true, lines have no colours, because the first prompt
+    does not wait for the word tables. `names`: returns the keys of the variables that have a value."""
 
     def __init__(
         self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset, palette: Palette = COLOURS
@@ -178,7 +178,7 @@ MAX_SUGGESTION_LINES = 2000  # maximum number of history lines that are searched
 
 
 class FromHistory(AutoSuggest):
-    """Suggests the rest of the last line that begins with the typed text. It searches only recent lines."""
+    """Suggestion of the rest of the last line that begins with the typed text. Only recent lines are searched."""
 
     def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
         text = document.current_line

@@ -53,7 +53,7 @@ UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 
 
 class WordCompleter(Completer):
-    """Suggests words for the Tab key."""
+    """The completer for the Tab key."""
 
     def __init__(self, suggested: Callable[[Document], list[questions.Suggestion]]) -> None:
         self._suggestions = suggested
@@ -63,7 +63,7 @@ class WordCompleter(Completer):
 
 
 class Underlined(Processor):
-    """Underlines the mistakes in a line."""
+    """A processor that underlines the mistakes in a line."""
 
     def __init__(self, editor: ScreenEditor) -> None:
         self._editor = editor
@@ -82,7 +82,7 @@ class Underlined(Processor):
 
 
 class ScreenEditor:
-    """Edits one program on the screen."""
+    """The full-screen editor of one program."""
 
     def __init__(
         self, question: questions.Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False
@@ -147,7 +147,7 @@ class ScreenEditor:
             self._touched, self.message = self._row, ""
 
     def _take_findings(self, findings: tuple[diagnostics.Diagnostic, ...]) -> None:
-        """Show the findings for this text. Over a connection they may belong to a slightly older text."""
+        """Show the mistakes in this text. Over a connection the findings may refer to a slightly older text."""
         self.findings = findings
         if self._draws:
             self.app.invalidate()

@@ -53,9 +53,9 @@ _Given = tuple[Ticket[Any] | None, Callable[[], None]]
 
 
 class Actor:
-    """Carries out the requests to one robot and the events that become due on it. `internal_errors`: errors of vrs
-    itself that occurred while serving; `worked`: the CPU time of the actor's thread [s]. If many users are served,
-    `spent` is called, from any thread, with the CPU time [s] of each user's request."""
+    """The executor of all requests to one robot and of its due events. `internal_errors`: errors of vrs itself that
+    occurred while serving; `worked`: the CPU time of the actor's thread [s]. If many users are served, `spent` is
+    called, from any thread, with the CPU time [s] of each user's request."""
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver

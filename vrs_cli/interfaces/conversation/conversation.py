@@ -30,7 +30,7 @@ from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies,
 
 RUNNING = "*"  # prompt while a program runs
 PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
-A_PROGRAM = "a program"  # what each role may type, for error messages
+A_PROGRAM = "a program"  # the name of a typed program in errors of missing rights
 MANY_NAMES = 1000  # number of names from which a search takes some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in functions.FUNCTIONS.items() if row.constant)
 
@@ -45,8 +45,8 @@ def _place(arm: RobotArm, timeline: Timeline, t: float) -> tuple[Vector, str]:
 
 
 class Conversation:
-    """Takes the lines of one user, and collects the program that the user types. Each method returns a dialogue for the
-    actor; nothing that a user types raises an exception in it. `user_state`: the state of this user, if the robot also
+    """The lines of one user, and the program that the user is typing. Each method returns a dialogue for the actor;
+    nothing that a user types raises an exception in it. `user_state`: the state of this user, if the robot also
     has other users (`UserSession.put` runs dialogues with that state)."""
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:

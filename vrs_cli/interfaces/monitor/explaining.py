@@ -39,7 +39,7 @@ SAME_PLACE_M = 1e-6  # [m] tolerance for equal corners
 
 
 class Sight:
-    """Makes pictures of one arm, in a cell or alone. Data that does not change between pictures is kept."""
+    """A maker of pictures of one arm, in a cell or alone. Data that does not change between pictures is kept."""
 
     def __init__(self, arm: RobotArm, world: World | None = None) -> None:
         self.arm, self._path, self._world = arm, approximation.ToolPath(arm, LINE_ERROR_M), world

@@ -20,9 +20,10 @@ LIVE = 0.1  # [s] maximum delay behind the robot that counts as live
 
 
 class Playback(Struct, frozen=True):
-    """Plays a trajectory from `start` to `end` [s] at `rate` seconds of trajectory per second. At the wall time `since`
-    [s] it showed the time `shown` [s]. `follows`: playback stops at `now`, the robot's time, and continues at its own
-    rate when `now` advances, however far `now` jumps. Methods return a new playback, or a value of this one."""
+    """The state of a player of a trajectory, from `start` to `end` [s], at `rate` seconds of trajectory per second. At
+    the wall time `since` [s] it showed the time `shown` [s]. `follows`: playback stops at `now`, the robot's time, and
+    continues at its own rate when `now` advances, however far `now` jumps. Methods return a new playback, or a value of
+    this one."""
 
     start: float
     end: float
@@ -125,8 +126,8 @@ USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # allowed sample rates [1/s]
 
 
 class Viewer:
-    """Samples the robot `rate` times a second, at the time that its `playback` shows. Until another playback is set,
-    the playback follows the robot, `ahead` [s] later than the robot's time."""
+    """A viewer that samples the robot `rate` times a second, at the time that its `playback` shows. By default the
+    playback follows the robot, `ahead` [s] later than the robot's time."""
 
     def __init__(self, rate: float, ahead: float, playback: Playback) -> None:
         self.rate, self.ahead, self.playback = rate, ahead, playback

@@ -41,7 +41,7 @@ class RecordedRobot(NamedTuple):
 
 
 class Observer:
-    """Evaluates the current timeline of a robot: its position at any time (g). Units are metres, radians, seconds."""
+    """An observer of a robot: its position at any time (g) of its timeline. Units are metres, radians, seconds."""
 
     def __init__(self, watched: position.Watched) -> None:
         self.watched = watched
@@ -86,9 +86,9 @@ class _Conversation:
 
 
 class Supervisor(Observer):
-    """Commands a robot through a port. Units are metres, radians, seconds. Any thread may call any method: one request
-    is carried out at a time, in the order of sending. If the robot refuses a request, VrsError is raised; without a
-    connection, RequestRefused. No method waits for a connection."""
+    """A user who commands a robot through a port. Units are metres, radians, seconds. Any thread may call any method:
+    requests are carried out one at a time, in the order of sending. If the robot refuses a request, VrsError is raised;
+    without a connection, RequestRefused. No method waits for a connection."""
 
     def __init__(self, port: Port) -> None:
         self.port, self.followed = port, port.follow()

@@ -47,7 +47,7 @@ class Session(station.Station):
     # the books and timelines of main and of the current branch when the current line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
 
-    told_untrue: tuple[results.Untrue, ...] = ()  # readings that no longer hold and that users were informed of
+    told_untrue: tuple[results.Untrue, ...] = ()  # reported readings of programs that no longer hold
 
     @property
     def prompt(self) -> str:
@@ -77,8 +77,8 @@ class Session(station.Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then continue. A user who types while programs run gets the questions
-        in another way."""
+        """Ask the questions of tasks; the tasks then continue. Skip this for a user who types while programs run: the
+        front end asks these questions."""
         while not self.user_state.lives and self.driver.open_questions():
             yield from self.driver.ask()
             self.settle()
@@ -113,7 +113,8 @@ class Session(station.Station):
         return {name: (book, book.timeline) for name, book in books.items()}
 
     def _tell_displaced(self) -> Iterator[replies.Reply]:
-        """Report the motions that have moved since the line began, or since the last such report of a command file."""
+        """Report the motions whose times have shifted since the line began, or since the previous such report in a
+        command file."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if book is not self.engine.book:

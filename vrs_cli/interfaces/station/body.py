@@ -68,8 +68,8 @@ class ClockSeen(Struct, frozen=True):
 
 
 class ReportNumbers:
-    """Keeps track of the numbers of received reports. `next`: the number after the highest received one; `lost`: how
-    many of the numbers before that are missing."""
+    """The numbers of the received reports, and gaps between them. `next`: the number after the highest received one;
+    `lost`: how many of the numbers before that are missing."""
 
     def __init__(self, next: int) -> None:
         self.next, self.lost = next, 0
@@ -308,11 +308,11 @@ PASSING = frozenset(
 
 
 class DivergenceGuard:
-    """Passes the reports of `body` to a watch, and reacts to an alarm as set by PARAMETER DIVERGENCE. Reports may
-    arrive in any thread, one after the other. `timeline` returns the robot's timeline, in any thread. `alarm`: the last
-    alarm, while the body still differs. `settle` processes everything that is due by now, `stop` stops motion and
-    programs, `runs` returns whether a program is running. `ask` queues a dialogue of the robot itself, from any thread;
-    an urgent dialogue precedes all others."""
+    """The alarm handler of a robot: compares the reports of `body` with the timeline, and reacts to an alarm as set by
+    PARAMETER DIVERGENCE. Reports may arrive in any thread, one after the other. `timeline` returns the robot's
+    timeline, in any thread. `alarm`: the last alarm, while the body still differs. `settle` processes everything that
+    is due by now, `stop` stops motion and programs, `runs` returns whether a program is running. `ask` queues a
+    dialogue of the robot itself, from any thread; an urgent dialogue precedes all others."""
 
     def __init__(
         self,

@@ -26,7 +26,7 @@ from vrs_cli.values.numbers import Value
 NO_PROGRAMS: Mapping[str, ast.Program] = MappingProxyType({})
 LONG_TEXT = 1000  # [characters] minimum length of a text that another thread parses
 LONG_PROGRAM = 100  # minimum number of steps of a program that another thread compiles
-# maximum rounding of a number of an axis that is not reported; rounding to single precision is smaller
+# rounding of an axis component above which it is reported; rounding to single precision is smaller
 LEAST_TOLD = 1e-6
 
 
@@ -99,15 +99,15 @@ MAX_COMPARED_STEPS = 1000  # maximum number of steps of a program whose old vers
 
 
 def _keep_reference(program: ast.Program) -> Callable[[], ast.Program | None]:
-    """Return a function that returns a program as it is in a file; the function returns None for a long program that
-    has been replaced."""
+    """Return a function that returns a program as stored in its file, or None if it was long and has been replaced in
+    memory: only a weak reference to a long program is kept."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
 
 class Unstored:
-    """Compares the memory with the contents of files. Variables that programs change are ignored unless a user changed
-    them first, because the programs can compute them again. Variables are compared when they change, and only after
-    `watch`. `asked_about`: whether a user who leaves is asked about unsaved programs and variables."""
+    """The programs and variables in memory that are in no file. Variables that programs change are ignored unless a
+    user changed them first, because the programs can compute them again. Variables are compared when they change, and
+    only after `watch`. `asked_about`: whether a user who leaves is asked about unsaved programs and variables."""
 
     asked_about = True
 
@@ -129,7 +129,7 @@ class Unstored:
     # --- questions about unsaved work ---
 
     def state(self) -> State:
-        """Return a value that stays equal while no variable and no program changes."""
+        """Return a value that stays equal as long as no variable and no program changes."""
         self._look()
         return self._version, {key: stored.program for key, stored in self._environment.programs.items()}
 
@@ -145,7 +145,7 @@ class Unstored:
 
     @property
     def fresh(self) -> bool:
-        """Return whether `news` would return any variables."""
+        """Return whether `news` has variables to return."""
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:

@@ -61,7 +61,7 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
 
 
 class AskedInVain(Exception):
-    """Raised in the request that shows a task's question to a user, when the task no longer waits for the answer."""
+    """The exception raised in a request that shows a task's question, when the task no longer needs the answer."""
 
 
 class _Run(Struct, eq=False):
@@ -81,12 +81,12 @@ class _Run(Struct, eq=False):
 
 
 class Driver:
-    """Runs the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit. `begin` sets a task
-    to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a task has stopped;
-    `settle` processes everything that is due. `answers` returns whether the current user gets a task's questions.
-    `then` returns the function to call at the end of a task whose user no longer waits, None if the task must stop now.
-    `lags` returns whether users have not yet read what programs have typed. `asking`: the numbers of the questions that
-    are being shown to users."""
+    """The driver of the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit. `begin`
+    sets a task to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a task has
+    stopped; `settle` processes everything that is due. `answers` returns whether the current user gets a task's
+    questions. `then` returns the function to call at the end of a task whose user no longer waits, None if the task
+    must stop now. `lags` returns whether users have not yet read what programs have typed. `asking`: the numbers of the
+    questions that are being shown to users."""
 
     def __init__(
         self,
@@ -255,7 +255,7 @@ class Driver:
         return self.tasks.abort(number)
 
     def drop(self, foreground: tasks.Track | None = None) -> None:
-        """Stop the robot, the task for which a user waited, and the tasks that an internal error of vrs has broken."""
+        """Stop the robot, the task for which a user waited, and all tasks stopped by an internal error of vrs."""
         self.engine.clock.advance(self.engine.clock.reached)
         self.engine.stop()
         for track in self.tasks.running:

@@ -52,7 +52,7 @@ OWN = structs.replace(ATTENDED, max_steps=100_000_000)
 
 
 class Spent(Struct):
-    """Counts the bytes of one kind of output of a run: typed, or written to files. `advice`: the hint at the limit."""
+    """A counter of the bytes of one kind of output: typed, or written to files. `advice`: the hint at the limit."""
 
     option: str
     done: str

@@ -25,7 +25,7 @@ SAME_INSTANT = 1e-5  # [s] tolerance for equal times: after an edit, sensors are
 
 
 class Observations:
-    """Records the signals that the tasks of a robot read."""
+    """The record of signals that the tasks of a robot have read."""
 
     def __init__(self, engine: Engine, tasks: Tasks, signals: Signals) -> None:
         self._engine, self._tasks, self._signals = engine, tasks, signals

@@ -76,7 +76,7 @@ class TypedLines:
 
 
 class Performer:
-    """Carries out the requests of the tasks of one robot. An act that fails raises VrsError. `asked`: whether a task
+    """The executor of requests from the tasks of one robot. An act that fails raises VrsError. `asked`: whether a task
     has asked a question since users last saw the questions. `last`: when the run will be stopped [s]."""
 
     def __init__(
