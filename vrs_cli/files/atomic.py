@@ -91,7 +91,7 @@ def claim(handle: int) -> bool:
 
 
 def is_at(handle: int, path: Path) -> bool:
-    """Return whether a path leads to an open file."""
+    """Return whether a path leads to this open file."""
     try:
         return os.path.samestat(os.fstat(handle), path.stat())
     except OSError:
@@ -304,7 +304,7 @@ def writing(path: Path, hint: str = "") -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        raise  # the reader of our output has ended, which is not an error of the file
+        raise  # the reader of this output has ended, which is not an error of the file
     except OSError as error:
         raise FileError(f"{path} cannot be written: {reason(error)}", hint or _hint(path)) from error
 

@@ -263,7 +263,7 @@ class Disk(Struct, eq=False):
     # --- folders ---
 
     def place(self, task: int, folder: Folder | None) -> None:
-        """Set the folder for the files of a task that begins; None: the common folder."""
+        """Set the folder for the files of a new task; None: the common folder."""
         self.folders.pop(task, None)
         if folder is not None:
             self.folders[task] = folder

@@ -140,7 +140,7 @@ def write_npz(
 ) -> None:
     """Write arrays in metres, radians and seconds: N samples, and the M segments with their polynomials. With
     `measured`, also write the R reports: `measured_times` (R,), `measured_joints`, `measured_velocities` (R, n)."""
-    with TemporaryFile() as whole:  # seekable, because the bytes of a zip depend on that
+    with TemporaryFile() as whole:  # zipfile writes other bytes to a stream that is not seekable
         with ZipFile(whole, "w") as archive:
             _write_samples(archive, arm, timeline, rate)
             arrays = _segments(list(timeline))

@@ -37,14 +37,14 @@ from vrs_cli.wire.records import Form
 
 CHUNK = 1 << 16  # number of bytes that a non-durable journal writes at a time
 TRIES = 3  # maximum number of files tried for one change
-REPORT_SECONDS = 1.0  # [s] length of reports that are written together
-RETRY_SECONDS = 10.0  # [s] length of reports after which a failed write is tried again
+REPORT_SECONDS = 1.0  # [s] time span of the reports that are written together
+RETRY_SECONDS = 10.0  # [s] time span of new reports after which a failed write is tried again
 NOT_DONE = "what cannot be written down is not done: make room, and give it again"
 ANYWAY = "what stops the robot is done all the same, and is written as soon as it can be"
 
 
 class Course(Struct, frozen=True):
-    """The content of a journal: the robot, its first timeline, all changes, and the reports of a body."""
+    """The content of a journal: the robot, its first timeline, all changes, and the reports of the real arm."""
 
     model: RobotModel
     initial: Iterable[Segment]
@@ -135,7 +135,7 @@ class _Before(Struct, frozen=True):
 class Journal:
     """Writes every change of a robot's timeline to a file, which is locked until `close`.
 
-    `path`: the present file; `sound`: the present file is the requested one and is complete. `course` returns all
+    `path`: the present file; `sound`: the present file is the requested file and is complete. `course` returns all
     events up to now; `tell` shows a message before the next answer. `durable=False` (batch): write in large pieces and
     at the end. `together`: `settle` syncs several changes at once, before any of them is answered. `past`: reads older
     parts back if they are dropped from memory. Raises FileError.
@@ -260,8 +260,9 @@ class Journal:
         return data
 
     def add_reports(self, reports: Sequence[Report]) -> None:
-        """Write the reports of a body, about one second of them at a time. If that fails, inform the user, and try
-        again with later reports."""
+        """Write the reports of the real arm, about one second of them at a time. If that fails, inform the user, and
+        try again with later reports.
+        """
         if self._closed:
             return
         if not self._reports:
@@ -349,8 +350,9 @@ class Journal:
         return self._repeat(lambda: self._lines.events(row))
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write the file positions of all rows of a timeline that are already in the file. Return whether that was
-        possible."""
+        """Write a checkpoint: the file positions of all rows of a timeline, which are already in the file. Return
+        whether the checkpoint was written.
+        """
         assert self.past is not None, "it is kept to be read back"
         parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
         events = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.event_parts())

@@ -19,8 +19,8 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
-FIRST = 4096  # number of bytes
-READ_AT_ONCE = 1 << 16  # number of bytes
+FIRST = 4096  # maximum number of bytes in the first read of a pipe
+READ_AT_ONCE = 1 << 16  # [bytes] size of the buffer of an open file
 PIPE_WAIT_S, PIPE_PAUSE_S = 2.0, 0.02  # [s] maximum wait for the other end of a pipe, and pause between attempts
 V = TypeVar("V")
 
@@ -296,7 +296,7 @@ WILD = {ord(character): "_" for character in "*?[]"}
 
 
 def _strange(path: Path) -> str:
-    """Return the kind of the object at a path if it is neither a file nor a folder; otherwise ""."""
+    """Return what a path leads to (a link, a device or a pipe) if it is neither a file nor a folder; otherwise ""."""
     try:
         mode = path.lstat().st_mode
     except OSError:
@@ -322,7 +322,7 @@ def _size(text: str) -> int:
 
 
 def wrong_name(name: str) -> str:
-    """Return why a name is not allowed as a file name on every system; "" if it is allowed."""
+    """Return why some system does not allow a name as a file name; "" if every system allows it."""
     stem = name.partition(".")[0].rstrip(" ").lower()
     if stem in DEVICES:
         return f"{stem.upper()} is a device on Windows"

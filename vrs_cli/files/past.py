@@ -127,9 +127,10 @@ class JournalLine(NamedTuple):
 
 
 class Past:
-    """Reads a journal back. `places`: the file position of the line of each PART-th delta; `checkpoint`: the file
-    position of the last checkpoint. If the journal moves to another file, `file` becomes that file, which has the same
-    lines."""
+    """Reads earlier parts of a journal back into memory. `places`: the file position of the line of each PART-th delta;
+    `checkpoint`: the file position of the last checkpoint. If the journal moves to another file, `file` becomes that
+    file, which has the same lines.
+    """
 
     def __init__(
         self, file: GrowingFile, form: Form, places: Iterable[int] = (), checkpoint: int | None = None
@@ -137,7 +138,7 @@ class Past:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
         self._read_to, self._motions = 0, Motions()  # number of deltas that were read in order, and their motions
 
-    @lru_cache(CACHED_ROWS)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
+    @lru_cache(CACHED_ROWS)  # noqa: B019 (closed journals are few, and drop out of the cache)
     def row(self, place: int) -> Row:
         """Return the row whose line begins at a file position. Raises FileError."""
         return self._read(lambda: Row(wire.decode_row(_line(self.file, place).record, self.form)))
@@ -229,7 +230,8 @@ def _checksums(file: GrowingFile, place: int) -> wire.Checksums:
 class Resumed(Struct, frozen=True):
     """The events in a journal, for continuing it. `size`: the number of bytes of complete lines; `checksum`: the
     checksum of the last line. `version`: the version of the checkpoint that was read; `measured`: all reports of the
-    body."""
+    real arm.
+    """
 
     model: RobotModel
     book: Book

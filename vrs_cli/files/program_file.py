@@ -1,6 +1,7 @@
-"""Program files (.v2): find them and decode their bytes. Also recovery files, which keep programs that exist only in a
-shell's memory. A shell with unsaved programs writes a recovery file and holds a lock beside it; the system frees that
-lock when the shell ends in any way. So a recovery file with a free lock was left by a shell that was killed."""
+"""Find program files (.v2) and decode their bytes. Also keep recovery files, which contain programs that exist only in
+a shell's memory. A shell with unsaved programs writes a recovery file and holds a lock beside it; the system frees that
+lock when the shell ends in any way. So a recovery file with a free lock was left by a shell that was killed.
+"""
 
 from __future__ import annotations
 
@@ -133,7 +134,7 @@ def _near(path: Path) -> str:
 
 
 KEPT, DECLINED = "unstored-", "declined-"
-KEEP_DECLINED_S = 30 * 86_400.0  # [s] how long a declined file is kept
+KEEP_DECLINED_S = 30 * 86_400.0  # [s] how long a recovery file that the user declined is kept
 PRIVATE = 0o700  # permissions of folders for the user's state (XDG Base Directory Specification)
 
 
@@ -197,7 +198,7 @@ class LeftFile(Struct, frozen=True):
     held: HeldLock
 
     def remove(self) -> None:
-        """Remove the file after it was taken over."""
+        """Delete the file, after its programs have been restored."""
         with suppress(OSError):
             self.path.unlink()
         self.held.release()
@@ -217,7 +218,9 @@ def recovery_files(folder: Path) -> list[Path]:
 
 
 def left_files(folder: Path) -> list[LeftFile]:
-    """Return the files left by killed shells, the oldest first. Remove old declined files; skip unreadable ones."""
+    """Return the recovery files of killed shells, the oldest first; skip unreadable files. Also delete declined files
+    older than KEEP_DECLINED_S.
+    """
     for path in folder.glob(f"{DECLINED}*{EXTENSION}"):
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > KEEP_DECLINED_S:
@@ -227,7 +230,7 @@ def left_files(folder: Path) -> list[LeftFile]:
 
 
 def _lock_left(path: Path) -> LeftFile | None:
-    """Return a recovery file with its lock; None if its shell is still running."""
+    """Lock and return a recovery file; return None if its shell is still running."""
     with suppress(OSError, FileError):
         held = hold(_mark(path))
         try:

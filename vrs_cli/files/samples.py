@@ -130,7 +130,9 @@ TOPICS = {
 
 
 class PartPoses(Protocol):
-    """The world around a robot, as used here; its class is in a folder that this one must not import."""
+    """The methods of a robot's world that this file uses; the class itself is in a folder that this folder must not
+    import.
+    """
 
     def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]: ...
 

@@ -1,7 +1,8 @@
-"""Write the memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES), with the comments and blank
-lines of the loaded files at their old positions. Comments inside a program belong to the program. A layout contains the
-other comments: lines before a program or a section, lines before a variable of a section, the comment on a variable's
-line, and the lines after the last part of a file."""
+"""Write the programs and variables in memory as the text of a program file (STORE, STOREP, STOREL, STORER, STORES),
+with the comments and blank lines of the loaded files at their old positions. Comments inside a program belong to the
+program. A layout contains the other comments: lines before a program or a section, lines before a variable of a
+section, the comment on a variable's line, and the lines after the last part of a file.
+"""
 
 from __future__ import annotations
 
@@ -86,11 +87,11 @@ class Layout(Struct, frozen=True):
         return replace(self, parts=parts)
 
     def with_part(self, key: str, before: Iterable[Loose]) -> Layout:
-        """Return the layout with these lines before a program; without lines if the program is deleted."""
+        """Return the layout with other lines before a program; a deleted program has no lines."""
         return replace(self, parts={**self.parts, key: tuple(before)})
 
     def laid_out(self, parts: Iterable[Program | Section]) -> Iterator[Program | Section | Loose]:
-        """Yield programs and sections with the lines that belong to them. The first line of all is not blank."""
+        """Yield programs and sections with their comments and blank lines. The first line of the text is not blank."""
         begun = False
         for part in parts:
             for line in self.parts.get(_part_key(part), ()):

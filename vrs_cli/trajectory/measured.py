@@ -1,6 +1,7 @@
-"""The measured timeline: the joints that a body reported, in order of time, and interpolation between two reports.
+"""The measured timeline: the joints that the real or simulated arm has reported, in order of time, and interpolation
+between two reports.
 
-It is a record: reports are put in, and never changed or taken out. Between two reports joints are interpolated: by the
+It is a record: reports are added, and never changed or removed. Between two reports joints are interpolated: by the
 cubic with their positions and velocities if both have a velocity (cubic Hermite interpolation), else by a straight
 line. The joints are unknown (None) before the first report, after the last one, and between two reports that are more
 than GAP seconds apart.

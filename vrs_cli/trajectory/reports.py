@@ -1,4 +1,4 @@
-"""Reports of a measured robot as columns of plain numbers, side by side in memory.
+"""Store the reports of the real or simulated arm as columns of plain numbers, contiguous in memory.
 
 A report of n joints takes 8 n bytes for positions, 4 n for velocities and 4 n for efforts where it has them, and 9
 bytes for its time and mode.
@@ -36,7 +36,7 @@ class ReportArrays(NamedTuple):
 
 
 class ReportColumns:
-    """Up to `room` reports of n joints, side by side in memory. A row never changes, so readers may read the first rows
+    """Up to `room` reports of n joints, contiguous in memory. A row never changes, so readers may read the first rows
     while later rows are appended.
     """
 

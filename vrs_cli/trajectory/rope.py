@@ -436,8 +436,8 @@ def _take(row: R, held: OffsetNode[R], offset: float) -> None:
 
 
 def locate(held: OffsetNode[Row], t: float) -> tuple[Row, int, float]:
-    """Find the last segment that begins by time t [s], or the first one: return its row, its index in the row, and how
-    long it has been in force at t [s], at most its duration.
+    """Find the last segment that begins by time t [s], or the first one: return its row, its index in the row, and the
+    time from its start to t [s], at most its duration.
     """
     offset, node = held
     while node.__class__ is Branch:  # not isinstance, since this is the most frequent query

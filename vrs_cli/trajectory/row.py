@@ -7,9 +7,9 @@ packed, since they are seldom read: an hour of steering has 180,000 segments. Mo
 been stored as parts of the row. A row that is stored elsewhere may be removed from memory. It is read back on demand,
 for every timeline that has a part of it.
 
-To read many times at once, a block of a row becomes a table of arrays. The table is made when the block is first read
-this way, and kept with the row. Rows are shared by all versions of a timeline that have a part of them, so after an
-edit only the new part becomes a table.
+To evaluate the timeline at many times at once, a block of a row is converted to a table of arrays. The table is made
+when the block is first needed in this form, and kept with the row. Rows are shared by all versions of a timeline that
+have a part of them, so after an edit only the new part becomes a table.
 
 Events are in a second rope of the timeline, of the same kind, so an edit shifts any number of events by changing a few
 nodes. A row of events knows where each channel changes.
@@ -42,7 +42,7 @@ class RowStore(Protocol):
     """A store that holds a row."""
 
     def read(self) -> Row:
-        """Read the stored row; it is identical to the bit. Raises FileError."""
+        """Read the stored row, which is identical to the bit. Raises FileError."""
 
 
 class Row(Sequence[Segment]):

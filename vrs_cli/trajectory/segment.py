@@ -62,7 +62,8 @@ class Phase(Enum):
 class JointPath(Struct, eq=False, gc=False):
     """One polynomial for each joint [rad, m], all of one degree; `s` below is t - t_s [s].
 
-    A path is a value. `pack` reduces its memory to a fifth, as contiguous doubles, which are slower to read.
+    Paths are compared by value. `pack` stores a path as contiguous doubles, which take a fifth of the memory but are
+    slower to read.
     """
 
     _rows: tuple[Polynomial, ...] | bytes
@@ -70,7 +71,9 @@ class JointPath(Struct, eq=False, gc=False):
 
     @classmethod
     def packed(cls, rows: Sequence[Polynomial]) -> JointPath:
-        """Make a packed path. Raises ValueError if the polynomials differ in their number of coefficients."""
+        """Make a path whose coefficients are stored as contiguous doubles. Raises ValueError if the polynomials differ
+        in their number of coefficients.
+        """
         length = len(rows[0])
         numbers: Polynomial = ()
         for row in rows:
@@ -194,7 +197,9 @@ _six_parabolas = _doubles(6 * 3).unpack
 
 
 class Turn(NamedTuple):
-    """A rotation about a fixed unit axis (in the frame turned so far) by a polynomial angle [rad]."""
+    """A rotation about a fixed unit axis (in the frame that the earlier turns have rotated) by a polynomial angle
+    [rad].
+    """
 
     axis: tuple[float, float, float]
     angle: Polynomial
@@ -397,8 +402,8 @@ Path = JointPath | CartesianPath
 
 
 class PackedMotion(Struct, frozen=True, gc=False):
-    """A motion with a goal in joint space, in a third of its memory: its own `number` and `goal`; all else is as in the
-    motion `like`.
+    """A motion with a goal in joint space, in a third of its memory: only `number` and `goal` are its own; it takes all
+    other fields from the motion `like`.
     """
 
     number: int

@@ -37,7 +37,7 @@ class Cause(Enum):
 
 
 class TimelineDelta(NamedTuple):
-    """Turns timeline `version` into `version + 1`.
+    """A change that turns timeline `version` into `version + 1`.
 
     The first `keep` segments stay; if the last of them ends after `cut` [s], it is truncated there. The next `drop`
     segments are replaced by `segments`. All later segments are shifted by `shift` [s], with the same paths to the bit.
@@ -59,9 +59,10 @@ class TimelineDelta(NamedTuple):
 
 
 class Timeline:
-    """tau[k]; `version` is k. The first segment is s_0: the initial pose, without duration, at its start time. A
-    timeline also has dated events in order of time, which change the values of channels (`value_at`). `world`: the
-    state of the world at the start, if the timeline is the end of a longer one and the robot has a cell.
+    """The trajectory tau[k] of a robot; `version` is k. The first segment, s_0, is the initial pose at the start time,
+    without duration. A timeline also has events in order of time, which set the values of channels (`value_at`).
+    `world`: the state of the world at the start, for a robot with a cell, if the timeline is the last part of a longer
+    one.
     """
 
     __slots__ = ("_events", "_last_read", "_rope", "version", "world")

@@ -1,9 +1,9 @@
-"""Define the functions that the planner needs of a velocity profile, `LAWS[profile]`, and the course that LSPB and
-SCURVE share. The file named after a profile has its `LAW`.
+"""Define the functions by which a velocity profile plans motions (`LAWS[profile]`), and the `Course` of a motion that
+LSPB and SCURVE share. The file named after a profile contains its `LAW`.
 
-In a course the velocity changes, stays the same, and goes to zero. The laws differ in how a velocity changes (`Blend`,
-`Change`) and in how the times are found. The motion of joints and tools in these times is computed the same way.
-`scurve` explains the formulas of `Change`.
+A course has three phases: the velocity changes, stays constant, and goes to zero. The laws differ in how the velocity
+changes (`Blend`, `Change`) and in how the times of the phases are found. From these times, all laws compute the motion
+of joints and tools in the same way. `scurve` explains the formulas of `Change`.
 """
 
 from __future__ import annotations
@@ -111,11 +111,11 @@ class Blend(Struct, frozen=True):
         return way - 0.5 * v0 * self.lasts
 
     def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
-        """Return the distance of a change to rest."""
+        """Return the distance that a change to rest covers."""
         return 0.5 * v0 * self.lasts
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
-        """Return the change from v0 to v1 from position p on: a polynomial for each stretch."""
+        """Return the polynomials of a change from v0 to v1 that starts at position p, one for each stretch."""
         return [parabola(p, v0, v1, self.lasts)]
 
     def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
@@ -136,7 +136,7 @@ class Change(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """R of the formula in `scurve`: the velocity gained for each unit of the level."""
+        """R of the formula in `scurve`: the velocity gained for each unit of the held acceleration."""
         return 0.5 * self.rise + self.hold + 0.5 * self.fall
 
     @property
@@ -175,7 +175,9 @@ class Change(NamedTuple):
         return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
-        """Return the change from v0 to v1 from position p on: a polynomial for each of its times that is not 0."""
+        """Return the polynomials of a change from v0 to v1 that starts at position p, one for each part that takes
+        time.
+        """
         level = self.level(v0, a0, v1)
         polynomials: list[Polynomial] = []
         a, v = a0, v0

@@ -11,12 +11,12 @@ The time is minimal over u = 1/S for a given blend time; the blend time is searc
 7.3 "Linear function with parabolic blends", extended to a moving start.)
 
 Steering, a tick at a time: the joints chase a moving target, each as well as its limits allow. Every joint wants the
-velocity `w + g(e)`: that of its target, plus one that removes the error e within a short time, but no more than it can
-brake from on the way: g(e) = e / (2 D), at most sqrt(a |e|). It changes its velocity towards that within D / 2. If
-limits do not matter, this is the critically damped law  q'' = e / D^2 + 2 (w - q') / D  for a target that keeps its
-velocity w, so it follows such a target without a lag. The acceleration is held for one tick, as a parabola. If no other
-target comes, the joints coast for a while and then brake. A joint always leaves itself room for both before the end of
-its range. So it stays inside whatever comes, if it was inside at the beginning.
+velocity `w + g(e)`: the velocity of its target, plus a velocity that removes the error e within a short time. This is
+g(e) = e / (2 D), but at most sqrt(a |e|), from which the joint can brake within the distance e. It changes its velocity
+towards that within D / 2. If limits do not matter, this is the critically damped law q'' = e / D^2 + 2 (w - q') / D for
+a target that keeps its velocity w, so it follows such a target without a lag. The acceleration is held for one tick, as
+a parabola. If no other target comes, the joints coast for a while and then brake. A joint always leaves itself room for
+both before the end of its range. So a joint that begins inside its range stays inside, whatever targets come.
 """
 
 from __future__ import annotations

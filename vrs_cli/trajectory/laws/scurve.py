@@ -7,7 +7,7 @@ With
     R = rise/2 + hold + fall/2          v1 = v0 + a0 rise/2 + A R
     way of the change = v0 b + a0 K0 + A K1,   b = rise + hold + fall
 
-everything is linear in v1 for given times, and the displacement D still to go asks for
+everything is linear in v1 for given times, and the remaining displacement D requires
 
     v1 = E u,   E = D - v0 b - a0 K0 + lag (v0 + a0 rise/2),   1/u = lag + cruise + slow/2,   lag = K1 / R.
 

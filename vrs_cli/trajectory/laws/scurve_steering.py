@@ -1,10 +1,10 @@
 """Joints at constant jerk: changes of velocity piece by piece, stops, and one tick of jerk-limited steering.
 
 Steering follows the rule of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
-joint wants the velocity `w + g(e)`: that of its target, plus one that removes the error e in RESPONSE_TICKS, but at
-most the velocity from which it can brake over the distance e. It wants the acceleration that leads to this velocity and
-is back at 0 at the same time, as soon as its jerk allows. With n ticks to reduce the acceleration to 0, D = w + g - q'
-- q'' tick / 2,
+joint wants the velocity `w + g(e)`: the velocity of its target, plus a velocity that removes the error e in
+RESPONSE_TICKS, but at most the velocity from which it can brake over the distance e. It wants the acceleration that
+leads to this velocity and is back at 0 at the same time, as soon as its jerk allows. With n ticks to reduce the
+acceleration to 0, D = w + g - q' - q'' tick / 2,
 
 q''(next) = 2 D / (tick (1 + n)), n >= 1, n (n + 1) >= 2 |D| / (jerk tick^2).
 
