@@ -1,9 +1,8 @@
-"""Answer the planner's and the observer's questions about the geometry of one arm. `forms.arm_for` makes the arm of a
-robot.
+"""Compute the kinematics of one arm: forward, inverse, velocities and limits. `forms.arm_for` makes the arm of a robot.
 
 All methods work on plain floats; `batch` does the same on arrays and imports numpy when it is first used. A subclass
 adds `branch_joints`, the inverse of one branch, and names its branches. This module selects a branch for a motion,
-checks limits, words refusals and computes velocities.
+checks limits, makes the errors of impossible poses, and computes velocities.
 """
 
 from __future__ import annotations
@@ -62,7 +61,9 @@ Branch = Callable[[Transform, Configuration, Joints], Joints | None]  # the inve
 
 
 class Steady(Protocol):
-    """The methods of an arm that turns its tool as nearly as it can. Its joint rates depend on the desired pose too."""
+    """The methods of an arm that turns its tool as close to the desired orientation as it can. Its joint rates also
+    depend on the desired pose.
+    """
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
         """Return the joints within the limits that minimise the remaining rotation error, by a descent search from
@@ -184,7 +185,9 @@ class RobotArm:
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """Return the lengths [m] and angles [rad] of a closed form by their symbols; none for a search."""
+        """Return the constants of the closed form, lengths [m] and angles [rad], by symbol; empty for an arm without a
+        closed form.
+        """
         return {}
 
     # sign and offset [rad] of each joint: the robot's joint is sign (theta - offset) of the closed form's theta; empty
@@ -198,7 +201,7 @@ class RobotArm:
         """
         raise NotImplementedError
 
-    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:  # noqa: ARG002 (see formula)
+    def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:  # noqa: ARG002 (FormulaArm uses it)
         """Return the intermediate variables of `branch_joints`; empty without a closed form."""
         return {}
 
@@ -213,7 +216,7 @@ class RobotArm:
 
     def guided_state(
         self,
-        T: Transform,  # noqa: ARG002 (see numeric)
+        T: Transform,  # noqa: ARG002 (NumericArm uses it)
         near: Joints,  # noqa: ARG002
         demands: Demands,  # noqa: ARG002
         twist: Twist,  # noqa: ARG002
@@ -248,7 +251,7 @@ class RobotArm:
 
     @cached_property
     def length(self) -> float:
-        """Return the length of all links in one line, from the axis of joint 1 [m]."""
+        """Return the distance [m] of the flange from the axis of joint 1 if all links were in one line."""
         return levers(self.model)[1][0]
 
     @cached_property
@@ -308,7 +311,7 @@ class RobotArm:
         """Return the time that the slowest joint needs from a to b at its full velocity [s]."""
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
-    # --- refusals ----------------------------------------------------------------------------------------
+    # --- errors ----------------------------------------------------------------------------------------
 
     def _refusal(
         self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
@@ -400,13 +403,13 @@ class RobotArm:
     hand: Hand | None = None  # the point that clearances follow; None without a closed form
     boundary = Clearance()  # a pose with a smaller clearance counts as on a boundary, or its wrist as straight
 
-    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms know)
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms use it)
         """Return the distances of a pose from the poses where the closed form of one branch ends or is singular."""
         return Clearance()
 
     def least_clearance(
         self,
-        a: Clearance,  # noqa: ARG002 (closed forms know)
+        a: Clearance,  # noqa: ARG002 (closed forms use it)
         b: Clearance,  # noqa: ARG002
         pace: HandPace,  # noqa: ARG002
         h: float,  # noqa: ARG002
@@ -435,7 +438,7 @@ class RobotArm:
     # the arm itself if its joint rates depend on the desired pose; else None
     steady: Steady | None = None
 
-    def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (another place of the tip, for some)
+    def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (some subclasses use it)
         """Return the arm for a tool: an arm that brings the tip of this tool to a position; for most arms this
         object."""
         return self
@@ -462,7 +465,7 @@ class RobotArm:
         """
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
-    def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (see numeric)
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (NumericArm uses it)
         """Return joint rates for a twist of the tool, or higher derivatives of the joints for the result of
         `beyond`."""
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))

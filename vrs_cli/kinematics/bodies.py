@@ -1,4 +1,4 @@
-"""Give a robot its shapes: its own, or capsules along its links."""
+"""Return the shapes of a robot's links: those of its file, or capsules along the links."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vrs_cli.kinematics.transform import Z, along, inverse, position, rotate, tr
 
 SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without shapes
 ORIGIN = (0.0, 0.0, 0.0)
-THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
+THICK, THIN = 0.055, 0.03  # radii of the first link and of the last, as fractions of the arm's reach
 UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
 SHORT = 1e-6  # [m] shorter distances are not drawn
 

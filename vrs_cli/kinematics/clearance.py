@@ -1,4 +1,4 @@
-"""Bound how near a path comes to the edges of what an arm or its closed form can do.
+"""Bound how close a path comes to the limits of an arm's reach and to the singular poses of its closed form.
 
 A closed form takes a square root that is 0 where the arm is stretched, folded, or as near to axis 1 as it can be, and
 negative beyond the reach. It also takes the angle of a vector that is 0 where two axes of the wrist coincide. Along a
@@ -98,7 +98,7 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """Return a text with the angles of the pose `instead`; if `asked` has the same, those coordinates that differ."""
+    """Return as text the angles of the pose `instead`; if `asked` has the same angles, the coordinates that differ."""
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
     if transform.angle_between(asked, instead) <= STRAIGHT:
         places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
@@ -224,9 +224,9 @@ class Turning(Struct, frozen=True):
     and u' = r . c' + q1' w; the second derivatives follow from these equations.
     """
 
-    rate: float  # maximum rate of joint 1
+    rate: float  # maximum |q1'|: the angular velocity of joint 1
     bend: float
-    outward: float  # maximum rate of u
+    outward: float  # maximum |u'|: how fast the wrist centre moves away from axis 1
     outward_bend: float
 
 

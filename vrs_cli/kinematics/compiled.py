@@ -24,7 +24,7 @@ Entry = float | str  # a known number, or the name of a variable
 Column = tuple[Entry, Entry, Entry]
 
 STILL: Column = (0.0, 0.0, 0.0)
-NOTHING = 1e-15  # maximum entry that counts as rounding of right angles
+NOTHING = 1e-15  # entries up to this size are rounding errors of right angles, and count as 0
 
 
 class Formulas(Struct, frozen=True):

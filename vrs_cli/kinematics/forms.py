@@ -247,7 +247,7 @@ class MappedArm(RobotArm):
         q: Joints,
         twist: Twist,
         T_flange_tool: Transform = IDENTITY,
-        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+        demands: Demands = (),  # noqa: ARG002 (no redundant joints)
     ) -> Joints:
         if not self._bare:
             twist = *rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:])

@@ -40,7 +40,7 @@ class FormulaArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        # imported here because it loads numpy, most of the start-up time of a shell without arrays
+        # imported here because it loads numpy, which takes most of the start-up time of a shell without arrays
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
         return SerialBatch(self.model, self.ways, self.unchanging, over_arrays(self.formula))
@@ -80,7 +80,7 @@ class _OverArrays(ast.NodeTransformer):
 class _WithSteps(ast.NodeTransformer):
     """Rewrites a formula so that it returns all of its variables."""
 
-    def visit_Return(self, node: ast.Return) -> ast.stmt:  # noqa: ARG002 (whatever was returned)
+    def visit_Return(self, node: ast.Return) -> ast.stmt:  # noqa: ARG002 (the returned value does not matter)
         return ast.parse("return locals()").body[0]
 
 

@@ -173,7 +173,7 @@ Asked = tuple[tuple[int, float], ...]  # indexes of joints, with their values at
 
 
 class Walk(Struct, frozen=True):
-    """A walk along a line, from which the guides of a redundant arm follow.
+    """A walk along a line, which determines the guides of a redundant arm.
 
     `end`: the joints at the end of the walk. `weights`: one row for each guide. `margin`: the least distance of any
     joint from the ends of its range, as a fraction of the range. `arrives`: whether the walk reaches the last pose.
@@ -290,7 +290,7 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
 
 
 WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below this angle: FLIP and NOFLIP meet
-NONE = Configuration.of()  # for an arm with one configuration, or with more than words can name
+NONE = Configuration.of()  # for an arm with one configuration, or with more configurations than words can name
 SIDES: tuple[Configuration, ...] = tuple(
     map(Configuration.of, Arm)
 )  # for an arm without another choice, such as a SCARA

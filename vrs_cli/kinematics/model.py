@@ -257,7 +257,7 @@ SAMPLES = (
 
 
 class Origin(Struct, frozen=True):
-    """The source of a model, for people.
+    """The source of a model, as shown to users.
 
     `base`, `tip`: the links at both ends of the arm in the file. `joints`, `types`: the names and types of the joints.
     `fingers`: the joints of the hand. `notes`: choices that the file does not determine.
@@ -279,11 +279,11 @@ class _ModelData(NamedTuple):
 
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The linear [m/s, m/s2, m/s3] and
     angular [rad/s, rad/s2, rad/s3] figures of the tool are those of a straight line at SPEED 100. `profile`: the
-    initial PARAMETER PROFILE. `shapes`: the look, if the file gives it (`bodies.shapes_of` has it for any robot).
-    `collision`: shapes for contacts, if they differ. `hand_width`: the width of the open hand [m], 0 if unknown.
-    `masses`: one row for each link, if the file gives them (`twin.inertia` has those of built-in robots). `origin`: of
-    a file with names. `names_task`: whether the file names the task. Models that differ only in the last three are
-    equal.
+    initial PARAMETER PROFILE. `shapes`: the looks, if the file gives them (`bodies.shapes_of` returns shapes for any
+    robot). `collision`: shapes for contacts, if they differ. `hand_width`: the width of the open hand [m], 0 if
+    unknown. `masses`: one row for each link, if the file gives them (`twin.inertia` has those of built-in robots).
+    `origin`: the source, for a file that names its links and joints. `names_task`: whether the file names the task.
+    Models that differ only in the last three are equal.
     """
 
     name: str

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
 NOTHING = 1e-6  # minimum volume of unit rows (perpendicular: 1): if all poses have less, the arm lacks a motion
-WELL = 0.1  # minimum mean of this volume for a motion that an arm does well
+WELL = 0.1  # minimum mean of this volume for a motion that an arm can make well
 
 SAID = {  # the part of a location that counts, in words
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",

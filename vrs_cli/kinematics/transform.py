@@ -23,7 +23,7 @@ Z: Vector = (0.0, 0.0, 1.0)
 
 RIGHT_ANGLE = pi / 2
 TURN = 2 * pi
-POLE = 1e-10  # [rad] closer to the vertical, the tool's yaw and roll are one angle, and roll takes all of it
+POLE = 1e-10  # [rad] closer to the vertical, yaw and roll of the tool cannot be separated: yaw is set to 0
 
 
 class Transform(NamedTuple):
@@ -227,7 +227,7 @@ def to_oat(T: Transform) -> Vector:
     h = hypot(ax, ay)
     if h < POLE:
         return RIGHT_ANGLE, (-RIGHT_ANGLE if az > 0.0 else RIGHT_ANGLE), _half_open(atan2(ny, sy))
-    # Roll is read against the yaw just found, not from the third row: near a pole the two must agree.
+    # Compute roll relative to the yaw just found, not from the third row: near a pole both angles must agree.
     o = _half_open(atan2(ay, ax)) + RIGHT_ANGLE
     roll = _half_open(atan2(ax * ny - ay * nx, ax * sy - ay * sx))
     return (o - TURN if o > pi else o) + 0.0, (atan2(h, az) - RIGHT_ANGLE) + 0.0, roll

@@ -154,7 +154,7 @@ class NumericArm(RobotArm):
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
         """Yield walks that keep a margin from the ends of the ranges, in the order of `PARTS`.
 
-        Then yield the others that arrive inside the ranges, the widest margin first.
+        Then yield the other walks that arrive inside the ranges, the walk with the widest margin first.
         """
         found, enough = list[Walk](), min(MIN_MARGIN, self._margin(begin) - ROUNDING)
         free = len(begin) > self.model.task.size + len(asked)
@@ -230,7 +230,7 @@ class NumericArm(RobotArm):
         q, _ = self._search(T, self.middle, bounded=False)
         return (None if q is None else self._best_turns(q),)
 
-    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (it has no words)
+    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (the arm has no words)
         self.check_task(T)
         found = self._solutions(T, near)
         if not found:

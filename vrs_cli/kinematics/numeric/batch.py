@@ -13,9 +13,10 @@ of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1)
 the path has derivatives by x that Faa di Bruno's formula bounds by the sums of theirs; those of the place are longer by
 the levers, the greatest distances of the flange from the axes.
 
-beta: c is divided into pieces of g of x each. On a piece the Jacobian J is as on the chord between its ends, up to g2 /
-8 of its second derivative, and F' is J up to |F| times |J|. With A, the inverse of the mean of both ends, |1 - A F'| is
-at most |A| times half of their difference, and |F'^-1| at most |A| / (1 - |1 - A F'|) (Neumann's series).
+To bound beta, c is divided into pieces, each of a length g in x. On a piece the Jacobian J is as on the chord between
+its ends, up to g2 / 8 of its second derivative, and F' is J up to |F| times |J|. With A, the inverse of the mean of
+both ends, |1 - A F'| is at most |A| times half of their difference, and |F'^-1| at most |A| / (1 - |1 - A F'|)
+(Neumann's series).
 
 For a redundant arm F has a row for each guide: the weighted sum of the joints less its value. It is linear in the
 joints and adds nothing to L.
@@ -259,7 +260,7 @@ class Gaps(NamedTuple):
 
 
 class Continuation:
-    """The proof for one arm with as many joints as parts of its task and guides.
+    """The proof for one arm. The number of its joints equals the number of parts of its task plus the number of guides.
 
     `sure`: the maximum distance of joints [rad, m] from which Newton's method finds the proved joints of a line.
     """

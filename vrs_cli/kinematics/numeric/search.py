@@ -5,24 +5,24 @@ from the goal a step follows the gradient, near the goal it is Newton's. A searc
 limit that they would leave, and may get stuck there. A search without limits does not get stuck, and three in four of
 its results are within the limits on another turn. So the solver makes both searches. They start from the near joints,
 then from a fixed sequence of other joints in their ranges: from a few first, and from more if these find nothing. So
-the same location always has the same solution. An arm with fewer than six joints reaches a pose if the error is less
-than three decimals show.
+the same location always has the same solution. For an arm with fewer than six joints a pose counts as reached if the
+error does not show in three decimals.
 
-An arm with more joints than its task needs can be at one place in many ways. A MOVE takes the result from the joints
-where the arm is. On a straight line the joints follow guides (`numeric.arm`): they are then a function of pose and time
+A redundant arm reaches one pose with many joint vectors. A MOVE takes the result of the search that starts at the
+present joints. On a straight line the joints follow guides (`numeric.arm`): they are then a function of pose and time
 alone.
 
-`newton` writes one step of Newton's method, and the joint rates, as Python code for one arm. Everything is seen in the
-frame with the axis of the third joint, and velocities are those of its origin: there many entries of the Jacobian are
-constants, most of them 0 (Waldron, Wang and Bolin, "A Study of the Jacobian Matrix of Serial Manipulators", J.
-Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with constant pivots are eliminated once,
-when the code is written; the others when it runs.
+`newton` writes one step of Newton's method, and the joint rates, as Python code for one arm. All quantities are
+expressed in the frame of the third joint's axis, and velocities are those of its origin: there many entries of the
+Jacobian are constants, most of them 0 (Waldron, Wang and Bolin, "A Study of the Jacobian Matrix of Serial
+Manipulators", J. Mechanisms, Transmissions, and Automation in Design 107(2), 1985). Unknowns with constant pivots are
+eliminated once, when the code is written; the others when it runs.
 
 `Aim.nearest` minimises the squared distance of the tool from a pose and, with less weight, the turn. Each step is that
 of Levenberg and Marquardt within a box, by principal pivoting (K. G. Murty, "Linear Complementarity, Linear and
 Nonlinear Programming", 1988, chapter 4): joints are held at their bounds one by one, and released if they would move
-inwards. The steps never go uphill, so the arm never jumps. They end at the nearest pose around, so that a dragged tool
-slides along the edge of the reach.
+inwards. The steps never go uphill, so the arm never jumps. They end at the nearest pose in the neighbourhood, so that a
+dragged tool slides along the edge of the reach.
 """
 
 from __future__ import annotations
@@ -363,7 +363,7 @@ def bounded_step(
     include 0.
 
     Each joint is held at a bound or free. While a free joint leaves its bounds or a held joint would move inwards, the
-    last such joint changes from one to the other. This ends at the minimum.
+    last such joint switches between held and free. This ends at the minimum.
     """
     columns = list(zip(*rows, strict=True))
     table = compiled.gram(columns)

@@ -10,10 +10,11 @@
 
 The axes of joints 2, 3 and 4 are parallel; joint 6 does not turn its own axis, and the axis of joint 5 leaves the plane
 of the arm at w = d2 + d3 + d4 from the axis of joint 1. With p the origin of frame 5 and y = (s1, -c1, 0) the axes of
-joints 2 to 4: p . y = w gives joint 1, a . y = cos q5 joint 5, (n . y, s . y) = sin q5 (c6, -s6) joint 6, and two bars
-a2 and a3 in the plane the rest. Source: Hawkins, "Analytic inverse kinematics for the Universal Robots" (2013).
+joints 2 to 4: p . y = w gives joint 1, a . y = cos q5 joint 5, (n . y, s . y) = sin q5 (c6, -s6) joint 6, and the two
+bars a2 and a3 in the plane give the other joints. Source: Hawkins, "Analytic inverse kinematics for the Universal
+Robots" (2013).
 
-The configurations, in V+'s words as they suit this arm:
+The configurations, in the words of V+, adapted to this arm:
 
     RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen along the arm
     ABOVE / BELOW     the elbow above / below the line from shoulder to wrist

@@ -1,15 +1,15 @@
 """Solve arms whose axes are all parallel, the SCARA and the planar arms, in closed form.
 
-Two bars in the plane perpendicular to the axes carry the rest: as complex numbers in that plane, with the first axis at
-0,
+Two bars move in the plane perpendicular to the axes. With complex numbers for points of that plane, and 0 for the first
+axis,
 
     wrist = l1 exp(i b1) + l2 exp(i b2),     psi = b2 - b1,     cos psi = (|wrist|^2 - l1^2 - l2^2) / (2 l1 l2).
 
-The wrist is the third axis that turns, or the flange itself without one. A third turn makes the angle of the flange, a
-joint that slides its height; their places in the chain do not matter.
+The wrist is the third turning axis, or the flange if there is no such axis. The third turning joint sets the angle of
+the flange, a sliding joint its height; their positions in the chain do not matter.
 
-RIGHTY is the arm whose elbow is to the right of the line from shoulder to wrist, as a right arm's is (psi >= 0); seen
-from above, or against the first axis if that is level.
+RIGHTY is the arm whose elbow is to the right of the line from shoulder to wrist, like that of a person's right arm (psi
+>= 0); seen from above, or against the direction of a horizontal first axis.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ class ParallelAxesArm(FormulaArm):
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.reach.refusal(self.clearance(T, configuration), "the wrist", hint)
 
-    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same in both)
+    def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (the same for both)
         square = abs(complex(*self.wrist(T)[:2])) ** 2
         return Clearance(outer=self.reach.outer - square, inner=square - self.reach.inner)
 
@@ -164,7 +164,7 @@ class ParallelAxesArm(FormulaArm):
         pace: HandPace,
         h: float,
         *,
-        beside_axis: bool = False,  # noqa: ARG002 (on axis 1)
+        beside_axis: bool = False,  # noqa: ARG002 (the shoulder is on axis 1)
     ) -> Clearance:
         outer, inner = from_shoulder(self.reach, a, b, pace.across, pace.across_bend, h)
         return Clearance(outer=outer, inner=inner)

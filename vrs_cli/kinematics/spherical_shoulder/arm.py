@@ -23,7 +23,7 @@ a pose close to the present one the numerical search goes first, which moves joi
 solves singular poses (the arm is stretched, or joint 2 is at 0), in which no branch exists.
 
 On straight lines joint 7 is not prescribed: the joints follow the guides of `numeric.arm`, by Newton's method. On two
-in five random lines of 200 mm two of the eight branches come so close that no smooth motion of joint 7 suits the line.
+in five random lines of 200 mm two of the eight branches come so close that the line has no smooth motion of joint 7.
 """
 
 from __future__ import annotations

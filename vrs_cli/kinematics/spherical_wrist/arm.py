@@ -122,7 +122,7 @@ class SphericalWristArm(FormulaArm):
         q: Joints,
         twist: Twist,
         T_flange_tool: Transform = IDENTITY,
-        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+        demands: Demands = (),  # noqa: ARG002 (no redundant joints)
     ) -> Joints:
         """Return joint rates [rad/s] that give the tool this twist.
 

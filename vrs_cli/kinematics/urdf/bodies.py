@@ -133,7 +133,7 @@ def _drive(tree: Tree, joint: Joint) -> dict[str, Any]:
 def link_shapes(
     folder: Path, tree: Tree, places: Mapping[str, LinkPlace], *, collision: bool = False
 ) -> tuple[link_data.LinkShape, ...]:
-    """Return the looks of the links in `places`. Paths of mesh files begin at `folder`.
+    """Return the looks of the links in `places`. Paths of mesh files are relative to `folder`.
 
     `collision`: return the shapes for contacts instead.
     """

@@ -1,10 +1,11 @@
 """Choose the arm, the fingers of its hand and its tip in a tree of links, and measure the fingers.
 
-An arm goes from the root to where its fingers part, or to the end. Two long branches are two arms. `notes` report
-choices that the file does not determine; a user determines them by naming base and tip.
+An arm extends from the root to the link where its fingers branch off, or to the end of the tree. Two long branches are
+two arms. `notes` report choices that the file does not determine; a user determines them by naming base and tip.
 
-Measured are which end of each finger's joint is closed, how wide the hand is when open, and the axis along which the
-fingers point: APPRO and DEPART go along the tip's Z, and in the files of many makers fingers point along another axis.
+The module measures at which end of its range each finger's joint is closed, how wide the open hand is, and the axis
+along which the fingers point: APPRO and DEPART go along the tip's Z, and in the files of many makers fingers point
+along another axis.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Solve an arm of four or five joints: with the exact position of the tool and the nearest possible orientation
 (`conditions`).
 
-The desired turn may be impossible, but the joints still follow from the pose. So velocities need the desired pose
-beside the actual one.
+The desired orientation may be impossible, but the desired pose still determines the joints. So joint velocities depend
+on the desired pose as well as on the actual pose.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class SteadyArm(RobotArm):
 
     @cached_property
     def unchanging(self) -> Unchanging:
-        """Return no forbidden parts: the arm turns its tool as nearly as it can."""
+        """Return no forbidden parts: the arm comes as close to any orientation as it can."""
         return Unchanging()
 
     def check_tool(self, T_flange_tool: Transform) -> None:
@@ -63,7 +63,7 @@ class SteadyArm(RobotArm):
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         return (self._least(T, self.middle),)
 
-    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (it has no words)
+    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (the arm has no words)
         found = self._least(T, near)
         if found is None:
             raise self._nowhere(T, near)
@@ -123,7 +123,7 @@ class SteadyArm(RobotArm):
         q: Joints,
         twist: Twist,
         T_flange_tool: Transform = IDENTITY,
-        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+        demands: Demands = (),  # noqa: ARG002 (no redundant joints)
     ) -> Joints:
         T = self.forward(q)
         return self.rates_on(q, lambda _: T, twist, T_flange_tool, 1)[0]

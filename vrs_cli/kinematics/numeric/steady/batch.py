@@ -1,10 +1,10 @@
 """Search many poses of a steady arm at once, and prove that its joints are continuous along a path.
 
 A search is sequential quadratic programming (Nocedal and Wright, "Numerical Optimization", 2006, chapter 18). Each step
-goes to the least of a quadratic model of 1 - cos phi among the joints that reach the place (to first order), within the
-limits, with no joint farther than a radius. Joints at a limit are left out of the multipliers: these then belong to the
-side of the box on which the search continues, and it converges quadratically there too. A search that turns back takes
-shorter steps.
+goes to the minimum of a quadratic model of 1 - cos phi among the joints that reach the position (to first order) and
+are within the limits; no joint moves farther than a radius. Joints at a limit are left out of the multipliers, so that
+the multipliers are those of the side of the box on which the search continues; there it also converges quadratically. A
+search that turns back takes shorter steps.
 
 The minimum of the model is inside the box, on one of its sides (one joint is at an end of its range), or on a corner
 (two joints are). There are few sides and corners, so the search computes the minimum on each of them. This finds the
@@ -21,7 +21,7 @@ cross product matrices of unit axes is (they have rank 2), and those of the firs
 of these joints, times the length of l. F is evaluated on the cubic c(x) at the ends of pieces. F and its slope are 0 at
 both samples, so its second derivative is at most 1/12 of its fourth (the remainder of Hermite's interpolation), and
 between the ends of a piece of g of the gap F is at most g2 / 96 of that from the chord. The second derivative of F'
-bounds F' between them likewise. As F' is regular on the whole way, the missing turn stays a least one.
+bounds F' between them likewise. As F' is regular on the whole path, the missing turn stays a local minimum.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ POSES = 64  # number of poses that are searched at once
 DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position, which matters in singular joints only
 NEARER, WAITS = 0.7, 5  # required factor of improvement; number of steps without it after which a search is given up
 LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step in the same direction and after a step back
-FAR = 0.05  # [rad] with a larger missing turn a search ends if another search of the pose has arrived
+FAR = 0.05  # [rad] with a larger missing turn a search ends if another search for the same pose has succeeded
 ALIKE = 0.03  # [rad, m] searches for one pose with joints this close will take the same path
 MERGED = 6, 3  # first step after which such searches are merged, and number of steps between merges
 FLAT = 1e-12  # smaller bends and determinants count as 0
@@ -401,7 +401,7 @@ class SteadyContinuation:
         off = np.maximum(missed[:, 1:], missed[:, :-1]) + (CHORD * fourth / pieces**2)[:, None] + PROOF_ROUNDING
         return np.asarray((beta * beta * curved[:, None] * off <= MAX_KANTOROVICH).all(axis=1))
 
-    def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (none)
+    def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:  # noqa: ARG002 (no guides)
         """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
         conditions = self.conditions
         at = conditions.terms(q, T)

@@ -1,19 +1,19 @@
 """State the conditions for the joints of a short arm (exact place, nearest turn), and choose starts of searches.
 
-An arm of four or five joints reaches every place in its range in many ways, but not every turn there. It takes the way
-with the smallest turn away from the desired pose. With the rotation R of the flange and W the desired one, by the angle
-phi away from it,
+An arm of four or five joints reaches each position in its range with many joint vectors, but not with every
+orientation. It takes the joints whose orientation is nearest to the desired one. With the rotation R of the flange and
+W the desired one, by the angle phi away from it,
 
     1 - cos phi = (3 - trace(W^T R)) / 2
 
-is least where its slope by the joints is a combination of the slopes of the place, with multipliers l (Lagrange's
-conditions; Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
+is a minimum where its gradient by the joints is a linear combination of the gradients of the position, with multipliers
+l (Lagrange's conditions; Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
 
     P l - O e = 0,   p(q) - p = 0
 
-with the rows P and O of the effect of each joint on place and direction [m/rad, 1], and e the axis of the missing turn,
-as long as its sine. These are as many equations as unknowns: the joints are a function of the pose alone, so a closed
-path brings all joints back, and a possible pose is reached exactly.
+with the rows P and O of the effect of each joint on position and orientation [m/rad, 1], and e the axis of the missing
+turn, as long as its sine. There are as many equations as unknowns, so the joints are a function of the pose alone: a
+closed path brings all joints back, and a possible pose is reached exactly.
 
 The derivatives of the joints along a path follow from those of the conditions. With the unknowns x, joints and
 multipliers, F(x(t), t) = 0 at all times. Its first derivative gives x'; if x is replaced by its own Taylor polynomial
