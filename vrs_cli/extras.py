@@ -48,7 +48,7 @@ def how_to_build_page() -> str:
 
 
 def _origin() -> str:
-    """Return the folder or address from which vrs was installed, or its name at the package index."""
+    """Return the folder or address of the source from which vrs was installed, or its name in the package index."""
     import json
     from importlib.metadata import PackageNotFoundError, distribution
 

@@ -15,7 +15,7 @@ from vrs_cli.interfaces.editor.buffer import ProgramBuffer
 from vrs_cli.interfaces.editor.editors import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.repl.local_robot import Keeper
+from vrs_cli.repl.local_robot import RecoveryWriter
 from vrs_cli.values.acts import ReadDraft
 
 
@@ -25,17 +25,17 @@ class Shell:
     def __init__(self, folder: Path, *, sure: bool = True, robot: str = "puma560") -> None:
         self.terminal = Person(sure=sure)
         self.conversation = Conversation(Session(self.terminal, load_robot(robot)))
-        self.keeper = Keeper(self.conversation, folder, self.terminal)
+        self.writer = RecoveryWriter(self.conversation, folder, self.terminal)
 
     def take(self, *lines: str) -> None:
         for line in lines:
             self.conversation.perform(self.conversation.lines(line))
-            self.keeper.keep()
-        self.keeper._recovery.wait()
+            self.writer.keep()
+        self.writer._recovery.wait()
 
     def kill(self) -> None:
         """What the system does to the lock."""
-        held = self.keeper._recovery._held
+        held = self.writer._recovery._held
         if held is not None:
             held.release()
 
@@ -53,7 +53,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def recovered(folder: Path, *, sure: bool = True) -> Shell:
     shell = Shell(folder, sure=sure)
-    shell.keeper.offer()
+    shell.writer.offer()
     return shell
 
 
@@ -154,7 +154,7 @@ def test_a_memory_that_takes_long_to_write_is_written_now_and_then(
 ) -> None:
     shell = Shell(folder)
     now, worked = iter([0.0, 1.0, 1.9, 2.1]), iter([0.0, 0.2, 0.2, 0.4])
-    shell.keeper._clock = lambda: next(now)
+    shell.writer._clock = lambda: next(now)
     monkeypatch.setattr("vrs_cli.repl.local_robot.time.process_time", lambda: next(worked))
     texts = []
     for number in range(4):

@@ -254,8 +254,8 @@ class Batch(Struct, frozen=True):
         return station
 
     def _program(self, station: Station) -> str:
-        """Return the program that the options name, or the first one of the file. Of a project return main, or else the
-        only program that no other program calls. Raises CommandLineError."""
+        """Return the program that the options name, or the first program of the file. For a project return `main`, or
+        else the only program that no other program calls. Raises CommandLineError."""
         environment = station.environment
         if not environment.programs:
             raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")

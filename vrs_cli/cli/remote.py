@@ -89,8 +89,8 @@ def connect(options: Namespace) -> int:
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:
-    """Return a function that reports texts, but not the same text twice in a row, because repeated attempts to connect
-    fail with the same text."""
+    """Return a function that reports texts through `told`, but skips a text equal to the previous one: repeated
+    attempts to connect fail with the same text."""
     last = ""
 
     def tell(text: str) -> None:

@@ -1,5 +1,5 @@
-"""Limit the time and the memory of a run by means of the operating system. Another module counts the steps of programs
-(`Limits`)."""
+"""Limit the time and the memory of a run by means of the operating system. `Limits` in `interfaces/tasks/` counts the
+steps of programs."""
 
 from __future__ import annotations
 

@@ -237,8 +237,8 @@ def serve_recording(options: Namespace, stack: ExitStack, at: PagePlace, cell: C
 
 
 def relay_robot(options: Namespace, stack: ExitStack, at: PagePlace, cell: Cell | None) -> None:
-    """Serve the page of a robot that is served elsewhere. `cell`: shown if the robot's server has none. Raises the
-    error with which the server refuses."""
+    """Serve the page of a robot of another server. `cell`: shown if the robot's server has none. Raises the server's
+    reason for a refusal."""
     from vrs_cli.net.local_server import BROWSER, LocalServer
 
     token, called = remote.token_of(options.token_file), options.name or BROWSER
@@ -310,7 +310,7 @@ def has_browser() -> bool:
 
 
 class DemoPlace(Local):
-    """A robot in this process; the first lines are entered in place of the user."""
+    """A robot in this process, whose shell starts with lines that the demo enters for the user."""
 
     def front_end(self, terminal: Terminal) -> FrontEnd:
         front_end = super().front_end(terminal)

@@ -96,8 +96,8 @@ class Search:
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Continue the descent of the search; if it makes no progress, the next call starts at another point."""
-        if self._at is None:  # begin at the one of some random joint vectors that the arm reaches first
+        """Continue the search and return joints at the target, if found. Without progress, restart at a new point."""
+        if self._at is None:  # begin at the random joint vector that the arm can reach soonest
             if not self._starts:
                 some = islice(self._anywhere, SEARCH_STARTS)
                 self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)

@@ -26,7 +26,7 @@ DECIMALS = 4  # number of decimals of joint values in a program [deg, mm]
 ATTEMPTS = 6
 FIRST_SHARE = 0.7  # fraction of the tolerance for the path without rounded corners
 FINER_SHARE = 0.6  # factor on the tolerance for the next attempt
-SAME_POSE_SHARE = 0.2  # distance within which one of two poses is enough, as a fraction of the tolerance
+SAME_POSE_SHARE = 0.2  # distance below which two poses count as one, as a fraction of the tolerance
 NEAR_POINTS = 60  # number of path points among which the nearest point is searched
 MAX_RECORDING_S = 3600.0  # [s] maximum duration of a recorded path
 

@@ -45,7 +45,7 @@ def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
 def chase(
     engine: Engine, tempo: Tempo, target: Target, lasting: float, speed: float = 1.0, issued: float | None = None
 ) -> None:
-    """Follow a moving target from now on, until the next target arrives after `lasting` [s]. Raises PowerOff,
+    """Follow a moving target for the time until the next target, `lasting` [s], beginning now. Raises PowerOff,
     JointOutOfRange, CollisionAhead."""
     engine.steer(target, tempo.tick(lasting), speed=speed, text=tempo.text, issued=issued)
 

@@ -285,8 +285,8 @@ class DelayCourse(Simulation):
             self.seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
 
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
-        """Return the joints (N, n) at times (N,), computed one by one, which is faster for a few samples at each of
-        many timelines."""
+        """Return the joints (N, n) at times (N,). They are computed one by one: for few samples this is faster than
+        array operations."""
         return np.array([joints_at(self.robot.arm, timeline, t) for t in times.tolist()])
 
     # --- results ---

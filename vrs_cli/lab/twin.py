@@ -160,8 +160,8 @@ def _view(viewer: Predictor, looks: Floats, reports: Sequence[Report], arrivals:
 class TwinRow(Struct, frozen=True):
     """Means over several trials.
 
-    The fields are errors [deg] by name (frames, predicted, timeline, tracking), and their maxima. `alarm`: the mean
-    over the `alarms` trials (of `trials`) that had an alarm. For the other fields see TwinOutcome.
+    The fields are errors [deg] by name (frames, predicted, timeline, tracking), and their maxima. `alarms`: how many of
+    the `trials` had an alarm; `alarm`: the mean over these. For all other fields see TwinOutcome.
     """
 
     body: str

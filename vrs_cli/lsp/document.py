@@ -372,8 +372,7 @@ class Document:
         self._check_renamed(asked, wanted, self.places(asked), new)
 
     def rename(self, line: int, column: int, name: str) -> tuple[str, tuple[Span, ...]]:
-        """Return the new name in the form in which it is written, and the spans to replace. Raises UsageError,
-        InvalidName."""
+        """Return the new name as it is to be written, and the spans to replace. Raises UsageError, InvalidName."""
         asked, here = self.occurrence(line, column), self._at(line)
         if asked is None or here is None:
             raise UsageError("there is nothing to rename", "programs, labels and variables have names")
@@ -462,8 +461,8 @@ class Document:
         return variables
 
     def _definitions(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
-        """Yield each assignment in the file: its part, the variable, its kind, and the name of the section or program.
-        Sections come first; then programs, of which the part `first` comes first."""
+        """Yield each assignment in the file: its section or program (part and name), the variable and its kind, as
+        (part, variable, kind, name). Sections come first, then the program `first`, then all other programs."""
         sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, ast.Section))
         for placed, section in sections:
             for entry in section.entries:
@@ -612,7 +611,7 @@ def _signature(program: ast.Program) -> str:
 
 
 def new_name(asked: Occurrence, name: str) -> str:
-    """Return a name in the form in which it can replace another name. Raises InvalidName."""
+    """Return a typed name as it is to be written in place of `asked`. Raises InvalidName."""
     if asked.kind is SymbolKind.LABEL:
         if not name.isascii() or not name.isdigit() or float(name) > lexer.LABEL_HIGH:
             raise InvalidName(name, f"a label is a number from 0 to {lexer.LABEL_HIGH}")

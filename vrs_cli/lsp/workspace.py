@@ -162,8 +162,8 @@ class Workspace:
                 yield from (FileSpan(other, span) for span in self.document(other).places(asked))
 
     def rename(self, uri: str, line: int, column: int, name: str) -> tuple[str, dict[str, tuple[Span, ...]]]:
-        """Return the new name in the form in which it is written, and the spans to replace, by address. Raises
-        UsageError, InvalidName."""
+        """Return the new name as it is to be written, and the spans to replace, by address. Raises UsageError,
+        InvalidName."""
         document = self.document(uri)
         asked = document.occurrence(line, column)
         new, spans = document.rename(line, column, name)

@@ -20,7 +20,7 @@ WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive,
 
 
 class Remote(Struct):
-    """A robot behind an open connection. `told`: called with messages about the connection."""
+    """A remote robot, with an open connection. `told`: called with messages about the connection."""
 
     port: Port
     told: Callable[[str], None]

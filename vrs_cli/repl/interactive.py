@@ -269,7 +269,7 @@ class Shell:
             self.terminal_maker.ready.screens.abort()
 
     def _abort(self) -> None:
-        """Abort at a prompt (Ctrl-X). The typed line stays, and above it the output shows what was stopped."""
+        """Abort at a prompt (Ctrl-X). The typed line stays; the output above it names the stopped programs."""
         if self.terminal_maker.ready is not None:
             self._send_abort()
             run_in_terminal(self.terminal_maker.ready.screens.keep_up)

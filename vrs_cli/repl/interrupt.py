@@ -16,8 +16,8 @@ ENDINGS = tuple(number for number in SAID if number != signal.SIGINT)
 
 
 class Ended(KeyboardInterrupt):
-    """The exception for a signal that ends the process: everything that Ctrl-C would stop is stopped, and nothing else
-    is started. `status`: the exit status in the form that shells use."""
+    """The exception for a signal that ends the process: all work that Ctrl-C would stop is stopped, and no new work is
+    started. `status`: the exit status in the form that shells use."""
 
     def __init__(self, number: int) -> None:
         super().__init__(SAID[number])

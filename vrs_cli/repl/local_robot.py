@@ -70,7 +70,9 @@ class ShellRobot:
         self.front_end = FrontEnd(self._terminal, self.port, lambda text: terminal.show(Message(text, Tone.ERROR)))
         self.front_end.driven = self.port
         self.front_end.opening, self.front_end.after, self.front_end.closing = self._open, self._keep, self._close
-        self._keeper = None if recovery is None else Keeper(self.port.user.conversation, recovery, self._terminal)
+        self._recovery_writer = (
+            None if recovery is None else RecoveryWriter(self.port.user.conversation, recovery, self._terminal)
+        )
         self._said = None if recorder is None else recorder.begin(session, self._terminal)
 
     def _open(self) -> None:
@@ -79,8 +81,8 @@ class ShellRobot:
         if self._file is not None:
             self.port.user.conversation.perform(load(self.port.session, Path(self._file)))
             self.front_end.keep_up()
-        if self._keeper is not None:
-            self._keeper.offer()
+        if self._recovery_writer is not None:
+            self._recovery_writer.offer()
 
     def _log_typed(self, text: str) -> None:
         if self._terminal.transcript is not None:
@@ -89,8 +91,8 @@ class ShellRobot:
     def _keep(self) -> None:
         """Write everything that exists only in memory to the recovery file."""
         try:
-            if self._keeper is not None:
-                self._keeper.keep()
+            if self._recovery_writer is not None:
+                self._recovery_writer.keep()
         except Exception as error:
             self.front_end.note(error)
 
@@ -99,8 +101,8 @@ class ShellRobot:
             text = f"task {track.number}, {track.task.program}, ends with the shell at step {track.task.step}"
             self._terminal.show(Message(text, Tone.WARNING))
         self._terminal.log(None)
-        if self._keeper is not None:
-            self._keeper.forget()
+        if self._recovery_writer is not None:
+            self._recovery_writer.forget()
 
 
 def _draw(path: Path, plot: Plot) -> None:
@@ -187,7 +189,7 @@ class LoggedTerminal:
 # --- the recovery file ---
 
 
-class Keeper:
+class RecoveryWriter:
     """The writer of a conversation's recovery file: writes unsaved programs and variables after each line that changes
     them."""
 

@@ -238,7 +238,7 @@ class JogPanel(Struct):
         return arm_window.ArmScreen(self.watched, None, self.text, actions | leaving, abort=abort, world=self.world)
 
     def _stop_robot(self, abort: Callable[[], None]) -> None:
-        """Stop the robot. The user has released the keys of JOG for this, so the next key moves the arm again."""
+        """Stop the robot. Also close the user's JOG stream, so that the next key moves the arm again."""
         abort()
         self.stop()
 

@@ -50,7 +50,7 @@ class ShellTerminal:
         self.vi = False  # whether the keys are those of vi
         self.screens: FrontEnd
         self.leaving = False
-        self.whole_lines = False  # whether a prompt may be below the output, which then appears in whole lines
+        self.whole_lines = False  # whether to write only whole lines, because a prompt may be below the output
         self._begun = ""
         self._later: list[Callable[[], None]] | None = None  # calls that show messages after the editor has closed
         self.last = ""  # the latest message, for the toolbar

@@ -429,8 +429,8 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
 
 
 def _argument_places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
-    """Yield the position of each argument name in a form; each search starts after the previous name, the first one
-    after the word."""
+    """Yield the position of each argument name in a word's syntax, `form`. The search starts after the word, and then
+    after each name found."""
     found = re.match(r"[#$]?[\w.]+", form)
     at = found.end() if found else 0
     for name in names:

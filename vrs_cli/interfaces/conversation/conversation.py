@@ -31,7 +31,7 @@ from vrs_cli.values import acts, diagnostics, hand, numbers, questions, replies,
 RUNNING = "*"  # prompt while a program runs
 PASTED_TOGETHER = 16  # number of pasted lines that are carried out before other users get a turn
 A_PROGRAM = "a program"  # the name of a typed program in errors of missing rights
-MANY_NAMES = 1000  # number of names from which a search takes some milliseconds
+MANY_NAMES = 1000  # a search of this many names takes some milliseconds, so another thread does it
 CONSTANTS = tuple(name.lower() for name, row in functions.FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")

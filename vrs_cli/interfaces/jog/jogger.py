@@ -1,9 +1,9 @@
 """JOG moves the arm step by step, along or about one axis at a time. This module does not depend on keys or a screen.
 
 In real time a step begins at once, interrupts the current motion, and replaces the scheduled motions. The call returns
-while the arm moves. The last key counts: if the same key is pressed again before the arm has finished its step, the
-press is ignored, so that the arm stops soon after the key is released; any other key takes effect at once. In virtual
-time a step is a motion after all others, and the call returns when that motion has ended.
+while the arm moves. If the same key is pressed again before the arm has finished its step, the press is ignored, so
+that the arm stops soon after the key is released; any other key takes effect at once. In virtual time a step is a
+motion after all scheduled motions, and the call returns when the step has ended.
 
 Steps of the tool are straight lines. A line that the arm cannot follow, near a singularity, is refused, and nothing
 moves.
@@ -24,13 +24,13 @@ from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
 from vrs_cli.values import commands, hand, questions, replies
 
-# [s] how long before the end of a step the next one of a sequence may begin, so that the arm does not stop
+# [s] time before the end of a step at which the next step of a held key may begin, so that the arm does not stop
 NEXT_STEP_LEAD_S = 0.3
 # [rad, m] maximum motion of a joint in one step; a larger motion means that a singularity is near
 MAX_JOINT_JUMP = radians(45.0)
-MAX_HALVED_STEPS = 7  # maximum number of times a step that would end in a contact is halved
+MAX_HALVED_STEPS = 7  # maximum number of halvings of a step that would end in a contact
 SAME_JOINTS = 1e-9  # [rad] tolerance for equal joints: a smaller change is not a step
-INCREMENT = 10.0  # [mm, deg] increments in which a long step is checked
+INCREMENT = 10.0  # [mm, deg] length of the pieces in which a long step is checked
 JOG_JOINTS_HINT = "jog the joints away from there first"
 # [mm, deg] lengths by which a line at the end of the reach is shortened until joints can follow
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -104,7 +104,7 @@ def axis_of(engine: Engine, name: str) -> hand.Axis:
 
 
 class Jogger:
-    """Moves the arm of a station in steps. `speed`: in percent of full speed. `said`: the message about the last
+    """The control of a station's arm by steps. `speed`: in percent of full speed. `said`: the message about the last
     key."""
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
@@ -141,7 +141,7 @@ class Jogger:
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
-            # opposite keys cancel out: the opposite step goes back to where the current one began
+            # opposite keys cancel out: the opposite step returns to the start of the current step
             takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
             begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
             present, self._goes_on = engine.timeline, False
@@ -213,8 +213,8 @@ class Jogger:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> tuple[joints.Joints, float, str]:
-        """Return the joints at which a step ends, the fraction of the step that is possible, and the reason if that is
-        not the whole step."""
+        """Return the joints at which a step ends, the possible fraction of the step, and the reason if the step is not
+        possible as a whole."""
         if axis.frame is hand.Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1

@@ -228,7 +228,7 @@ def _go_on(station: Station, it: ast.Instruction, number: int | None = None, ret
     """Continue a stopped task. `retry`: repeat the step that failed."""
     number = _task_number(station, it) if number is None else number
     track = station.tasks.get(number)
-    # the task continues at a step other than the next one
+    # the task does not continue at its next step, so compile it for entry at any step
     if track is not None and (retry or track.task.fault is not None):
         yield from station.compile_program(track.task.program, everywhere=True)
     if not number:

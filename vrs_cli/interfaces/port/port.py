@@ -124,7 +124,7 @@ class Port(Protocol):
         the user."""
 
     def listen(self, outlet: Outlet) -> None:
-        """Send all messages that belong to no request to this outlet."""
+        """Send all messages that are not answers to requests to this outlet."""
 
     def follow(self) -> FollowedRobot:
         """Return the robot's timeline and clock, kept up to date afterwards. Raises RequestRefused."""

@@ -52,7 +52,7 @@ class LoadedFile(Struct, frozen=True):
             if isinstance(section, ast.Section):
                 its, found = variables_of(section, memory.units)
                 diagnostics += found
-                memory.take(its)  # so that not every use of such a name is reported
+                memory.take(its)  # define the variables of faulty sections too, so that their uses are not reported
                 if section.whole and first_error(found) is None:
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | {**beside, **programs}
@@ -113,9 +113,9 @@ class Unstored:
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # programs as they are in their files
+        self._programs: dict[str, Callable[[], ast.Program | None]] = {}  # the file versions of programs
         self._different: WeakSet[StoredProgram] = WeakSet()  # programs that differ from the version in their files
-        self._values: dict[Item, Value] = {}  # values as they are in their files
+        self._values: dict[Item, Value] = {}  # the values of variables in their files
         self._items: set[Item] = set()
         self._changed: set[Item] = set()  # variables that changed since the last comparison
         self._before: Mapping[Item, Value] | None = None  # values at the start of the running program
@@ -205,7 +205,7 @@ class Unstored:
 
     @property
     def of_program(self) -> bool:
-        """Return whether a running program makes the current changes, and not the user."""
+        """Return whether changes made now come from a running program instead of the user."""
         return self._before is not None
 
     def begin_run(self) -> None:

@@ -110,7 +110,7 @@ class Driver:
             self.disk,
             self._transcript.show,
             outside or Outside(),
-            # the program continues, without the device
+            # a missing device is only a warning: the program continues without it
             lambda missing: terminal.show(replies.Message(str(missing), replies.Tone.WARNING)),
         )
         self.devices.outside.tell = lambda text: terminal.show(replies.Message(text))

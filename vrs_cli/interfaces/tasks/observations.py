@@ -1,5 +1,5 @@
-"""Record on the timeline what programs read of outputs and inputs (WAIT, SIG, BITS, REACT). After an edit, compare
-these readings with the timeline. Also find waits that no event can end. A step records the state of a signal once
+"""Record on the timeline the signals that programs read (WAIT, SIG, BITS, REACT). After an edit, compare these
+readings with the timeline. Also find waits that no event can end. A step records the state of a signal once
 between two commands, and again when the state has changed: a loop that polls a signal records each change of the
 signal, not each reading."""
 

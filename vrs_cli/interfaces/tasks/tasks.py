@@ -1,6 +1,6 @@
 """The tasks of one robot, by number: which tasks run, which have stopped, what each waits for, and which one has the
 robot. Task 0 is the robot program, 1 the process control program of VAL-II, others are tasks of V+; -1 is a prompt
-line. The robot belongs to one task at a time: to task 0 when it starts, or to the task that attaches the robot."""
+line. One task at a time has the robot: task 0 when it starts, or the task that attaches the robot."""
 
 from __future__ import annotations
 
@@ -288,7 +288,7 @@ class Tasks(memory.System):
         return track
 
     def only_waits(self, track: Track) -> bool:
-        """Return whether the task is a prompt line in real time, where the arm moves whether or not the line waits."""
+        """Return whether the task is a prompt line in real time: it only waits, and the arm also moves without it."""
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
