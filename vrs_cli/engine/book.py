@@ -39,7 +39,7 @@ SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
 
 class WindowSize(Struct, frozen=True):
     """The part of a book that stays in memory: the commands and deltas of the last `changes`, and the last `segments`.
-    The next checkpoint is due `checkpoint` changes after the last one.
+    A new checkpoint is written `checkpoint` changes after the last checkpoint.
     """
 
     changes: int = 512
@@ -73,8 +73,9 @@ class MemoryWindow:
         self._first_event = 0  # number of the first event that is not written yet
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
-        """Remove a part of the past from memory after these changes, and write a checkpoint if one is due. `timeline`:
-        the timeline after the changes. `commands`, `number`: as for `Store.keep_checkpoint`."""
+        """Remove a part of the past from memory after these changes, and write a checkpoint if enough changes have
+        passed. `timeline`: the timeline after the changes. `commands`, `number`: as for `Store.keep_checkpoint`.
+        """
         self._first = min(
             [self._first, *[max(delta.keep - SMALL_LEAF - 1, 0) for delta in deltas]]
         )  # segments may be merged with their neighbours
@@ -214,7 +215,7 @@ class Book:
     # --- reading ---
 
     def records(self) -> tuple[CommandRecord, ...]:
-        """Return the motion commands that are in force and can be taken back, in the order of issue."""
+        """Return the motion commands that UNDO can take back, in the order of issue."""
         return records(self.timeline, [step.delta for step in self.history.done])
 
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
@@ -256,7 +257,7 @@ class Book:
         self.told([delta])
 
     def end_stream(self) -> None:
-        """End the stream of targets: UNDO takes its motion back as one change."""
+        """End the stream of targets, so that UNDO takes its whole motion back as one change."""
         if self.stream is not None:
             self.stream = None
             self.history.lengthen_last(self.timeline)

@@ -59,7 +59,7 @@ STRAIGHTENINGS = 2  # number of straightenings; the second removes the rounding 
 
 
 class Touch(NamedTuple):
-    """A part of a path on which one clearance is zero; `which`: the index of that clearance in `Clearance.sizes`."""
+    """A part of a path on which a clearance is zero; `which`: the index of this clearance in `Clearance.sizes`."""
 
     begin: float
     end: float
@@ -319,7 +319,8 @@ class Kinks:
 
 
 def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
-    """Return T_robot_tool at the end of a line, turned so that two wrist axes that nearly coincide become one line.
+    """Return T_robot_tool at the end of a line, turned so that two wrist axes that nearly coincide then coincide
+    exactly.
 
     The turn is about the wrist's centre, by no more than `ON_BOUNDARY`. Without this turn, a line that passes beside
     the singular pose would turn the joints of the wrist almost instantly.

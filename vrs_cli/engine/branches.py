@@ -69,7 +69,7 @@ class Branches:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all branches that are visible to the present user, main first."""
+        """Return the names of all branches that the present user can see, main first."""
         return (MAIN, *(branch.name for (who, _), branch in self._made.items() if who == self.who))
 
     @property
@@ -209,7 +209,7 @@ class Branches:
         return branch.name
 
     def _check_time(self) -> None:
-        """Raise UsageError if the engine has a real-time clock, which allows only one course of events."""
+        """Raise UsageError if the engine has a real-time clock, which does not allow branches."""
         if self.engine.realtime:
             raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
 
@@ -265,8 +265,9 @@ class Branches:
     def _planned_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
     ) -> Parts[tuple[list[HistoryStep], Timeline, float]]:
-        """Plan the commands of a branch one after another on main as it is now. Return the commands, and the timeline
-        and clock of main after them."""
+        """Plan the commands of a branch again, in order, on the present main. Return the commands, and the timeline and
+        clock of main after them.
+        """
         begun, timeline = (main.book.timeline, left.book.timeline), main.book.timeline
         old, clock = fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest

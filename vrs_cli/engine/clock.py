@@ -1,6 +1,6 @@
-"""Clocks of a robot: virtual time jumps to the next instant; for real time the robot waits. The robot gets one of these
-clocks. `now` advances only when the robot asks for it. So a program sees the same exact times with every clock, and the
-time for planning delays nothing: an instant lasts until its work is done.
+"""Clocks of a robot: virtual time jumps to the next instant; in real time the robot waits for it. The robot gets one of
+these clocks. `now` advances only when the robot asks for it. So a program sees the same exact times with every clock,
+and the time for planning delays nothing: an instant lasts until its work is done.
 """
 
 from __future__ import annotations

@@ -97,7 +97,8 @@ def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
 
 def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
     """Yield the behaviour of the robot in each segment, without the command that caused it. The first item is the
-    start, the last one the finish."""
+    start, the last item the finish.
+    """
     for block in blocks:
         (starts, finishes), part = block.times(), slice(block.first, block.last)
         paths, motions = block.row.paths[part], block.row.motions[part]

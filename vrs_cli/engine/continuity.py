@@ -36,7 +36,7 @@ SEED_DOUBLINGS = 8  # maximum number of doublings of the number of seeds
 SEED_SIDE = 1e-9  # distance from the instant between two seeds, as a fraction of the time between them
 MAX_NEWTON_REST = 0.2  # fraction of a seed's distance from the joints that may remain after Newton's first step
 PROOF_TOLERANCE = 1e-3  # [rad, m] joints that are this near the cubic are on its branch
-GAPS_AT_ONCE = 8  # number of gaps halved at once, the finest first, so that an impossible line is detected early
+GAPS_AT_ONCE = 8  # number of gaps halved at once, the shortest gaps first, so that an impossible line is detected early
 
 
 class Followed(Struct, frozen=True, dict=True):
@@ -208,7 +208,7 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
 
 
 def _arrays(continuation: LineProof, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
-    """Return the gaps as arrays of the kind that the continuation needs."""
+    """Return the gaps as arrays, in the form that this kind of continuation needs."""
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
     place, turn = place * h**4, turn * h[:, None] ** POWERS

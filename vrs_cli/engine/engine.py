@@ -494,7 +494,7 @@ class Engine:
 
         RESYNC is one command, also in the journal. In virtual time the clock advances to its end. `leaves`: the minimum
         time [s] until which the robot stays at the measured joints. Raises PowerOff, MotionError, and the errors of the
-        `checks`; with `stops` the checks are skipped, since no body moves.
+        `checks`; with `stops` the checks are skipped, since the real arm does not move.
         """
         if not stops:
             self._check_power()
@@ -712,7 +712,7 @@ class Engine:
         if not self.realtime:
             self.clock.set(clock)
         altered, done = self.settings.alter, self.book.history.done
-        if altered is not None:  # the displacement is that of the last command in force; none if ALTON came later
+        if altered is not None:  # use the displacement of the last command in force; none if ALTON came after it
             then = done[-1].altered if done else None
             same = then is not None and then.mode is altered.mode
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))

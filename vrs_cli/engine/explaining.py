@@ -33,7 +33,7 @@ from vrs_cli.values.results import SegmentFate, SplicedSegment
 SEGMENT_SAMPLES = 33  # number of samples of a segment
 PEAK_SAMPLES, PEAK_ROUNDS = 9, 2  # number of samples around a peak, and of rounds that sample it more closely
 DERIVATIVES = 4  # number of functions: the joints and their first three derivatives
-NEAR_PEAK = 0.02  # a segment may contain the peak if a sample is within this fraction of the largest one
+NEAR_PEAK = 0.02  # a segment may contain the peak if a sample is within this fraction of the largest sample
 ROWS_AROUND = 3  # number of segments shown before and after a change
 
 

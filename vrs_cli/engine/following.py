@@ -146,7 +146,7 @@ class Follower:
 
         True for arms whose singularities are not known.
         """
-        if sample.joints is not self._judged[0]:  # each stretch begins with the previous one's last
+        if sample.joints is not self._judged[0]:  # a stretch begins with the last joints of the stretch before
             arm = self.arm
             near = arm.hand is None or min(arm.singularity(sample.joints)) < NEARLY_SINGULAR
             self._judged = sample.joints, near

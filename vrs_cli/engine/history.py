@@ -132,8 +132,9 @@ class Undone(Struct, frozen=True):
 
 
 class History:
-    """`done`: the steps in force, oldest first, without the `forgotten` ones before them. `undone`: the steps that were
-    undone, in reverse order of REDO; None for a forgotten step."""
+    """`done`: the steps in force, oldest first, after a number of `forgotten` steps. `undone`: the steps that were
+    undone, in reverse order of REDO; None for a forgotten step.
+    """
 
     def __init__(
         self, done: Iterable[HistoryStep] = (), undone: Iterable[Undone | None] = (), forgotten: int = 0
@@ -173,7 +174,7 @@ class History:
         for step in self.done[first : first + len(deltas)]:
             index = step.version - columns.version
             if 0 <= index < len(deltas) and step.delta is deltas[index]:
-                structs.force_setattr(step, "_index", index)  # the step stays one object: branches compare steps
+                structs.force_setattr(step, "_index", index)  # change the step in place, because branches compare steps
                 structs.force_setattr(step, "_source", columns)
 
     def add(self, step: HistoryStep) -> None:
@@ -225,7 +226,7 @@ class History:
         return known[: (*commands, len(known))[count]]
 
     def take_back(self, clock: float, motion: Motion | None = None) -> None:
-        """Undo the step of a motion (default: the last one), which may be forgotten; `clock` is the present time [s].
+        """Undo the step of a motion (default: the last step), even a forgotten step; `clock` is the present time [s].
         Raises UsageError if there is no step.
         """
         place = len(self.done) - 1
@@ -242,7 +243,7 @@ class History:
             _check_count(0, 1, "undo", "", "")
 
     def do_again(self, motion: Motion | None = None) -> None:
-        """Put the step that was undone last in force again. Raises UsageError if there is no such step."""
+        """Redo the step that was undone last. Raises UsageError if there is no such step."""
         if not self.undone:
             self.last_undone(1)
         last = self.undone.pop()

@@ -59,7 +59,7 @@ class Load(Struct, frozen=True):
         return max(self.velocity, sqrt(self.acceleration), cbrt(self.jerk))
 
     def worse(self, other: Load) -> Load:
-        """Return the maxima of both loads, with the joint of the worse one."""
+        """Return the maxima of both loads, with the joint of the larger load."""
         if other.velocity <= self.velocity and other.acceleration <= self.acceleration and other.jerk <= self.jerk:
             return self  # the most frequent case
         if not (self.velocity or self.acceleration or self.jerk):
@@ -318,7 +318,7 @@ class StretchLoad:
         return Load(0.0, worst * margin, joint=joint + 1, at=(self.path, times[_where_largest(columns[joint])]))
 
     def _worse(self, load: Load, rates: Iterable[Rates]) -> Load:
-        """Return a load, or a worse one by joint accelerations with their margin."""
+        """Return the larger of a load and the load by joint accelerations with their margin."""
         for s, row in rates:
             ratios = list(map(truediv, map(abs, row), self.limits.max_acceleration))
             worst = max(ratios)

@@ -51,9 +51,9 @@ def plan(
 ) -> TimelineDelta:
     """Function f: return the change of the timeline that lets `motion` start at `executed` [s].
 
-    Cut the timeline there, plan the motion, plan the following ones again, shift the rest. `insert` false: drop all
-    later motions. `event`: an event at the start of the motion. Raises MotionError if the motion, or a later one that
-    is planned again, is impossible; the message names that later motion.
+    Cut the timeline there, plan the motion, plan the following motions again, and shift the remaining segments.
+    `insert` false: drop all later motions. `event`: an event at the start of the motion. Raises MotionError if the
+    motion is impossible, or a later motion that is planned again; the message names the later motion.
     """
     cut = cut_at(arm, timeline, executed)
     cut, segments = _plan_from_cut(timeline, cut, Problem(arm, cut.here, motion, executed, slowest))
@@ -77,11 +77,11 @@ def plan_resync(
     """Function f for RESYNC: go to the measured joints [rad, m], put inside their ranges, and from there to the end of
     the motion in progress. With `stops`, stay at the measured joints and drop all scheduled motions.
 
-    The body holds its position meanwhile, so only the virtual robot moves to the measured joints, as fast as its limits
-    allow. Then both have the same joints, and the body follows again. RESYNC is one command with one delta. `times`:
-    issued and executed [s]. `leaves`: the minimum time [s] until which the robot stays at the measured joints, so that
-    the body learns of the motion in time. `resting`: the motion to use if none is in progress; its goal is replaced.
-    Raises MotionError.
+    The real arm holds its position meanwhile, so only the virtual robot moves to the measured joints, as fast as its
+    limits allow. Then both have the same joints, and the real arm follows again. RESYNC is one command with one delta.
+    `times`: issued and executed [s]. `leaves`: the minimum time [s] until which the robot stays at the measured joints,
+    so that the real arm receives the motion in time. `resting`: the motion to use if none is in progress; its goal is
+    replaced. Raises MotionError.
     """
     issued, begin = times
     under_way, index = timeline.locate(begin)[0].motion, timeline.index_at(begin)

@@ -268,7 +268,7 @@ def _joints_on_lines(arm: RobotArm, lines: list[_Line], out: Floats) -> None:
     out[np.concatenate([line.rows for line in lines])] = q
     for line in lines if np.isnan(q).any() else ():
         for row, s in zip(line.rows, line.s.tolist(), strict=True):
-            if np.isnan(out[row]).any():  # a search for one pose may find more than for many
+            if np.isnan(out[row]).any():  # the search for a single pose may succeed where the search for many fails
                 out[row] = segment_joints(arm, line.segment, s)
 
 
@@ -283,7 +283,7 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionAr
 
 
 def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
-    """Store positions that were computed one by one in the rows `at`."""
+    """Store positions, which were computed one by one, in the rows `at`."""
     import numpy as np
 
     for name in ("joints", "velocity", "acceleration", "hand"):

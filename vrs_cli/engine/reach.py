@@ -128,7 +128,7 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
 
 
 def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
-    """Yield poses half-way, beside a line, the nearest first."""
+    """Yield via poses beside the middle of a line, the nearest first."""
     way = vector_difference(position(end), position(begin))
     axis, angle = axis_angle(compose(inverse(begin), end))
     half_turned, middle = (

@@ -220,8 +220,8 @@ NEW_NAMES = frozenset({"CLEARANCE", "COLLISION"})  # ignored in prefixes of olde
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
-    """Return the row of a name, or of a prefix that matches only one name, or only one name outside `NEW_NAMES`. Raises
-    UsageError.
+    """Return the row of a name, or of a prefix that matches only one name (names in `NEW_NAMES` count only if no other
+    name matches). Raises UsageError.
     """
     upper = name.upper()
     if upper in table:
@@ -298,7 +298,7 @@ class Altered(Struct, frozen=True):
 
 
 class Settings(Struct, frozen=True):
-    """All settings of one robot. `acceleration` is a fraction of the nominal one.
+    """All settings of one robot. `acceleration` is a fraction of the nominal acceleration.
 
     `configuration`: the configuration words since the last precision point. `hand`: the opening that OPEN or CLOSE
     asked for the next motion.

@@ -55,7 +55,7 @@ Seeds = tuple[Joints, ...]
 Marks = tuple[float, ...]
 WALK_STEP, WALK_TURN = 0.03, 0.15  # [m, rad] maximum step of a walk along a line
 MIN_WALK_STEPS = 6  # minimum number of steps of a walk
-WALK_FACTORS = (1, 5)  # factors on the number of steps; the second one is tried if walks with the first lead to no line
+WALK_FACTORS = (1, 5)  # factors on the number of steps; 5 is tried if no walk with factor 1 leads to a line
 
 _new = tuple.__new__
 

@@ -302,7 +302,7 @@ class After(Struct, frozen=True):
             acceleration=1.0 if goal is None else self.settings.acceleration,
             tip_speed=speed.tip,
             rotation=speed.rotation,
-            duration=on_grid(duration) if duration else 0.0,  # 0.0 is one object for all motions
+            duration=on_grid(duration) if duration else 0.0,  # all motions share the object 0.0
             swivel=None if pose is None else self.settings.swivel.present.swivel,
             frames=frames or self.before.frames,
             text=text,
@@ -331,4 +331,4 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
 
 def _limit_speed(speed: float) -> float:
     """Limit a fraction of nominal speed to at most 1, and to at least the minimum speed."""
-    return min(1.0, max(speed, MIN_SPEED))  # 1.0 is one object for all motions
+    return min(1.0, max(speed, MIN_SPEED))  # all motions share the object 1.0

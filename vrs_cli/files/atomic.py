@@ -134,7 +134,7 @@ def _take_lock(beside: Path, handle: int) -> HeldLock | None:
             beside.unlink(missing_ok=True)
             return HeldLock(beside, None)
         if locked and is_at(handle, beside):
-            with suppress(OSError):  # the lock is valid even if a full disk prevents writing the owner
+            with suppress(OSError):  # the lock is valid even if the disk is full and the owner cannot be written
                 os.ftruncate(handle, 0)
                 os.write(handle, b"\n%d\n" % os.getpid())
             in_vain.pop_all()

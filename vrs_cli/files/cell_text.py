@@ -90,7 +90,7 @@ class CellText:
         self.wrong.append(f"{self.path}:{line + 1}: {message}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
-        """Return the lines of a table, starting with the one that begins with a key; all lines if there is none."""
+        """Return the lines of a table, starting with the line that begins with a key; all lines if no line does."""
         last = re.escape(key.rpartition(".")[2])
         begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
         first = next((at for at in entry.lines if begins.match(self._lines[at])), entry.lines.start)

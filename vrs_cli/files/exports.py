@@ -40,8 +40,9 @@ class Exporter(Struct, frozen=True):
     """A format: its name for `--to`, its file extension, and its writer (stream, arm, timeline, number).
 
     The number is a sampling rate [Hz], or the time [s] for a picture of one moment. `shows_cell`: `write` also takes
-    the World around the robot, as `world`. `tells_measured`: `write` also takes the reports of a body, as `measured`.
-    `check` raises UsageError if a package is missing. `usual`: returns the default of the number for a timeline.
+    the World around the robot, as `world`. `tells_measured`: `write` also takes the reports of the real arm, as
+    `measured`. `check` raises UsageError if a package is missing. `usual`: returns the default of the number for a
+    timeline.
     """
 
     name: str

@@ -467,9 +467,10 @@ def keep_journal(
     together: bool = False,
     reach: WindowSize | None = None,
 ) -> Journal:
-    """Write all changes in the engine's book to a file: a new one, or one that was read and whose events the engine
+    """Write all changes in the engine's book to a file: a new file, or a file that was read and whose events the engine
     continues. Each change is synced before it takes effect. `tell` is called if the file is lost. `reach`: older parts
-    are dropped from memory and read from the file. Raises FileError, UsageError; the file is then released."""
+    are dropped from memory and read from the file. Raises FileError, UsageError; the file is then released.
+    """
     try:
         found, goes_on = it.resumed, None
         if found is not None:

@@ -162,7 +162,7 @@ class Past:
     def _read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         try:
             return list(self._deltas(first, last, Motions()))
-        except RecordError:  # written by an older vrs: its lines refer to motions described before the part
+        except RecordError:  # file of an older vrs: its lines refer to motions that are described before this part
             if self._read_to != first:
                 self._read_to, self._motions = 0, Motions()
                 for _ in self._deltas(0, first, self._motions):

@@ -60,7 +60,9 @@ def _check_events(timeline: Timeline, edit: EventEdit) -> None:
 
 class LoadedTimeline:
     """A timeline while the deltas of its file are being applied. Appended segments are collected in a list, and added
-    to the rope together. `_last` is the last segment of the list, or of the timeline if the list is empty."""
+    to the rope together. `_last` is the last segment of the list; if the list is empty, the last segment of the
+    timeline.
+    """
 
     def __init__(self, timeline: Timeline) -> None:
         self._timeline, self._last, self._version = timeline, timeline[len(timeline) - 1], timeline.version
@@ -239,8 +241,9 @@ def faults(arm: RobotArm, timeline: Timeline, deltas: Sequence[TimelineDelta], l
 def in_lines(
     found: Iterable[Breach], timeline: Timeline, deltas: Sequence[TimelineDelta], lines: Sequence[int]
 ) -> Iterator[Fault]:
-    """Yield a fault for each breach of a timeline. Its line is the last one that made a segment around the breach, or
-    that cut the first of these segments off at its present end."""
+    """Yield a fault for each breach of a timeline. Its line is the last line that made a segment around the breach, or
+    that cut off the first of these segments at its present end.
+    """
     for breach in found:
         neighbours = [timeline[index] for index in (breach.index - 1, breach.index) if index >= 0]
         made = (

@@ -2,9 +2,9 @@
 Foxglove shows without plugins and `ros2 bag play` plays.
 
 Topics: at each sample /joint_states (sensor_msgs/JointState), /tool (geometry_msgs/PoseStamped, T_world_tool) and /tf
-(tf2_msgs/TFMessage, the frames of all links and the tool, each in the one before); /commands (rcl_interfaces/Log) when
-a motion begins; /signals (the same type) when a signal or the hand is set; in a cell also /tf (T_world_part) when a
-part has moved since the last sample. The log's clock is the robot's: 0 is 0 s.
+(tf2_msgs/TFMessage, the frames of all links and the tool, each in the frame before it); /commands (rcl_interfaces/Log)
+when a motion begins; /signals (the same type) when a signal or the hand is set; in a cell also /tf (T_world_part) when
+a part has moved since the last sample. The log's clock is the robot's: 0 is 0 s.
 """
 
 from __future__ import annotations
@@ -332,7 +332,7 @@ class _Samples:
 
 
 def _commands(timeline: Timeline) -> Iterator[LogMessage]:
-    """Yield a message when a motion begins, and when it continues after an inserted one."""
+    """Yield a message when a motion begins, and when it continues after an inserted motion."""
     before = 0
     for segment in timeline:
         motion = segment.motion

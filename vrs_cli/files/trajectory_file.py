@@ -103,9 +103,10 @@ def read_trajectory(
     path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False, within: Folder = FREE
 ) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line. A trajectory
-    must obey the laws of motion; if one from an older file without checksums does not, the recording has warnings.
-    `lenient`: read as much as possible of a damaged file, with warnings. `progress` is called with the fraction of the
-    file that has been read, from 0 to 1."""
+    must obey the laws of motion; if a trajectory from an older file without checksums does not, the recording has
+    warnings. `lenient`: read as much as possible of a damaged file, with warnings. `progress` is called with the
+    fraction of the file that has been read, from 0 to 1.
+    """
     file = Path(path)
     try:
         with within.open_to_read(file) as stream:

@@ -107,10 +107,10 @@ class RobotArm:
     `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose is out of reach if it
     needs a motion that no joint can make. Each arm has one object, so the object may cache results.
 
-    `ways`: the configurations; a single one without words if the arm has no choice. `lines_keep_words`: whether poses
-    between two configurations are singular, so that a straight line stays in one configuration, and a MOVE too if it
-    can. `seed_step`: the maximum change of the joints [rad, m] for which `branch_joints` finds the same branch.
-    `method`: the method of the inverse in a few words, for the user.
+    `ways`: the configurations; a single configuration without words if the arm has no choice. `lines_keep_words`:
+    whether poses between two configurations are singular, so that a straight line stays in one configuration, and a
+    MOVE too if it can. `seed_step`: the maximum change of the joints [rad, m] for which `branch_joints` finds the same
+    branch. `method`: the method of the inverse in a few words, for the user.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
@@ -269,8 +269,8 @@ class RobotArm:
         )
 
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """Return the joints of one branch, each on the turn inside its limits that is nearest to `near`; None if there
-        are none.
+        """Return the joints of one branch, each on the turn inside its limits that is nearest to `near`; None if the
+        branch has no such joints.
         """
         q = self.branch_joints(T, configuration, near)
         return None if q is None else self._inside(q, near)

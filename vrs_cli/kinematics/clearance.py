@@ -120,7 +120,7 @@ def _angle(a: Vector, b: Vector) -> float:
 
 SINGULAR = 1e-10  # sine or [m] below which a joint's angle is noise
 BOUNDARY = 1e-11  # allowed excess over the reach by rounding: cosine of the elbow, or [m2] at axis 1
-ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundary, or two wrist axes as one
+ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundary, or two wrist axes as coincident
 UNKNOWN = -inf  # clearance without a known bound, because another clearance that it depends on may be 0
 
 

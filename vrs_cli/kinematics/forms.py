@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
-    """Return the arm of a model, in the first closed form that fits its axes, else a numerical one."""
+    """Return the arm of a model: with the first closed form that fits its axes, else a numerical arm."""
     closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
     closed = closed or _spherical_shoulder(model)
     if closed is not None:

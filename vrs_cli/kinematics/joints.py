@@ -278,7 +278,7 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
         return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
-        """Return the words of this configuration that none of the others has."""
+        """Return the words of this configuration that no other of these configurations has."""
         return tuple(
             flag.name
             for i, flag in enumerate(self.flags)
@@ -293,7 +293,7 @@ WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below this angle: FLIP and NO
 NONE = Configuration.of()  # for an arm with one configuration, or with more configurations than words can name
 SIDES: tuple[Configuration, ...] = tuple(
     map(Configuration.of, Arm)
-)  # for an arm without another choice, such as a SCARA
+)  # for an arm that only has the choice of the arm word, such as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration.of(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
 
 

@@ -266,7 +266,7 @@ class ShapeReader(DataReader, frozen=True):
         return x, y, z
 
     def pair(self, data: object, key: str) -> tuple[float, float]:
-        """Return one size twice, or the sizes at both ends."""
+        """Return the sizes at both ends; a single number counts for both."""
         values = data if isinstance(data, list | tuple) else (data, data)
         if len(values) != 2:
             raise self.wrong(key, f"is a list of {len(values)}", "give one number, or that at `from` and that at `to`")

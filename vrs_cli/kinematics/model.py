@@ -2,7 +2,7 @@
 
 The whole pose counts for six joints, a part of it for an arm that cannot reach every pose. A file that names no task
 gets the task that fits (`model_data.fitting_task`). The whole pose may also count for four or five joints: such an arm
-takes the poses that it can reach and refuses the others.
+accepts the poses that it can reach and refuses all other poses.
 
 Two arms with the same arrangement of axes differ only in directions, zeros and frames. So a closed form is written once
 for an arrangement, and solves any robot with this arrangement (`chain_of`).

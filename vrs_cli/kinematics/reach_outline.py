@@ -39,7 +39,7 @@ def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
     """Return the outermost points of a tool tip's reach, p_robot [m]. Seen from above and from the side, they have the
     same convex outlines as the reach.
 
-    The search is random: in each round the best pose of each direction is the best of all poses of the last round.
+    The search is random: each round varies the best pose of each direction, chosen from all poses of the round before.
     """
     arm, random = arm_for(model), np.random.default_rng(1)
     lower, upper = np.array(model.lower), np.array(model.upper)

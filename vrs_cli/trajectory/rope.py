@@ -247,7 +247,7 @@ def columns(held: OffsetNode[Row], index: int) -> Iterator[tuple[float, float, P
 
 
 def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:
-    """Return the same rope, in which no row in memory is longer than `most` segments."""
+    """Return the same rope, with rows in memory cut to at most `most` segments."""
     pieces: list[OffsetNode[Row]] = []
     for _, offset, leaf in parts(held):
         if leaf.row.away or len(leaf.row) <= most:
@@ -264,7 +264,7 @@ def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:
 
 # --- editing -----------------------------------------------------------------------------------------------------
 
-_EDITING = Lock()  # two threads that extend the same version must not both append to the same row
+_EDITING = Lock()  # held while a rope is edited, so that two threads do not append to the same row
 
 
 def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:
@@ -408,7 +408,7 @@ def _is_sparse(node: Node[R]) -> bool:
 
 
 def _merge_neighbours(left: OffsetNode[R], right: OffsetNode[R]) -> list[OffsetNode[R]]:
-    """Make one node of two neighbours of one height, if it can hold both."""
+    """Merge two neighbours of the same height into one node, if one node can hold both."""
     a, b = left.node, right.node
     if isinstance(a, Branch) and isinstance(b, Branch):
         if (len(a.nodes) + len(b.nodes)) * MERGED_DIVISOR > MAX_CHILDREN:

@@ -412,7 +412,7 @@ class PackedMotion(Struct, frozen=True, gc=False):
 
     @classmethod
     def of(cls, motion: Motion, before: PackedMotion | None) -> PackedMotion:
-        """Pack a motion. `before`: the one packed before it, which often has the same objects in all other fields."""
+        """Pack a motion. `before`: the motion packed before, which often has the same objects in all other fields."""
         goal = motion.goal or ()
         known = before is not None and _other_fields(motion) == _other_fields(before.like)
         return cls(motion.number, _doubles(len(goal)).pack(*goal), before.like if before and known else motion)
@@ -437,7 +437,7 @@ def _other_fields(motion: Motion) -> list[int]:
 
 
 class Segment(Struct, frozen=True, gc=False):
-    """A stretch of the timeline: `start` is t_s and `finish` t_f [s]; `motion` is the motion that it belongs to.
+    """A stretch of the timeline: `start` is t_s and `finish` t_f [s]; `motion` is the motion of which it is a part.
 
     A truncated segment keeps its path and finishes earlier; a shifted segment keeps its path exactly.
     """

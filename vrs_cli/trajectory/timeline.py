@@ -170,8 +170,8 @@ class Timeline:
         return () if self._events is None else tuple(sorted(rope.last_values(self._events.node)))
 
     def same_events(self, other: Timeline) -> bool:
-        """Return whether both have the same events because no edit between them has changed any event; this check costs
-        nothing.
+        """Return whether both timelines share the same events, because no edit between them has changed an event. This
+        check costs nothing.
         """
         return self._events is other._events
 
@@ -302,7 +302,7 @@ class Timeline:
         return self._of_ropes(made, self._with_events(delta.events), self.version + 1, self.world)
 
     def append(self, segments: Sequence[Segment], version: int) -> Timeline:
-        """Return the timeline of that version which has more segments behind its last one, and the same events."""
+        """Return a timeline of this version with more segments at its end, and the same events."""
         made = rope.splice(self._rope, len(self), len(self), segments, 0.0)
         assert made is not None, "no segment was dropped"
         return self._of_ropes(made, self._events, version, self.world)
@@ -319,8 +319,8 @@ class Timeline:
         return rope.splice(self._events, edit.keep, edit.keep + edit.drop, edit.events, edit.shift)
 
     def inverse(self, delta: TimelineDelta) -> TimelineDelta:
-        """Return the delta that takes `delta` back. `self` is the timeline before it; the result fits the timeline
-        after it.
+        """Return the delta that reverses `delta`. `self` is the timeline before `delta`; the result applies to the
+        timeline after it.
         """
         edit, events = delta.events, None
         if edit is not None:
@@ -422,8 +422,8 @@ class DeltaLog(Sequence[TimelineDelta]):
     def extend(
         self, deltas: Iterable[TimelineDelta], timeline: Timeline | None = None
     ) -> list[tuple[DeltaColumns, list[TimelineDelta]]]:
-        """Append deltas. `timeline`: the one after them, with which packed deltas can share rows. Return the parts that
-        are now packed, each with its deltas.
+        """Append deltas. `timeline`: the timeline after them, with which packed deltas can share rows. Return the parts
+        that are now packed, each with its deltas.
         """
         packed = []
         for delta in deltas:

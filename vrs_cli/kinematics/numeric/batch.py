@@ -47,7 +47,7 @@ SINGULAR = 5e-9  # [m, rad] allowed error in a singular pose, where further step
 class NumericBatch(SerialBatch):
     """`NumericArm` over arrays. Rows that do not converge are NaN.
 
-    `solve`: another function for the solution of one pose, as `branches`.
+    `solve`: a function that solves one pose instead of this search; it returns joints as `branches` does.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ class NumericBatch(SerialBatch):
         return found
 
     def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool) -> Floats:
-        """Return the joints after one damped step. Joints that the step would push out of their range stay."""
+        """Return the joints after one damped step. Joints that the step would push out of their range do not move."""
         still = np.zeros(q.shape, dtype=np.bool_)
         step = self._step(J, error, still)
         if bounded:

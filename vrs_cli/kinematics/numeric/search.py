@@ -93,7 +93,7 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
 
 
 def as_long_as_angle(v: Vector, cosine: float) -> Vector:
-    """Return a rotation vector as long as its angle, from one as long as the sine of the angle."""
+    """Return a rotation vector whose length is its angle, from a vector whose length is the sine of the angle."""
     sine = hypot(*v)
     if sine < 1e-12:  # no turn, or half a turn: take any axis, because the next step corrects it
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)
@@ -101,7 +101,7 @@ def as_long_as_angle(v: Vector, cosine: float) -> Vector:
     return v[0] * factor, v[1] * factor, v[2] * factor
 
 
-SEEN_FROM = 2  # index of the frame in which all is computed: the one with the axis of the third joint
+SEEN_FROM = 2  # index of the frame in which everything is computed: the frame with the axis of the third joint
 SIDES = 2  # number of right sides of the equations: the error, and the rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -19,7 +19,7 @@ to z6, so the equation r . z5 = length gives joint 6, in two ways: r . x5 = m co
 2 turn z3 into the direction of the upper arm, in two ways.
 
 A pose is solved for values of joint 7 on a grid around its present value, and then more finely around the best one. For
-a pose close to the present one the numerical search goes first, which moves joint 7 no farther than needed. It also
+a pose close to the present pose the numerical search is tried first; it moves joint 7 no farther than needed. It also
 solves singular poses (the arm is stretched, or joint 2 is at 0), in which no branch exists.
 
 On straight lines joint 7 is not prescribed: the joints follow the guides of `numeric.arm`, by Newton's method. On two
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import NumericBatch
 
 ALPHAS = (-0.5 * pi, 0.5 * pi, 0.5 * pi, -0.5 * pi, 0.5 * pi, 0.5 * pi)
-VERTICAL = 1e-4  # sine of joint 2 below which axes 1 and 3 count as one
-STEPS = (0.5, 0.02)  # [rad] steps of joint 7 between tries; the fine step is used if the coarse one finds nothing
+VERTICAL = 1e-4  # sine of joint 2 below which axes 1 and 3 count as coincident
+STEPS = (0.5, 0.02)  # [rad] steps of joint 7 between tries; the fine step is used if the coarse step finds nothing
 CLOSE = 0.3  # [m, rad] maximum distance from the present pose at which a search finds a near solution
 HALVINGS = 5  # number of halvings of a step around the best try
 
@@ -114,8 +114,9 @@ class SphericalShoulderArm(NumericArm):
         self.links, self.branches_at = links, make_branches(links)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        """Return one solution, with joint 7 near the middle of its range. If no solution is inside the limits, it is
-        outside."""
+        """Return one solution, with joint 7 near the middle of its range. If no solution is inside the limits, return a
+        solution outside them.
+        """
         for q7 in self._grid(self.middle[6], STEPS[0]):
             found, time = self._quicker(T, self.middle, q7, self.middle, inf)
             if time < inf:
@@ -123,7 +124,9 @@ class SphericalShoulderArm(NumericArm):
         return super().branches(T)
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Return the solution inside the limits that joints `near` reach soonest; for a close pose, a near one."""
+        """Return the solution inside the limits that joints `near` reach soonest; for a close pose, return a solution
+        near `near`.
+        """
         if self.beyond(T):
             return []
         close = max(map(abs, self.missing(near, T)[1])) < CLOSE

@@ -130,8 +130,8 @@ class SphericalWristArm(FormulaArm):
         other twist raises StraightLineSingular with the singularity. Near a singular pose the rates are large: compare
         them with the limits.
 
-        The arm moves the wrist centre and the wrist turns about it, so the 6x6 Jacobian falls into three small ones
-        (Hollerbach and Sahar 1983), each with its own singularity:
+        Joints 1 to 3 move the wrist centre, and the wrist turns the hand about it, so the 6x6 Jacobian splits into
+        three small Jacobians (Hollerbach and Sahar 1983), each with its own singularity:
 
             shoulder    wrist centre in the plane through the axis of joint 1        u = 0
             elbow       arm stretched or folded flat                                 sin psi = 0
@@ -183,7 +183,7 @@ class SphericalWristArm(FormulaArm):
             if reach < bounds.SINGULAR or abs(out * h + down * v) > AT_REST * reach:
                 raise _singular("elbow", "the arm is stretched or folded flat")
             qd2 = qd23 = (down * h - out * v) / (reach * reach)
-        # the rest of the turn, which the wrist makes
+        # the part of the turn that the wrist has to make
         x += s23 * qd1
         y -= qd23
         z -= c23 * qd1

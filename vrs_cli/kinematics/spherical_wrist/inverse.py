@@ -99,8 +99,8 @@ def swapped_words(geometry: Geometry, *, down: bool, folded: bool) -> int:
 
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
-    """Return the configuration of the joints; on a border, except for rounding, the one with the first word of the
-    pair.
+    """Return the configuration of the joints; on a border (within rounding), the configuration with the first word of
+    the pair.
     """
     _, _, _, a3, d4, _, _, forearm, _ = geometry
     _, _, q3, _, q5, _ = q
@@ -122,7 +122,7 @@ ON_AXIS = SINGULAR * SINGULAR  # [m2] maximum squared distance of a point on an 
 
 
 def flipped_wrist(q4: float, q5: float, q6: float, bends: bool) -> tuple[float, float, float]:
-    """Return joints 4 to 6 of FLIP for those of NOFLIP; the same ones at a singular wrist."""
+    """Return joints 4 to 6 of FLIP for joints 4 to 6 of NOFLIP; at a singular wrist both are the same."""
     if bends:
         q4 = q4 - pi if q4 > 0.0 else q4 + pi
         q5 = -q5
@@ -230,7 +230,7 @@ class Circle(NamedTuple):
 
     @property
     def straight(self) -> float:
-        """Return a positive number if z3 and z5 point in similar directions at q5 = 0, a negative one if they are
+        """Return a positive number if z3 and z5 point in similar directions at q5 = 0, a negative number if they are
         opposite.
         """
         return -sin(self.alpha4) * sin(self.alpha5)

@@ -295,7 +295,7 @@ def _change(joint: Joint, level: float) -> Phases:
 
 
 def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
-    """Return the phases of a joint at the instants of another joint; None if the phases do not keep the joint's
+    """Return the phases of a joint that change at the instants of another joint; None if such phases exceed the joint's
     limits.
     """
     way, v0, a0, v_max, a_max, jerk = joint

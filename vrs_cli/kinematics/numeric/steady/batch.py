@@ -64,7 +64,7 @@ DAMPING = 1e-13  # [m2, rad2] damping of steps towards a position, which matters
 NEARER, WAITS = 0.7, 5  # required factor of improvement; number of steps without it after which a search is given up
 LONGER, SHORTER = 1.5, 0.5  # factors of the radius after a step in the same direction and after a step back
 FAR = 0.05  # [rad] with a larger missing turn a search ends if another search for the same pose has succeeded
-ALIKE = 0.03  # [rad, m] searches for one pose with joints this close will take the same path
+ALIKE = 0.03  # [rad, m] searches for one pose whose joints are this close will continue alike
 MERGED = 6, 3  # first step after which such searches are merged, and number of steps between merges
 FLAT = 1e-12  # smaller bends and determinants count as 0
 OVER = 1e-9  # [rad, m] a step may leave the box by rounding
@@ -108,7 +108,8 @@ class SteadyBatch(SerialBatch):
     def _search_all(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
         """Search poses (N, 3, 4) within the limits; return the number of the pose of each result, and the results.
 
-        If starts are samples and none of the first ones leads to the pose itself, search from others too.
+        If the starts are samples, and no search from the first samples reaches the pose exactly, also search from other
+        samples.
         """
         pose, begin, bounded = self._first_starts(T, near)
         found = self._within_limits(self.search(T[pose], begin, bounded, pose=pose))
@@ -280,7 +281,7 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
     """Return steps (N, n) of the joints to the minimum of slope . z + z . bend z / 2, with low <= ways z <= high.
 
     `ways` (N, n, 2): the change of the joints by the two variables z. If no step stays in the box, return the step that
-    leaves it least.
+    leaves the box by the smallest distance.
     """
     determinant = bend[:, 0, 0] * bend[:, 1, 1] - bend[:, 0, 1] ** 2
     upwards = (determinant > FLAT) & (bend[:, 0, 0] > 0.0)
@@ -300,7 +301,7 @@ def _over(step: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def _on_sides(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
-    """Return the best of the steps to the sides and corners and of those inside the box (N, n)."""
+    """Return the best steps (N, n) among the steps to sides and corners and the steps inside the box."""
     ends = np.stack((low, high), axis=2)  # both limits of each joint's step (N, n, 2)
     # The variables with two joints at ends: (N, 2 n (n - 1), 2)
     first, second = np.array(list(combinations(range(ways.shape[1]), 2))).T

@@ -17,8 +17,8 @@ closed path brings all joints back, and a possible pose is reached exactly.
 
 The derivatives of the joints along a path follow from those of the conditions. With the unknowns x, joints and
 multipliers, F(x(t), t) = 0 at all times. Its first derivative gives x'; if x is replaced by its own Taylor polynomial
-of degree k - 1, the k-th derivative of F is -K x^(k), K = dF/dx. The first is exact; the others come from values of F
-at seven times, near enough to each other for ten decimals.
+of degree k - 1, the k-th derivative of F is -K x^(k), K = dF/dx. The first derivative is exact; the higher ones are
+computed from values of F at seven times, near enough to each other for ten decimals.
 
 Arms with parallel joints 2 to 4, as most arms for teaching, start from a table. For an angle of the last joint of five,
 joint 1 follows from the place of the tip: it turns the plane of joints 2 to 4 to the distance of the tip from it, in
@@ -165,11 +165,11 @@ STRIDE = 0.02  # [rad, m] maximum change of a joint from one of these times to t
 
 
 class CannotFollow(Exception):
-    """Raised in a singular pose, where no joint rates follow the path."""
+    """Raised in a singular pose, where no joint rates can follow the path."""
 
 
 class Way:
-    """One arm at joints q that belong to the desired pose T_base_flange."""
+    """One arm at the joints q for the desired pose T_base_flange."""
 
     def __init__(self, conditions: SteadyConditions, q: Joints, T: Transform) -> None:
         self.conditions, self.q = conditions, np.array(q)
@@ -232,7 +232,7 @@ ROLLS, DIRECTIONS = (
 PARTS = 0.5 - 0.5 * np.cos(np.linspace(0.02, pi - 0.02, DIRECTIONS))
 BEYOND = 0.02  # fraction of the length of both bars by which a position may be out of reach at an entry
 OUTSIDE = 8.0  # [rad/rad] missing turn that counts as much as an angle outside its range
-WORSE = 0.5  # [rad] entries that are worse than the best one by more than this are not used as starts
+WORSE = 0.5  # [rad] entries that are worse than the best entry by more than this are not used as starts
 MAX_STARTS = 16
 
 
@@ -305,7 +305,7 @@ class PlanarStarts:
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
         least = _least(within) | _least(missed + OUTSIDE * outside)
-        # if the bars just reach a position, all directions give the same joints: keep one
+        # if the bars just reach a position, all directions give the same joints: keep one direction
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MAX_STARTS]
@@ -350,7 +350,9 @@ class PlanarStarts:
         return (q2, q3, self.signs[1] * (directions - q2 - self.signs[0] * q3)), apart
 
     def _residuals(self, q1: Floats, T: Floats, direction: Floats) -> Floats:
-        """Return the missing turn of the hand [rad], from the trace of rotations, one of them about the normal."""
+        """Return the missing turn of the hand [rad], from the trace of a product of rotations, one of them about the
+        normal.
+        """
         back = rotation_about_batch(self.axis, q1.ravel())[:, :, :3].reshape(*q1.shape, 3, 3)
         rest = (self.hands @ T[:, :3].T)[:, None] @ back
         along = np.einsum("i,...ij,j->...", self.normal, rest, self.normal)
