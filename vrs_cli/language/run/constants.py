@@ -23,7 +23,6 @@ from vrs_cli.language.run.environment import HANDLERS, evaluator, for_step
 from vrs_cli.language.run.memory import Context, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Program, Statement
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.values import Kind, plain
@@ -71,7 +70,7 @@ class Constants(Struct, frozen=True):
     context: Context
     perform: Callable[[commands.Request], None]
 
-    def findings(self, program: Program) -> Iterator[Diagnostic]:
+    def findings(self, program: ast.Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant that would fail in every run. It is not an error, because a run may never
         reach the step."""
         channelled = TAKE_CHANNELS if waits_for_signals(program) else TAKE_CHANNELS - {"WAIT"}
@@ -79,7 +78,7 @@ class Constants(Struct, frozen=True):
             with suppress(RecursionError):  # the compiler refuses an expression that is nested so deeply
                 yield from self._in_expressions(_expressions(statement, channelled)) or self._whole(statement)
 
-    def above_full_speed(self, program: Program) -> Iterator[Diagnostic]:
+    def above_full_speed(self, program: ast.Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant speed above full speed; a run limits it to full speed without a message."""
         limited = (
             one for one in program.statements if isinstance(one, ast.Instruction) and one.word in ("SPEED", "ACCEL")
@@ -89,12 +88,12 @@ class Constants(Struct, frozen=True):
 
     # --- expressions ---
 
-    def _in_expressions(self, expressions: Iterable[Expression]) -> list[Diagnostic]:
+    def _in_expressions(self, expressions: Iterable[ast.Expression]) -> list[Diagnostic]:
         """Return the mistakes in expressions that cannot be evaluated; each mistake marks the smallest part that
         fails."""
         return [found for expression in expressions for found in self._expression(expression)]
 
-    def _expression(self, expression: Expression) -> list[Diagnostic]:
+    def _expression(self, expression: ast.Expression) -> list[Diagnostic]:
         if not _evaluable(expression):
             return self._in_expressions(ast.children(expression))
         if (error := _error(lambda: self._evaluate(expression), (*NEVER_RIGHT, errors.UsageError))) is None:
@@ -102,7 +101,7 @@ class Constants(Struct, frozen=True):
         named = next((one for one in ast.children(expression) if isinstance(one, ast.BareWord)), expression)
         return self._in_expressions(ast.children(expression)) or [_wrong(named.span, error)]
 
-    def _value(self, expression: Expression) -> Value | Gap:
+    def _value(self, expression: ast.Expression) -> Value | Gap:
         """Return the value of an expression if it is constant, otherwise a gap."""
         if isinstance(expression, ast.StringConstant):
             return expression.value
@@ -110,13 +109,13 @@ class Constants(Struct, frozen=True):
             return number
         return self._evaluate(expression) if _constant(expression) else Gap.REAL
 
-    def _evaluate(self, expression: Expression) -> Value:
+    def _evaluate(self, expression: ast.Expression) -> Value:
         value: Value = evaluator(lambda compiler: compiler.item(expression), {})(self.context)
         return value
 
     # --- statements ---
 
-    def _whole(self, statement: Statement) -> Iterator[Diagnostic]:
+    def _whole(self, statement: ast.Statement) -> Iterator[Diagnostic]:
         """Yield the mistakes in a statement whose expressions can all be evaluated."""
         if isinstance(statement, ast.For):
             yield from self._check(statement.step, for_step)
@@ -125,7 +124,7 @@ class Constants(Struct, frozen=True):
             yield from self._check(statement.modifiers.within, lambda seconds: stamp_of(None, seconds))
             yield from self._instruction(statement)
 
-    def _check(self, expression: Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
+    def _check(self, expression: ast.Expression | None, check: Callable[[float], object]) -> Iterator[Diagnostic]:
         value = None if expression is None else self._value(expression)
         if expression is not None and isinstance(value, float) and (error := _error(lambda: check(value))) is not None:
             yield _wrong(expression.span, error)
@@ -142,7 +141,7 @@ class Constants(Struct, frozen=True):
         if error is not None and all(str(other) == str(error) for other in others):
             yield _wrong(self._culprit(statement, given, error), error)
 
-    def _operand(self, expression: Expression | None, argument: Argument | None) -> Given:
+    def _operand(self, expression: ast.Expression | None, argument: Argument | None) -> Given:
         if expression is None:
             return None
         if argument is None:
@@ -213,13 +212,13 @@ def _error(act: Callable[[], object], wrong: tuple[type[errors.VrsError], ...] =
 # --- expressions that can be evaluated -------------------------------------------------------------------------
 
 
-def _expressions(statement: Statement, channelled: frozenset[str]) -> Iterator[Expression]:
+def _expressions(statement: ast.Statement, channelled: frozenset[str]) -> Iterator[ast.Expression]:
     signals = isinstance(statement, ast.Instruction) and statement.word in channelled
     for one in ast.children(statement):
         yield one if not signals or ast.channel(one) is None else ast.signals_on((one,), one.span)
 
 
-def _constant(expression: Expression) -> bool:
+def _constant(expression: ast.Expression) -> bool:
     """Return whether an expression has the same value in every run."""
     if isinstance(expression, ast.Call):
         function = FUNCTIONS.get(expression.name)
@@ -230,7 +229,7 @@ def _constant(expression: Expression) -> bool:
     return all(map(_constant, ast.children(expression)))
 
 
-def _evaluable(expression: Expression) -> bool:
+def _evaluable(expression: ast.Expression) -> bool:
     """Return whether an expression can be evaluated without a run, and may be refused if that fails. A function that
     returns a transformation accepts any numbers, so it is not evaluated."""
     if isinstance(expression, ast.Unary | ast.Binary):
