@@ -181,7 +181,7 @@ DEFERRED = (
         ("interfaces/tasks", "interfaces/actor", "language/run"),
         (
             *("vrs_cli.engine.engine", "vrs_cli.interfaces.tasks.driver"),
-            *("vrs_cli.language.run.environment", "vrs_cli.language.run.runtime"),
+            *("vrs_cli.language.run.environment", "vrs_cli.language.run.runtime", "vrs_cli.trajectory.timeline"),
         ),
         "types of arguments: whoever makes these objects has loaded the modules",
     ),
@@ -193,6 +193,11 @@ DEFERRED = (
     Deferred(("files/rebuild.py",), ("vrs_cli.engine.breaches",), "it brings numpy"),
     Deferred(("files/program_file.py",), ("concurrent.futures",), "most commands keep nothing"),
     Deferred(("interfaces/station/body.py",), ("vrs_cli.twin.divergence",), "few robots have a body"),
+    Deferred(
+        ("interfaces/inspection.py",),
+        ("vrs_cli.engine.engine",),
+        "`vrs check` of a file without constant locations needs no engine",
+    ),
     Deferred(
         ("interfaces/session/acts.py", "interfaces/monitor/explaining.py"),
         ("vrs_cli.kinematics.reach_outline",),

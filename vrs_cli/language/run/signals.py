@@ -18,13 +18,13 @@ from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.words.values import INPUTS, INTERNAL, ON_AND_OFF, OUTPUTS, integer_between, plain
 from vrs_cli.trajectory.instant import TICK, on_grid
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, SetChannels, Stamp
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.world import NO_SCENE, CellScene
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
+    from vrs_cli.trajectory.timeline import Timeline
 
 MAX_BITS = 32
 HALF_TICK = 0.5 * TICK  # [s] tolerance between the clock and the time grid of events
