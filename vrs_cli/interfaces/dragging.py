@@ -30,23 +30,23 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.hand import Hold, Limit, Shortfall
 
-MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] distance within which the tool counts as being at its target
+MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] distance within which the tool counts as at its target
 STALL_GAIN = 1e-3  # minimum progress of a target, as a fraction of the remaining distance
 # maximum sum of the wrist's singularity measures before and after it passes through its straight position
 WRIST_PASS_SUM = sin(radians(25.0))
-# limit on the measures of `Singularity`, from 0 to 1: below it, a lagging joint is reported as near one
+# a joint that lags is reported as near a singularity if a measure of `Singularity` (0 to 1) is below this
 NEAR_SINGULAR = 0.1
-MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead` that is kept next to the axis of joint 1
-RETREAT_FACTOR = 5.0  # ratio of the motion back from that axis to the motion by which joints would cross it
+MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead` that stays allowed next to the axis of joint 1
+RETREAT_FACTOR = 5.0  # joints that would cross that axis move back by this multiple of the crossing
 COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop if no more targets arrive
-FLAT_SLOPE = 1e-3  # [m/rad] minimum effect of a joint for it to be limited near the axis of joint 1
+FLAT_SLOPE = 1e-3  # [m/rad] a joint with less effect on the distance from the axis of joint 1 is not limited
 SIDE_SHARE = 0.005  # minimum distance of the arm's end from the axis of joint 1, as a fraction of the arm's length
 ELBOW_MARGIN = 1e-4  # [rad] minimum distance of an elbow from its stretched position, so that it keeps its side
-STALLS_BEFORE_WAYS = 5  # number of targets without progress before the arm tries another of its known paths
+STALLS_BEFORE_WAYS = 5  # number of targets without progress before the arm tries another configuration
 STALLS_BEFORE_SEARCH = 25  # number of targets without progress before another path is searched
 # minimum progress of a search with one target, as a fraction of the remaining distance; with less it restarts
 PROMISING_GAIN = 0.5
-SEARCH_STARTS = 16  # maximum number of start points of a search; the nearest ones are taken first
+SEARCH_STARTS = 16  # maximum number of start points of a search, the nearest first
 LAG_S = 0.1  # [s] maximum lag of a joint behind its goal, as a time at maximum speed
 # how far the goal may lead a joint at full speed, in multiples of the time to reach full speed
 STOPPING_FACTOR = 1.5
@@ -92,7 +92,7 @@ class Search:
     def __init__(self, model: RobotModel, within: Range) -> None:
         self._range, self._speeds = within, model.max_velocity
         self._anywhere = some_joints(model)
-        self._starts: list[Joints] = []  # the nearest start point is last
+        self._starts: list[Joints] = []  # start points of the search, the nearest last
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
@@ -126,7 +126,7 @@ class Pursuit:
         self._search = Search(arm.model, self.range)
         self._finds_all = not self._closed and len(arm.ways) > 1
         if self._finds_all:
-            # called now because the first call is slow
+            # the first call is slow: make it now, before targets arrive
             arm.inverse_branch(arm.forward(q), self.kept, q)
         self._stalled = 0  # number of successive targets for which no joint moved
 

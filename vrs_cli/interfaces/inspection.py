@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # motions whose first argument is their target; those in IN_FRONT stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
-CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with these, locations can only be checked in a run
+CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # after these, reach can be checked only in a run
 
 
 def inspect(

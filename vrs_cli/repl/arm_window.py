@@ -80,7 +80,7 @@ class ArmWindow(Container):
         if at.height < MIN_PICTURE_ROWS:
             return
         page = Page(at.width, colours=True, unicode=self._unicode, height=at.height + 1)
-        _, *lines = self._drawing.lines(self._look(), page)  # without the first line, which repeats the text
+        _, *lines = self._drawing.lines(self._look(), page)  # drop the first line: the text below repeats it
         app, where = get_app(), (at.xpos, at.ypos, at.width, at.height)
         before = app.renderer.last_rendered_screen
         if before is not None and where == self._where and len(lines) == len(self._lines) and not app.is_done:
@@ -91,7 +91,7 @@ class ArmWindow(Container):
             _rewrite(self._lines, lines, at, before.get_cursor_position(app.layout.current_window))
         else:
             if before is not None and self._where is not None:
-                _put(self._lines, before, *self._where[:2])  # the whole picture that is on the screen
+                _put(self._lines, before, *self._where[:2])  # the picture now on the screen
             _put(lines, screen, at.xpos, at.ypos)
         self._where, self._lines = where, lines
         screen.width, screen.height = max(screen.width, at.xpos + at.width), max(screen.height, at.ypos + at.height)
@@ -186,7 +186,7 @@ class ArmScreen:
         self.app: Application[None] = Application(
             layout=Layout(HSplit([*above, below])), key_bindings=keys, color_depth=colour_depth()
         )
-        self.app.ttimeoutlen = 0.05  # [s] after which Esc counts as a key of its own
+        self.app.ttimeoutlen = 0.05  # [s] time after which Esc counts as a separate key
         self.app.key_processor.after_key_press += lambda _: self._look()
 
     @staticmethod

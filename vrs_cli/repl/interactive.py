@@ -152,7 +152,7 @@ class Shell:
             vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
-        # works together with the menu: see `key_bindings`
+        # history search with Up does not disturb the completion menu: see `key_bindings`
         self.prompts.default_buffer.enable_history_search = to_filter(True)
         self.prompts.app.before_render += self._before_render
         self.prompts.app.after_render += lambda _app: self.terminal_maker.begin()

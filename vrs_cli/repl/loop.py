@@ -221,10 +221,10 @@ class Exchange:
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # messages that are handled after the open question
         self._waits = self._asks = False
-        self._breaks = self._count_breaks()  # the number of breaks of the connection at the last line
+        self._breaks = self._count_breaks()  # number of connection losses at the last line
         self._withdrawn: set[int] = set()
         self._question = 0  # the number of the open question, 0 for none
-        self.wake: Callable[[], object] = int  # called, from any thread, when `keep_up` has something to do
+        self.wake: Callable[[], object] = int  # called, from any thread, when messages wait for `keep_up`
         port.listen(self.come)
 
     # --- actions: each returns after its end, and has already shown any error ---
@@ -263,7 +263,7 @@ class Exchange:
 
     def leave_entry(self, why: str = "") -> None:
         """Drop the program that is being typed, unless the user wants to continue typing it."""
-        if self.port.open:  # after a cut the server forgets the program anyway
+        if self.port.open:  # after a loss of connection the server drops the program itself
             self.act(acts.LeaveEntry(why))
 
     def leave(self) -> None:

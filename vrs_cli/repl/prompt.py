@@ -40,7 +40,7 @@ STYLE = Style.from_dict(
         "control-character": ink_style(Ink.NOTE),
         "search": bar_style(Bar.CHOSEN),
         "auto-suggestion": ink_style(Ink.NOTE),
-        # our own classes
+        # classes of vrs
         "argument": f"bold underline {bar_style(Bar.ARGUMENT)}",
         "title": bar_style(Bar.TITLE),
         "margin": ink_style(Ink.NOTE),
@@ -91,7 +91,7 @@ class ValLexer(Lexer):
 
 GAP = " | "
 ABORT = "^X ABORT"
-MIN_MESSAGE_COLUMNS = 12  # minimum width of a message [columns]; without this room it is left out
+MIN_MESSAGE_COLUMNS = 12  # minimum width for a message [columns]; with less room no message is shown
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
@@ -144,7 +144,7 @@ def _state(status: PromptStatus) -> tuple[str, ...]:
 
     x, y, z = (decimal(millimetres(number), 1) for number in status.tool)
     doing = f"moves until {status.end:.1f} s" if status.clock < status.end else "at rest"
-    clock = status.pace  # None in the robot's own time
+    clock = status.pace  # None in virtual time
     if clock is not None and clock.paused:
         doing = f"paused, {doing}"
     elif clock is not None and clock.rate != 1.0:

@@ -85,7 +85,7 @@ class Actor:
         self._closed = False
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
-            clock.sleep = self._inbox.wait  # a wait for a time is a wait for a message in the inbox
+            clock.sleep = self._inbox.wait  # so that a message in the inbox ends the clock's sleep early
         driver.devices.outside.wake = self.wake
 
     # --- requests, from any thread ---
@@ -241,7 +241,7 @@ class Actor:
         while not self._closed:
             try:
                 self.step()
-            except Exception as error:  # an error in a task that nobody waits for; it has ended the task
+            except Exception as error:  # an error in a task for which no user waits; it has ended the task
                 self.internal_errors.append(error)
             self.worked = time.thread_time()
 

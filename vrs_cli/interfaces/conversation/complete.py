@@ -26,7 +26,7 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Route, Shape, State, Word, rows_for
 from vrs_cli.values import numbers, questions
 
-MAX_NAMES = 500  # maximum number of names of one kind in a menu, so that people can read it
+MAX_NAMES = 500  # maximum number of names of one kind in a menu, so that it stays readable
 
 
 class DefinedNames(Struct, frozen=True):
@@ -169,7 +169,7 @@ SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
 
 @cache
 def _all_words() -> tuple[tuple[str, str], ...]:
-    tables = (FUNCTIONS, CONTROL, INSTRUCTIONS, monitor.COMMANDS)  # of equal names the last table counts
+    tables = (FUNCTIONS, CONTROL, INSTRUCTIONS, monitor.COMMANDS)  # for equal names the last table applies
     return tuple({name: row.summary for table in tables for name, row in table.items()}.items())
 
 
@@ -297,7 +297,7 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     settled, level = before[: len(before) - len(prefix)], top_level(before)
     there = settled.upper().split()
     after_connecting = bool(there) and there[-1] in _CONNECTING
-    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # an operand is complete
+    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # whether the last operand is complete
     connecting = [row for row in _connecting(word, ended) if row[0] not in there]
     if ended:
         return connecting

@@ -88,7 +88,7 @@ class Conversation:
                 yield from beside(lambda: None)  # let other users have their turn, if many users are served
         if self._pasted:
             yield from self._guard(self._store(), "")
-        if refused and self._dropped and not self.user_state.attended:  # a person has seen that the heading was refused
+        if refused and self._dropped and not self.user_state.attended:  # a person has seen the refusal
             what = f"{numbers.count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self.error_reply(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
@@ -234,7 +234,7 @@ class Conversation:
             case acts.LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
             case acts.StopProgram():
-                # report the end when the arm has stopped
+                # after the arm has stopped, report the end of the program
                 track = self.session.tasks.get(ROBOT_PROGRAM)
                 if track is None or not track.running:
                     yield replies.Message("Nothing to stop: EXIT leaves")

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World, WorldCourse
 
 BEFORE, AFTER = 10.0, 10.0  # [s] durations of the past and of the future path in a picture
-LINE_ERROR_M = 0.004  # [m] tolerance of the path's lines: less than a dot of a wide terminal
+LINE_ERROR_M = 0.004  # [m] tolerance of the lines that draw a path: less than a dot of a wide terminal
 SAME_PLACE_M = 1e-6  # [m] tolerance for equal corners
 
 

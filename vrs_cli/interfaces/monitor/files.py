@@ -197,7 +197,7 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     if recording.dropped_tail and not shown:
         yield replies.Message(TORN, replies.Tone.WARNING)
     arm, holder = recording.arm, [recording]
-    del recording, timeline  # only the other thread has references, and it frees the memory
+    del recording, timeline  # leave the only references to the other thread, which frees the memory
     rows = yield from beside(lambda: _replay_rows(arm, holder.pop()))
     if not shown:
         yield replies.ReplayTable(rows)

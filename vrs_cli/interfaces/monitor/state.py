@@ -193,7 +193,7 @@ def _clock(station: Station, it: ast.Instruction) -> Iterable[replies.Reply]:
             clock.change(paused=action == "PAUSE")
         else:
             raise UsageError(f"CLOCK {action}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
-        station.settle()  # since the line was typed time has passed, and the clock may have been paused
+        station.settle()  # time has passed since the line was typed, and the clock may have been paused
     yield replies.ClockReport(clock.now, clock.rate if isinstance(clock, WallClock) else None, clock.paused)
 
 

@@ -101,7 +101,7 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.cell = NO_CELL
         self._living = LivingCell(NO_CELL)
-        self.world: World | None = None  # world of the cell in which the robot was last put
+        self.world: World | None = None  # world of the robot's latest cell
         self._advice = advice
         self._transcript = performing.TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
@@ -118,7 +118,7 @@ class Driver:
         self._performer = performing.Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
-        self._runs: list[_Run] = []  # the program, and a prompt line that is carried out beside it
+        self._runs: list[_Run] = []  # the program, and a prompt line that runs at the same time
         self.asking: set[int] = set()
         self.answers: Callable[[tasks.Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[tasks.Track], Callable[[results.RunResult], None] | None] = lambda _track: None
@@ -542,7 +542,7 @@ class Driver:
             stay = signals.computed_states() if cell is not None else ()
             self.cell, self._living, signals.names, signals.cell_inputs = before
             self.world = world or self.world  # the parts of a call's own cell can be examined after the call
-            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # last changes of the cell
+            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # keep the computed states
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)

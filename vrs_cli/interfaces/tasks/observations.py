@@ -31,7 +31,7 @@ class Observations:
         self._engine, self._tasks, self._signals = engine, tasks, signals
         # readings by program, operation and signal
         self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}
-        self._numbers = 0  # counts at the last reading: motions plus events, and observations
+        self._numbers = 0  # how many of the numbers of `engine.book` the observations themselves have used
         signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:

@@ -23,7 +23,7 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands, results
 
 VAIN_READ = 100  # a READ that finds no input counts as this many steps, because it takes as much CPU time
-LOOK = 1.0  # [s] time between two checks of a unit while nothing arrives, so that time limits are noticed
+LOOK = 1.0  # [s] time between two checks of a silent unit, so that time limits are noticed
 EVERYBODYS = (
     commands.SetChannels,
     commands.SetMonitorSpeed,
@@ -190,7 +190,7 @@ class Performer:
         request = request if in_program else by_robot_clock(request, track.times)
         track.until(engine.begin(request, program=in_program, issued=issued))
         for other in self._tasks.running if isinstance(request, commands.Brake) else ():
-            if isinstance(other.pending, commands.Request):  # the robot will come to rest at another time than expected
+            if isinstance(other.pending, commands.Request):  # its wait for the robot now ends at another time
                 other.wake = engine.now
 
     def _check_in_bounds(self, stamp: commands.Stamp) -> None:
