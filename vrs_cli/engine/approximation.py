@@ -29,7 +29,7 @@ MAX_TURN = 0.5  # [rad, m] sum over all joints: on a shorter path the tip revers
 PROBES = (0.25, 0.5, 0.75)  # fractions of a line at which its distance from the path is measured
 LINE_MARGIN = 0.8  # fraction of the error: between the probes the path may be a little farther from its line
 MAX_HALVINGS = 12  # maximum number of halvings: pieces of a line of 1 s are not shorter than 0.25 ms
-SIGHT_STEP_S = 10.0  # [s] the visible part begins and ends at multiples of this time, so that most of it stays the same
+SIGHT_STEP_S = 10.0  # [s] the visible part begins and ends at multiples of this time, so that it rarely changes
 
 Tip = Callable[[float], Vector]  # the position of the tool tip in the world [m], s seconds into a segment
 Place = tuple[float, Vector]  # a time [s], and the position of the tool tip at that time [m]

@@ -33,7 +33,7 @@ CHANGES_AT_ONCE = 50  # number of changes that are planned before other work get
 R = TypeVar("R")
 Parts = Generator[None, None, R]  # work in parts; the caller may do other work between two parts
 ROW_LENGTH = 128  # maximum number of segments of a row, so that one change writes at most this many (3 ms of CPU)
-MAX_MOTIONS_COMPARED = 100  # maximum number of motions compared, which bounds the cost
+MAX_MOTIONS_COMPARED = 100  # maximum number of motions compared, to limit the cost of an answer
 SAME_TIME = 5e-4  # [s] times closer than this are shown as equal
 
 
@@ -409,10 +409,10 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
         if (delta := commands[number].delta).motion.start is Start.AT
     }
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
-    return _sorted_out(moved, more=len(old) > MAX_MOTIONS_COMPARED)
+    return _sort_moved(moved, more=len(old) > MAX_MOTIONS_COMPARED)
 
 
-def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
+def _sort_moved(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
     """Sort moved motions into later, earlier and dropped motions."""
     return Displacement(
         tuple(one for one in moved if one.later > SAME_TIME),
@@ -430,7 +430,7 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
         for one, asked in timed
         if one.end is None or one.is_displaced
     ]
-    return _sorted_out(sorted(moved, key=lambda one: one.before)) if moved else None
+    return _sort_moved(sorted(moved, key=lambda one: one.before)) if moved else None
 
 
 def _event_times(

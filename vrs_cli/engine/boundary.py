@@ -161,7 +161,7 @@ class _Search:
                 return False, []
             on_boundary.append(which)
             if which != SHOULDER:
-                break  # no bound is known for the later clearances, which depend on this one
+                break  # the later clearances depend on this clearance, so they have no known bound
             least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True)
         return True, on_boundary
 

@@ -179,7 +179,7 @@ class Branches:
         place, engine = self._places.get(who, self._main), self.engine
         while True:
             book, now = engine.book, engine.clock.reached
-            left = place.left  # set before the engine takes another book, deleted after it has this one again
+            left = place.left  # set before the engine leaves this book, and deleted after the engine is back
             if left is not None:
                 return left.book.timeline, left.clock
             if engine.book is book:
@@ -238,7 +238,7 @@ class Branches:
             main.book.follow(left.book)
             merged = structs.replace(left, book=main.book)
         else:
-            steps, timeline, clock = yield from self._planned_again(branch.name, branch.fork, main, left)
+            steps, timeline, clock = yield from self._plan_again(branch.name, branch.fork, main, left)
             main.book.commit(steps, timeline)
             merged = structs.replace(main, clock=clock)
         self.change_over(MAIN)
@@ -262,7 +262,7 @@ class Branches:
             main.book.check_same(begun[0])
             other.check_same(begun[1])
 
-    def _planned_again(
+    def _plan_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
     ) -> Parts[tuple[list[HistoryStep], Timeline, float]]:
         """Plan the commands of a branch again, in order, on the present main. Return the commands, and the timeline and

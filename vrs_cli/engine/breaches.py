@@ -150,24 +150,24 @@ class _Stretch:
         yield from self.lines
         # jumps between segments
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
-        yield from self._tell(jump > PLACE_TOLERANCE, jump, "joint {joint} jumps by {size}", 1)
+        yield from self._breaches_of(jump > PLACE_TOLERANCE, jump, "joint {joint} jumps by {size}", 1)
         touching = self.starts[1:, None] == self.starts[:-1, None] + self.durations[:-1]
         before, after = self.end[1][:-1], self.begin[1][1:]
         kick, fast = np.abs(after - before), np.maximum(np.abs(after), np.abs(before))
         wrong = touching & (kick > RATE_TOLERANCE * np.maximum(1.0, fast))
-        yield from self._tell(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
-        yield from self._tell(
+        yield from self._breaches_of(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
+        yield from self._breaches_of(
             ~touching & (fast > RATE_TOLERANCE), fast, "joint {joint} moves with {size}/s next to a gap", 1
         )
         # ranges of the joints
         low, high = self._extremes(0)
         beyond = np.maximum(np.array(self.model.lower) - low, high - np.array(self.model.upper))
-        yield from self._tell(beyond > PLACE_TOLERANCE, beyond, "joint {joint} is {size} beyond its range")
+        yield from self._breaches_of(beyond > PLACE_TOLERANCE, beyond, "joint {joint} is {size} beyond its range")
         # segments at rest
         moved = np.abs(self.end[0] - self.begin[0])
         moved = np.maximum(moved, np.maximum(np.abs(self.begin[1]), np.abs(self.end[1])))
         wrong = self.resting & (moved > RATE_TOLERANCE)
-        yield from self._tell(wrong, moved, "joint {joint} moves by {size} while the robot stands")
+        yield from self._breaches_of(wrong, moved, "joint {joint} moves by {size} while the robot stands")
         # limits of velocity and acceleration
         moving = self.durations > 0.0
         for order, limits, where, what in (
@@ -176,7 +176,7 @@ class _Stretch:
         ):
             low, high = self._extremes(order)
             most = np.maximum(high, -low)
-            yield from self._tell(
+            yield from self._breaches_of(
                 where & (most > np.array(limits) * (1.0 + LIMIT_EXCESS)), most, "joint {joint} " + what
             )
 
@@ -185,9 +185,9 @@ class _Stretch:
         rate = np.abs(self.end[1][-1:])
         block = self.blocks[-1]
         if block.row.motions[block.last - 1].kind is not MotionKind.STEERED:
-            yield from self._tell(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
+            yield from self._breaches_of(rate > RATE_TOLERANCE, rate, "joint {joint} moves with {size}/s at the end")
 
-    def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
+    def _breaches_of(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
         """Yield one breach for each row (of n joints) that has a wrong joint, and name the worst joint of the row.
         `shift` is 1 if the rows are boundaries between segments.
         """

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
 PROOF_PIECES = (2, 8, 32, 64)  # numbers of pieces into which a gap is cut before another sample is taken
-REST_PART = 2.0**-6  # fraction of the time of a stretch next to a rest; it covers under 1/1000 of the distance
+REST_PART = 2.0**-6  # fraction of a stretch's time, beside a rest, that needs no proof: under 1/1000 of its distance
 FINEST_GAP = 2.0**-24  # minimum gap between samples, as a fraction of a stretch
 MAX_EXTRA_SAMPLES = 400  # maximum number of samples added to a line
 SEED_DOUBLINGS = 8  # maximum number of doublings of the number of seeds

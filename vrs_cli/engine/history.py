@@ -208,7 +208,7 @@ class History:
             if step.is_record and leaves_recorded:
                 stay.insert(0, step)
                 continue
-            alone, stay = _below(step, stay)
+            alone, stay = _swap_with_records(step, stay)
             taken.append(alone)
             count -= not step.is_record
             if not count:
@@ -233,7 +233,7 @@ class History:
         while motion is not None and place >= 0 and self.done[place].number != motion.number:
             place -= 1
         if place >= 0:
-            step, stay = _below(self.done[place], self.done[place + 1 :])
+            step, stay = _swap_with_records(self.done[place], self.done[place + 1 :])
             self.done[place:] = stay
             self.undone.append(Undone(step, clock))
         elif self.forgotten:
@@ -264,7 +264,7 @@ class History:
         self.done[-1] = structs.replace(step, _source=delta._replace(segments=segments), back=back, _index=0)
 
 
-def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
+def _swap_with_records(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
     """Swap a step with the recorded steps after it: return them as if the recorded steps had come first. Raises
     TooLate.
     """

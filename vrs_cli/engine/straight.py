@@ -363,7 +363,7 @@ class _Line:
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.follower.widest, self.arm.seed_step))
             before = samples[-1]
-        if self.follower.arm.continuation is not None:  # arms without it have a closed form, or no proof
+        if self.follower.arm.continuation is not None:  # arms without a continuation have a closed form, or no proof
             from vrs_cli.engine.continuity import check_continuous, leading_seeds
 
             proved = check_continuous(self.follower.arm.continuation, self.follower, followed)

@@ -202,7 +202,7 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
             history.do_again(delta.motion)
         elif not goes_on:
             number = delta.motion.number
-            # a command overrides others if it drops motions that were scheduled after it
+            # the command was given with INSERT off if it dropped motions that were scheduled after it
             dropped = {timeline[index].motion.number for index in range(delta.keep, delta.keep + delta.drop)}
             planned = {segment.motion.number for segment in delta.segments}
             interrupted = timeline[delta.keep - 1].motion.number if delta.keep else 0

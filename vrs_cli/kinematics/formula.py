@@ -158,7 +158,7 @@ def every_branch(
     tree = _tree(f"def branches(T):\n    {' = '.join(results)} = None\n    return {', '.join(results)}")
     numbers = {name: x for name, x in _scope(formula).nonlocals.items() if isinstance(x, float)}
     tree.body[1:1] = nested(0, numbers)
-    return _made(tree, formula, {"near": near})
+    return _compile_tree(tree, formula, {"near": near})
 
 
 def _levels(rows: Iterable[ast.stmt], middle: Joints) -> tuple[list[Level], list[str]]:
@@ -194,7 +194,7 @@ def _single_assignments(rows: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
 
 
 def _variant(formula: Callable[..., Any], rewriter: ast.NodeTransformer, others: dict[str, Any]) -> Callable[..., Any]:
-    return _made(rewriter.visit(_tree(formula)), formula, others)
+    return _compile_tree(rewriter.visit(_tree(formula)), formula, others)
 
 
 def _tree(formula: Callable[..., Any] | str) -> ast.FunctionDef:
@@ -228,7 +228,7 @@ class _WithNumbers(ast.NodeTransformer):
         return node
 
 
-def _made(tree: ast.FunctionDef, formula: Callable[..., Any], others: dict[str, Any]) -> Callable[..., Any]:
+def _compile_tree(tree: ast.FunctionDef, formula: Callable[..., Any], others: dict[str, Any]) -> Callable[..., Any]:
     """Return the function of a syntax tree. It can use the names in the scope of the formula, and `others`."""
     scope = _scope(formula)
     names = {**scope.globals, **scope.nonlocals, **others}

@@ -475,9 +475,9 @@ class DeltaColumns:
             packed = self._segments.pack_motions(first, first + len(segments))
         self._motions = [packed.get(id(motion), motion) for motion in motions]
         self._firsts = array("I", accumulate([len(delta.segments) for delta in deltas], initial=first))
-        self._issued = _as(segments.starts, array("d", [delta.issued for delta in deltas]))
-        self._executed = _as(self._issued, array("d", [delta.executed for delta in deltas]))
-        self._cut = _as(self._executed, array("d", [delta.cut for delta in deltas]))
+        self._issued = _reuse_equal(segments.starts, array("d", [delta.issued for delta in deltas]))
+        self._executed = _reuse_equal(self._issued, array("d", [delta.executed for delta in deltas]))
+        self._cut = _reuse_equal(self._executed, array("d", [delta.cut for delta in deltas]))
         self._keep = array("q", [delta.keep for delta in deltas])
         drops, shifts = [delta.drop for delta in deltas], [delta.shift for delta in deltas]
         self._rest = (array("I", drops), array("d", shifts)) if any(drops) or any(shifts) else None
@@ -565,6 +565,6 @@ class AwayDeltas:
         return self._read()[index]
 
 
-def _as(known: array[float], column: array[float]) -> array[float]:
+def _reuse_equal(known: array[float], column: array[float]) -> array[float]:
     """Return the column `known` if it is equal, to save memory: in steering the columns often are."""
     return known if column == known else column

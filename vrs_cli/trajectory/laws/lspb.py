@@ -84,7 +84,7 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
     square = least * least - 4.0 * by_acceleration  # the whole time is S + by_acceleration / S
     by_time = 0.5 * (least + sqrt(square)) if square > 0.0 else 0.0
     reach = MARGIN * max(by_velocity, sqrt(by_acceleration), by_time)
-    blend = up_to_grid(by_acceleration / reach)  # as long as the last stretch, which slows down
+    blend = up_to_grid(by_acceleration / reach)  # the blend lasts as long as the last stretch, which slows down
     return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
 
 
@@ -244,7 +244,7 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
         return None
     if u == inf:  # the blend itself ends at rest on the target
         return _course(blend, 0.0, 0.0)
-    u = max(u / MARGIN, 0.5 * (demand.low + u))  # rounding leaves room on both sides of this u
+    u = max(u / MARGIN, 0.5 * (demand.low + u))  # a u with room for rounding on both sides
     rest = least - 0.5 * blend
     square = rest * rest - 2.0 * demand.slowing
     # for every u, the total time 1/u + (blend + slowing u) / 2 is at least this long

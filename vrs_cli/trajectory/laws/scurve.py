@@ -220,7 +220,7 @@ def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, l
 
 
 def both(a: Bounds, b: Bounds) -> Bounds:
-    """Return the common bounds of two parts."""
+    """Return the bounds that satisfy both parts of a motion."""
     return Bounds(
         max(a.low, b.low),
         min(a.high, b.high),
@@ -327,7 +327,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
         return None
     if u == 0.0:
         return Course(change, 0.0, NONE)
-    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # rounding leaves room on both sides of this u
+    u = max(u / MARGIN, 0.5 * (bounds.low + u))  # a u with room for rounding on both sides
     if _total(bounds, change, u) < least:
         u = _slower(lambda slow_u: _total(bounds, change, slow_u), bounds.low * (1.0 + BLEND_ROOM * u), u, least)
     slow = ramps(bounds.by_acceleration * u, bounds.by_jerk * u)
@@ -335,7 +335,7 @@ def _on_grid(bounds: Bounds, change: Change, least: float) -> Course | None:
     return course if bounds.low * course.reach <= 1.0 + SAME_QUOTIENT else None
 
 
-STOP_FACTOR = 1.02  # ratio of neighbouring trial times, which are the likely times of a stop times powers of this ratio
+STOP_FACTOR = 1.02  # ratio of neighbouring trial times: the likely time of a stop times powers of this ratio
 STOP_POWERS = (-150, 150)  # the range of the powers, from short to long
 STOP_RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # fractions of the last ramp, tried as the first ramp
 
