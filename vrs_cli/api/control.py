@@ -76,8 +76,8 @@ def local_port(
     start: Joints | None = None,
     clock: RobotClock | None = None,
 ) -> LocalPort:
-    """Make a robot in this process. Its programs have finite limits and the files of the current folder, unless
-    conditions say otherwise. `start`: joints [rad, m].
+    """Make a robot in this process. By default its programs have finite limits, and use files in the current folder.
+    `start`: joints [rad, m].
     """
     given = conditions or Conditions()
     console = Console()

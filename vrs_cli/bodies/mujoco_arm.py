@@ -26,14 +26,14 @@ from vrs_cli.twin.dynamics import GRAVITY, InertialModel, inertial_model, mass_m
 from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] time step of the controller and of the simulation
-TICKS = 8  # number of simulation steps between two set points; a quintic joins them
+TICKS = 8  # number of simulation steps between two set points, which a quintic interpolates
 SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a sliding joint to those of a turning joint
 MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo moves no body without mass
-END_STOP = 0.02  # [rad, m] distance beyond its range at which a joint meets a stop (our choice)
+END_STOP = 0.02  # [rad, m] distance from the end of a joint's range to its mechanical stop (our choice)
 STILL = 1e-2  # [rad/s, m/s] maximum speed of a joint at which its brake holds it
 BRAKE = 1.5  # ratio of a brake's torque to the maximum torque of its motor (our choice)
 FADE = 0.2  # [s] minimum time in which the arm reaches its set point
-GENTLE = 0.5  # fraction of the maximum velocity at which a joint joins the set point
+GENTLE = 0.5  # fraction of the maximum velocity at which a joint approaches the set point
 FRICTION_AT = 2e-3  # [rad/s, m/s] speed above which nearly all Coulomb friction is compensated
 LOCK = (0.9999, 0.9999, 1e-3, 0.5, 2.0)  # solimp of brakes and blocked joints: as stiff as MuJoCo allows
 
@@ -228,7 +228,7 @@ class MujocoArm:
             return self._brake.at(t - self._since)
         if self._arrives:
             off = self._reference - np.array(setpoint(self.own_time(self.time)))
-            off[2] = 0.0  # the accelerations need not join smoothly: torques may jump
+            off[2] = 0.0  # accelerations may be discontinuous, because torques may jump
             fastest = np.array(self.model.max_velocity)
             far = float(np.max(np.abs(off[0]) / fastest + np.abs(off[1]) / np.array(self.model.max_acceleration)))
             T = max(FADE, 15.0 / 8.0 * far / GENTLE)  # the peak velocity of a quintic is 15/8 of its mean

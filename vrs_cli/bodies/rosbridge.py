@@ -80,9 +80,9 @@ class RosSettings(Struct, frozen=True):
 
 
 class RosArm:
-    """The conversation with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
+    """The protocol with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
 
-    `mode`: the mode in reports. The arm also holds where it cannot follow, until RESYNC. The arm counts as stopped
+    `mode`: the mode in reports. If the arm cannot follow, it also holds until RESYNC. The arm counts as stopped
     while its controller, which was active before, publishes no state. `tell`: takes messages for the user, each kind
     once per connection.
     """
@@ -167,7 +167,7 @@ class RosArm:
         order = self.body.order
         ordered = order is not self._order and order.at <= now
         if self._starts or ordered:
-            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # until then the opposite mode is valid
+            holds = (order.mode is BodyMode.HOLDS) is (order.at <= now)  # before this time the opposite mode applies
             self._starts, self._order, self._retried = False, order if order.at <= now else self._order, False
             return self._hold(now) if holds else self._follow(now)
         is_due = self.mode is BodyMode.FOLLOWS and (self._cut < inf or now > self._until - AHEAD)
@@ -377,7 +377,7 @@ def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
 
 
 async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
-    """Make an arm of ROS the body until another client becomes the body; connect again after a cut. Raises
+    """Let an arm of ROS execute the motions until another client replaces it; reconnect after a cut. Raises
     RequestRefused if rosbridge does not answer at first, or if another client is the body."""
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
 

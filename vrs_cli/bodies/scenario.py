@@ -29,8 +29,9 @@ MAX_DISTURBANCES = 10_000  # maximum number of disturbances in a scenario
 
 
 class Disturbance(Struct, frozen=True, tag_field="kind"):
-    """A disturbance of a body, from `at` [s] of the robot's clock (None: immediately) for `lasting` [s] (None: without
-    end). The tag of its class is its word in scenarios and in commands."""
+    """A disturbance of a simulated arm, from `at` [s] of the robot's clock (None: immediately) for `lasting` [s]
+    (None: without end). Scenarios and commands name it by the tag of its class.
+    """
 
     at: float | None = None
     lasting: float | None = None
@@ -65,7 +66,7 @@ class SlippingBrake(Disturbance, frozen=True, tag="slip"):
 
 
 class EmergencyStop(Disturbance, frozen=True, tag="stop"):
-    """A stop by the body itself: its motors are off, its brakes on."""
+    """An emergency stop of the arm itself: motors off, brakes on."""
 
 
 class ClockDrift(Disturbance, frozen=True, tag="drift"):
@@ -216,7 +217,7 @@ SetPoint = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[fl
 
 STEP = 0.008  # [s] time between two reports
 BANDWIDTH = 30.0  # [rad/s] bandwidth of the servos
-VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] friction of the servos
+VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] viscous and Coulomb friction of the servos
 STICKS_BELOW = 1e-3  # [rad/s, m/s] speed scale at which Coulomb friction reaches its full size
 MISSED = 0.1  # fraction of an acceleration that the servos do not compensate
 MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] mass that a joint moves at the flange, and its inertia [kg m2]

@@ -343,7 +343,7 @@ class _Search:
         )
 
     def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
-        """Return, for each excused pair of owners, the two solids with the deepest overlap: the owners cannot separate
+        """Return, for each ignored pair of owners, the two solids with the deepest overlap: the owners cannot separate
         before these two do."""
         found: dict[Pair, _Seen] = {}
         for one in near if self.excused else ():
@@ -353,7 +353,7 @@ class _Search:
         return found
 
     def _ways_apart(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
-        """Return how far each excused pair must move to separate [m], at least `least`, with the accumulated bounds of
+        """Return how far each ignored pair must move to separate [m], at least `least`, with the accumulated bounds of
         its motion."""
         return [
             (pair.sums, max(pair.apart - distance - bent, least))

@@ -243,7 +243,7 @@ class Sweep:
     """A time interval of a timeline, sampled at `times` [s]: joints `q` (N, n) [rad, m], and bounds on how far bodies
     move.
 
-    A way is a row (N - 1,): the maximum distance that a body moves from each sample to the next [m].
+    `way` in names means a row (N - 1,): the maximum distance that a body moves from each sample to the next [m].
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, begin: float, end: float) -> None:

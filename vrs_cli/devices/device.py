@@ -47,7 +47,7 @@ class Address(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The name of its unit in a recording."""
+        """The device name in a recording."""
         return f"TCP:{self.host}:{self.port}" if self.host else f"TCP:{self.port}"
 
 
@@ -85,7 +85,7 @@ class DeviceEvent(Enum):
     REFUSED = "refused"  # a requested connection was refused; the code gives the reason
     CAME = "data"
     PAUSED = "pause"  # the last bytes have no end of line, and nothing follows
-    ENDED = "closed"  # no more bytes arrive; sent bytes may still reach the peer
+    ENDED = "closed"  # the peer sends no more bytes; it may still receive
     GONE = "gone"  # sent bytes no longer reach the peer
     WRITTEN = "written"  # all sent bytes have left
 
@@ -244,7 +244,7 @@ class Device(Struct, eq=False):
             self._connections[0] = DeviceConnection(0, told=True)
 
     def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
-        """Carry out FOPEN; `dial_result` tells the outcome. `in_use`: names of devices. Raises IllegalValue,
+        """Execute FOPEN; `dial_result` returns the outcome. `in_use`: names of devices. Raises IllegalValue,
         FileOpened, FileError, DeviceNotReady, PortTaken.
         """
         self._check_fault()
@@ -269,7 +269,7 @@ class Device(Struct, eq=False):
         return None
 
     def close_port(self) -> None:
-        """Carry out FCLOSE. Raises FileError for a serial line, and the errors of `check_open`."""
+        """Execute FCLOSE. Raises FileError for a serial line, and the errors of `check_open`."""
         self.check_open()
         if self.address is None:
             raise errors.FileError(f"{self.name} has no ports", "DETACH closes a serial line")
@@ -286,7 +286,7 @@ class Device(Struct, eq=False):
         self._connections.clear()
 
     def command(self, number: int, data: str) -> None:
-        """Carry out FCMND. Raises FileError, and the errors of `check_open`."""
+        """Execute FCMND. Raises FileError, and the errors of `check_open`."""
         self.check_open()
         if number != CLOSE_CONNECTION or len(data) < HANDLE:
             raise errors.FileError(f"FCMND {number}", f"{CLOSE_CONNECTION} and $INTB(handle) close a connection")
@@ -374,13 +374,13 @@ class Device(Struct, eq=False):
         return self._nothing(wait)
 
     def put_back(self, bytes_: Iterable[int]) -> None:
-        """Put back bytes, which the present step will read again."""
+        """Put back bytes, so that the current step reads them again."""
         if (one := self._connections.get(self.handle)) is not None:
             one.data[:0] = bytes(bytes_)
 
     @property
     def has_more(self) -> bool:
-        """Whether bytes have arrived since GETC began to wait; the step reads again the bytes that it has taken."""
+        """Return whether bytes have arrived since GETC began to wait. The step then reads its earlier bytes again."""
         return self.expired or self._fresh or not self.open
 
     def _count_read(self, one: DeviceConnection, count: int) -> None:

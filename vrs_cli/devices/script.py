@@ -26,7 +26,7 @@ from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.wire.codec import decode, to_json
 from vrs_cli.wire.records import RecordError
 
-SENT, OPEN = "sent", "open"  # lines of a recording: written text, and outcomes of opening
+SENT, OPEN = "sent", "open"  # event names in a recording: text that the program wrote, and the result of opening
 EVENTS = {event.value: event for event in DeviceEvent}
 FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
 
@@ -47,8 +47,8 @@ class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=Tr
 
 
 class _Part(Struct):
-    """The lines of one device. `due`: the time of its next line [s], None if it is not known. `written`: what the
-    program has written since the last awaited text. `last`: the time of the line before [s].
+    """The lines of one device. `due`: the time of its next line [s], None if it is not known. `written`: the
+    program's text since the last expected text. `last`: the time of the line before [s].
     """
 
     lines: deque[tuple[int, UnitLine]] = field(default_factory=deque)

@@ -108,7 +108,7 @@ def open_serial(what: str) -> tuple[FileEnd, str]:
 
 class Sockets(Outside):
     """TCP and serial lines of this machine. `host`: the address at which ports are opened; if it is a loopback address,
-    connections lead to this machine alone. `serial`: the device of each serial line by its number.
+    connections reach only this machine. `serial`: the device of each serial line by its number.
     """
 
     live = True
@@ -234,7 +234,7 @@ class Sockets(Outside):
         self._pseudo.clear()
 
     def due(self, clock: RobotClock) -> float:
-        """Return an instant at which no program has done anything yet; infinity if nothing has come."""
+        """Return the earliest time [s] that programs have not reached yet; infinity if nothing has arrived."""
         if not self._come:
             return inf
         if self._due is None:
@@ -256,6 +256,6 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address belongs to this machine alone."""
+    """Return whether an address is reachable only from this machine."""
     address = address_of(host)
     return address is not None and address.is_loopback

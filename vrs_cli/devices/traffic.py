@@ -21,8 +21,8 @@ from vrs_cli.errors import NetworkClosed
 
 WINDOW = 65536  # maximum number of unread bytes of one connection
 PIECE = 16384  # maximum number of bytes of one read
-PAUSE = 0.02  # [s] after which an unfinished line counts as a line
-GRACE = 0.5  # [s] for written bytes to leave after the device is closed
+PAUSE = 0.02  # [s] silence after which an unfinished line counts as a line
+GRACE = 0.5  # [s] maximum time to send written bytes after the device is closed
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: finds peers that are gone
 
 
@@ -108,7 +108,7 @@ class Traffic:
         done.wait(GRACE)
 
     def end(self) -> None:
-        """End the thread after all that was written has left."""
+        """Stop the thread once all written bytes are sent."""
         self.do(Traffic._end)
         self._thread.join(2 * GRACE)
 

@@ -394,7 +394,7 @@ class Broadcast:
         return max(due, self._held)
 
     def step(self) -> None:
-        """Make the samples that are due, and send some of the waiting packets."""
+        """Make pending samples, and send some of the waiting packets."""
         if self._held > self._wall():
             return
         for viewer, version, position in self._audience.step():

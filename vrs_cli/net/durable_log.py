@@ -87,7 +87,7 @@ class DurableLog:
             self._memory.note()
 
     def prepare(self) -> Dialogue[None]:
-        """Print long new programs in another thread, before the memory is written."""
+        """Before a write of the memory, print long new programs in another thread."""
         if self._memory is not None:
             yield from self._memory.prepare()
 
@@ -148,7 +148,7 @@ class MemoryFile:
             )
 
     def prepare(self) -> Dialogue[None]:
-        """Print long new programs in another thread, before they are written."""
+        """Print long new programs in another thread, so that the next write is short."""
         new = {key: one for key, one in self._now().items() if not self._is_printed(key, one)}
         if sum(len(one.steps) for one in new.values()) <= LONG_PROGRAM:
             return
@@ -192,7 +192,7 @@ class MemoryFile:
         return {key: stored.program for key, stored in self._session.environment.programs.items()}
 
     def _to_write(self) -> dict[str, Program]:
-        """Return the programs in memory; for those that another thread prints, the versions in the file."""
+        """Return the programs to write. While another thread prints a program, use its version in the file, if any."""
         now, there = self._now(), self._programs
         for key in self._printing & now.keys():
             if key in there:

@@ -448,7 +448,7 @@ class Missed(ServerMessage, frozen=True):
 
 class Sample(ServerMessage, frozen=True):
     """The joints at the time `t` by timeline `version`, sent at `clock` [s]. `wrong`: a command has changed the
-    timeline from that time on, so that earlier samples of later times are wrong.
+    timeline from that time on, so that samples already sent for later times are wrong.
     """
 
     t: float
@@ -609,7 +609,7 @@ class LessonText(Numbered, frozen=True):
 
 
 class Announced(Numbered, frozen=True):
-    """A text of a teacher to this student."""
+    """A text that the teacher sent to this student."""
 
     by: str
     text: str

@@ -97,10 +97,10 @@ class _Held(Struct, frozen=True):
 
 
 class Mirror:
-    """A copy of a robot that others command. One thread puts messages in; any thread reads. `window`: the seconds
-    before the robot's clock that are kept. `begins`: the time from which on the timeline is known [s]; before it, its
-    joints are not the robot's. `events`: every change of the known timeline, as for the robot. `world`: the world of
-    the cell around the robot, None without a cell. `record`: takes the reports of the body."""
+    """A copy of a remote robot. One thread puts messages in; any thread reads. `window`: the seconds
+    before the robot's clock that are kept. `begins`: the start of the known part of the timeline [s]; joints before
+    it are not the robot's. `events`: every change of the known timeline, as for the robot. `world`: the world of the
+    cell around the robot, None without a cell. `record`: takes the reports of the body."""
 
     def __init__(
         self,
@@ -157,7 +157,7 @@ class Mirror:
 
     @property
     def begins(self) -> float:
-        """Return the time [s] from which on the timeline is known; -infinity if all of it is known."""
+        """Return the start [s] of the known part of the timeline; -infinity if all of it is known."""
         return self._held.timeline.start if self._held.first else -inf
 
     # --- changes ---
@@ -169,8 +169,9 @@ class Mirror:
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
-        """Apply the change with the next number. A change with an old number does nothing. Any other makes the mirror
-        `lost`, as does a change of an unknown part of the past."""
+        """Apply the change with the next number. Ignore old numbers. A gap in the numbers, or a change of an unknown
+        part of the past, makes the mirror `lost`.
+        """
         held = self._held
         if self.lost or seq <= held.seq:
             return
@@ -215,7 +216,7 @@ class Mirror:
 
 
 def parting(before: Timeline, after: Timeline) -> float:
-    """Return the time [s] from which on two timelines differ, where both are known; infinity if they are equal."""
+    """Return the first time [s] at which two timelines differ, where both are known; infinity if they are equal."""
     begin = max(before.start, after.start)
     for one, other in zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after))):
         if one is None or other is None:

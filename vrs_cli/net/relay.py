@@ -222,7 +222,7 @@ class RelayedEnd(FarEnd):
 
 MAX_REMEMBERED = 20  # maximum number of cut page connections that can be resumed
 MAX_MESH_BYTES = 100_000_000
-SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] time between two checks for work that is due
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.02, 0.5  # [s] minimum and maximum time between two checks for pending work
 
 _from_page: Reader[messages.FromClient | LookAhead] = Reader(messages.FromClient | LookAhead)
 
@@ -353,10 +353,10 @@ class _Link:
         self._page, self._robot, self._end, self._encoding, self._window = page, robot, end, encoding, window
         self._wanted = False  # whether the page wants the course of the world
         self._woken = asyncio.Event()
-        self._course: CourseThread | None = None  # computes the parts of a cell that the server does not know
+        self._course: CourseThread | None = None  # computes the motion of parts in a cell that the server does not know
         self._shown: Timeline | None = None  # the timeline for which the course is computed
         self._heard = Heard()
-        self._failed: list[Exception] = []  # errors in the thread of the course
+        self._failed: list[Exception] = []  # errors raised in the thread that computes the course of the world
 
     async def forward(self) -> None:
         """Pass the page's messages on to the robot."""
@@ -392,7 +392,7 @@ class _Link:
             self._woken.set()
 
     async def keep(self) -> None:
-        """Send pings when they are due, and the course of the world."""
+        """Send pings on time, and the states of parts over time (the course of the world)."""
         while True:
             self._end.look()
             await self._send()
@@ -448,6 +448,6 @@ class _Link:
             told, self._heard = self._course.after(self._heard)
 
     def close(self) -> None:
-        """End the thread of the course."""
+        """Stop the thread that computes the course of the world."""
         if self._course is not None:
             self._course.close()

@@ -1,6 +1,6 @@
 """A served robot with its users and those who watch it, and the hub of all robots of a server.
 
-Requests go into the robot's inbox. The robot's messages come back in one queue, in the order of sending; the thread of
+Requests go into the robot's inbox. Messages of the robot come back in one queue, in the order of sending; the thread of
 the connections is woken once for the whole queue. That thread sends answers to users first, then the messages for
 everybody.
 """
@@ -56,8 +56,8 @@ DRIVER_SILENCE_S = 3.0  # [s] silence after which a driver is pinged
 
 class Room(ServedRobot):
     """A served robot with its users. `wake` is called, in any thread, when `pump` is due in the thread of the
-    connections. `life` names this run of the robot. `first_line`: a line that the next page carries out as if its user
-    had typed it.
+    connections. `life`: the id of this run of the robot. `first_line`: a line that the next page executes as if its
+    user had typed it.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class Room(ServedRobot):
         self.clients: dict[str, ClientSession] = {}
         self._delivery_logs: dict[str, ClientSession] = {}
         self._user_states: dict[object, ClientSession] = {}
-        self._hears: ClientSession | None = None  # the user to whom a program TYPEd last
+        self._hears: ClientSession | None = None  # the last user who got output of TYPE
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in the thread of the connections
         self._at_prompt: dict[ClientSession, None] = {}
         self._away: dict[ClientSession, None] = {}  # clients without a connection, in the order of the cuts
@@ -197,7 +197,7 @@ class Room(ServedRobot):
     # --- messages of the robot: in its own thread ---
 
     def _take_message(self, message: messages.ServerMessage) -> None:
-        """Take a message that belongs to no request: it is for the user who began the program that runs now."""
+        """Queue a message without a request for the user who started the running program."""
         tasks = self.session.tasks
         track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
         by = track.driven_by if track is not None else self.session.user_state

@@ -437,7 +437,7 @@ class Server:
         return self._find(token, link.host)
 
     def _find(self, token: str, host: str) -> Grant:
-        """Return the grant of a token that comes from a host. Raises RequestRefused."""
+        """Return the grant of a token sent by a host. Raises RequestRefused for a wrong token, or after too many."""
         if self._tokens is None:
             return OPEN
         if (grant := self._tokens.tokens.find(token, time.time())) is not None:

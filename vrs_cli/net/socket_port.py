@@ -139,7 +139,7 @@ class SocketPort:
 
     @property
     def welcome(self) -> messages.Welcome:
-        """Return the server's answer to the connection that was opened last."""
+        """Return the server's welcome on the newest connection."""
         assert self.far.welcome is not None, "the port is opened by its constructor"
         return self.far.welcome
 
@@ -272,7 +272,7 @@ class SocketPort:
 
 
 def _measure(loop: Loop, client: Client) -> None:
-    """Follow the reports of the body from now on; without a connection, do nothing."""
+    """Subscribe to the measured positions of the real or simulated arm; without a connection, do nothing."""
     if not client.measures:
         with suppress(RequestRefused):
             loop.wait(client.measure())

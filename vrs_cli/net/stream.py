@@ -222,7 +222,9 @@ class Stream:
         return max(0, self.number - max(number, self._replaced))
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
-        """Return the timeline from the listener's window before `now` [s] on; it replaces all earlier changes."""
+        """Return the timeline from the start of the listener's window (before `now` [s]), in place of all earlier
+        changes.
+        """
         if (found := self._snapshots.get(listening)) is None:
             first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)
             _, found = self._last_part(first, len(self.timeline), listening.form)

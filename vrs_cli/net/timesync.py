@@ -23,12 +23,12 @@ PARTS = 16  # number of parts of the window; the drift is fitted to the best exc
 MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is taken as 0
 SIGNIFICANT = 2.0  # ratio of the drift to its standard deviation below which it is taken as 0
 RESOLUTION = 1e-6  # [s] resolution of clocks
-MAX_DRIFT = 500e-6  # maximum drift of a sound clock [s/s] (RFC 5905, section 7.1: PHI is 15e-6; correctable are 500e-6)
+MAX_DRIFT = 500e-6  # [s/s] maximum drift of a working clock: the largest that NTP corrects (RFC 5905, section 7.1)
 
 
 class Exchange(NamedTuple):
     """A message and its answer. In the middle between sending and answer, `at` by the clock here, the remote clock was
-    `offset` ahead [s], if both directions took equally long.
+    `offset` ahead [s], if both directions took the same time.
 
     `round_trip`: the time of both directions, D_f + D_b [s]; below 0 only if a clock was set.
     """
@@ -65,7 +65,7 @@ class TimeSync:
 
     def hear(self, t0: float, t1: float, t2: float, t3: float) -> None:
         """Add an exchange: a message sent at t0 arrived at t1, was answered at t2, and the answer came at t3 [s]; t0
-        and t3 are by the clock here. If it contradicts the others, a clock was set, and the others are dropped.
+        and t3 are by the clock here. If it contradicts earlier exchanges, a clock was set: drop the earlier ones.
         """
         new = Exchange((t0 + t3) / 2.0, ((t1 - t0) + (t2 - t3)) / 2.0, (t3 - t0) - (t2 - t1))
         if new.round_trip < -RESOLUTION:

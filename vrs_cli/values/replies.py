@@ -284,7 +284,7 @@ class StatusThen(TaggedValue, frozen=True):
 
 
 class SignalBank(Struct, frozen=True):
-    """Consecutive signals from number `first` on. `names`: the names of those signals that have one."""
+    """Consecutive signals from number `first` on. `names`: the names of the named signals."""
 
     title: str
     first: int

@@ -308,7 +308,7 @@ class Proximity(Struct, frozen=True, tag=True):
 
 
 class Sensor(Struct, frozen=True):
-    """A sensor that sets an input: on while a part or the hand is in the region, or off if the number is negative."""
+    """A sensor that turns an input on while a part or the hand is in the region (off if the number is negative)."""
 
     name: str
     signal: int

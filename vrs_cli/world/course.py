@@ -271,6 +271,6 @@ class World:
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same
-            if same >= course.timeline.end:  # the new timeline only continues that course's timeline
+            if same >= course.timeline.end:  # the new timeline only adds motions after that course's timeline
                 break
         return WorldCourse(self.settings, timeline) if best is None else best.for_edit(timeline, since)

@@ -46,7 +46,7 @@ class Crossing(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """The regions in which a body is when its motion begins, and its crossings of regions in order of time."""
+    """The regions that contain a body when its motion begins, and its crossings of regions in order of time."""
 
     begins_in: frozenset[int]
     crossings: tuple[Crossing, ...]
@@ -121,7 +121,7 @@ class Sensing:
         self.looks = 0  # number of distances computed
 
     def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
-        """Return the numbers of the regions in which a body at a fixed pose is."""
+        """Return the numbers of the regions that contain a body at a fixed pose."""
         return self._recall(
             (body, T_world_body), None, Way(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)
         ).begins_in

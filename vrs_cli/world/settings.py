@@ -138,7 +138,7 @@ def _hold_of(
     return away_from, offset - 0.5 * wide, offset + 0.5 * wide
 
 
-ALONE = ("hand", "held", "width", "stack")  # values that have the same name in a history and in a state
+ALONE = ("hand", "held", "width", "stack")  # names of values that a history and a state share
 
 
 def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> world.WorldState:
