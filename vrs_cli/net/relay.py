@@ -339,7 +339,7 @@ class Relay:
                     del self._ends[next(iter(self._ends))]
 
     def _end(self, hello: messages.Hello) -> RelayedEnd:
-        """Return the end of the connection that the hello resumes, or a new one."""
+        """Return the connection end that the hello resumes, or a new one."""
         known = None if hello.resume is None else self._ends.pop(hello.resume.connection, None)
         return known or RelayedEnd(time.monotonic, self._ahead, self._cell)
 

@@ -351,7 +351,7 @@ class Room(ServedRobot):
         self._mind_idleness(now)
         session = self.session
         if session.running and not session.driver.awaited and (self._watch is None or self._watch.done()):
-            self._watch = self._self.put(session.watch_over())  # so that a program whose user has gone continues
+            self._watch = self._self.put(session.watch_over())  # so that a program continues after its user has left
         self._withdraw_questions()
         wrong = self._meter.look(session.actor.worked, now)
         if wrong is not None and not session.driver.end_by(wrong):
@@ -371,7 +371,7 @@ class Room(ServedRobot):
             raise self.session.actor.internal_errors.pop(0)
 
     def _driver_gone(self, who: str) -> None:
-        """Pause or stop a running program if the plan says so for a driver who is gone."""
+        """Pause or stop a running program when its driver has left, if the plan says so."""
         if not self.session.running or self.plan.when_gone is WhenGone.GO_ON:
             return
         aborts = self.plan.when_gone is WhenGone.ABORT

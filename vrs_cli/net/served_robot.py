@@ -133,7 +133,7 @@ LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and the mes
 
 
 class WhenGone(Enum):
-    """The fate of a running program when the driver is gone."""
+    """What happens to a running program when its driver disconnects."""
 
     GO_ON = "go-on"
     PAUSE = "pause"

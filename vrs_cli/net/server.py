@@ -394,7 +394,7 @@ class Server:
                 room.leave(client)
 
     async def _wait_for_share(self, client: ClientSession) -> None:
-        """Carry out the parked requests of a client when they are due, even after a cut."""
+        """Execute the delayed requests of a client at their times, even after a cut."""
         try:
             while (left := client.unpark()) is not None:
                 client.flush()
