@@ -179,11 +179,17 @@ class NumericArm(RobotArm):
         for k, pose in enumerate(poses):
             held = [(axis, begin[i] + k / steps * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
             step, basis = self._walk_step(q, pose, held, basis, part / len(poses))
-            total = [_plus(a, 1.0, b) for a, b in zip(total, basis, strict=True)] if total else basis
-            q = _plus(q, 1.0, step)
+            total = [tuple(map(add, a, b)) for a, b in zip(total, basis, strict=True)] if total else basis
+            q = tuple(map(add, q, step))
             margin = min(margin, self._margin(q))
         arrives = max(map(abs, self.missing(q, poses[-1])[1])) < THERE
         return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
+
+    @cached_property
+    def _pulls(self) -> list[tuple[float, float]]:
+        """Return the middle of each joint's range, and the weight of the joint's distance from it in the gradient."""
+        mean = sum([high - low for low, high in self._limits]) / len(self._limits)
+        return [(low + 0.5 * (high - low), (mean / (high - low)) ** 2) for low, high in self._limits]
 
     def _margin(self, q: Joints) -> float:
         """Return the least distance of any joint from the ends of its range, as a fraction of the range; below 0
@@ -214,9 +220,7 @@ class NumericArm(RobotArm):
         basis = _orthonormal(directions[: len(near)])
         inward = [0.0] * len(q)
         if part:
-            mean = sum([high - low for low, high in self._limits]) / len(q)
-            places = ((x, low, high - low) for x, (low, high) in zip(q, self._limits, strict=True))
-            inward = [part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in places]
+            inward = [part * (middle - x) * pull for x, (middle, pull) in zip(q, self._pulls, strict=True)]
         for unit in basis:
             step = _plus(step, _dot(unit, inward) - _dot(unit, step), unit)
         return step, basis
