@@ -68,7 +68,7 @@ class Viewer(Thread):
 
     def run(self) -> None:
         while not self._stopped.wait(LOOK):
-            preview, t = self.robot.preview_now(), self.robot.now
+            preview, t = self.robot.preview(), self.robot.now
             self.seen.append((t, preview.where(t).joints))
 
     def stop(self) -> None:
@@ -130,7 +130,7 @@ def run(seed: int, line: str = LINE) -> TwinRun:
         moves()
         time.sleep(4.0)
         viewer.stop()
-        flags = viewer.robot.preview_now().flagged
+        flags = viewer.robot.preview().flagged
         times, shown = np.array([t for t, _ in viewer.seen]), np.array([q for _, q in viewer.seen])
         until(lambda: near.measured.unknown_since > times[-1])
         true, real = near.where(times).joints, near.measured.at(times)

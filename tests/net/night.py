@@ -21,7 +21,7 @@ from tests.live import until
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net import room as rooms
+from vrs_cli.net import served_robot
 from vrs_cli.net.durable_log import Audit
 from vrs_cli.net.room import Room
 from vrs_cli.net.served_robot import Plan
@@ -95,7 +95,7 @@ def main(robots: int = 200, hours: int = 12, restless: int = 1) -> int:
             def __init__(self, _wall: object, sleep: Callable[[float], None], rate: float) -> None:
                 super().__init__(lambda: 0.0 if night is None else night.now, sleep, rate)
 
-        patch.setattr(rooms, "WallClock", Clock)
+        patch.setattr(served_robot, "WallClock", Clock)
         night = Night(Path(folder), robots, restless)
         print(f"{robots} robots: {memory():.0f} MB", flush=True)
         for hour in range(1, hours + 1):
