@@ -260,10 +260,10 @@ class RapidTranslator:
         for one in programs:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
-        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in one routine, in all
+        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in one routine; in all routines
         self.arrays = dict[Datum, list[int]]()  # sizes of arrays, as far as constant indexes show them
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
-        self.changing = set[tuple[str, int]]()  # changed by a program or a called one
+        self.changing = set[tuple[str, int]]()  # parameters that a program, or one that it calls, changes
         self.temporary = 0
         self._learn_from_calls()
 

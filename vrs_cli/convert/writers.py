@@ -506,7 +506,7 @@ class PythonWriter(StepWriter):
         self.engine = Engine(self.arm.model, start=run.start)
         self.later = 0.0  # delay of the written program relative to the run [s]
         self.inputs = list(run.inputs)
-        self.taken = 0.0  # time of the next wait that the hand's motion already takes [s]
+        self.taken = 0.0  # part of the next wait that the hand's motion already covers [s]
         self.told |= {
             "ACCEL": "ACCEL 100",
             "PROFILE": f"PARAMETER PROFILE = {self.arm.model.profile}",

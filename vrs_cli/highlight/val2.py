@@ -1,4 +1,4 @@
-"""Colour VAL-II for Pygments, and so for documentation tools and rich, with the pieces of `render.scan`."""
+"""Colour VAL-II for Pygments, and so for documentation tools and rich, with the pieces of `render.colours.scan`."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ def reach_report(reply: replies.ReachReport, page: blocks.Page) -> Iterator[bloc
 def _options(
     rows: Iterable[tuple[results.Option, tuple[str, ...]]], joints: int, units: JointUnits, more: Sequence[str] = ()
 ) -> blocks.Grid:
-    """Return a grid with the configurations, their reach and their joints. `more`: the headings of further numbers,
-    which come with each option."""
+    """Return a grid with the configurations, their reach and their joints. `more`: the headings of additional columns,
+    whose numbers come with each option."""
     columns = (
         blocks.Column("Configuration", Ink.NAME),
         blocks.Column("Reach", width=8),
@@ -62,8 +62,8 @@ def _options(
 
 
 def verdict(option: results.Option, units: JointUnits) -> str:
-    """Describe whether a location can be reached: it is in reach, or which joints leave their range and by how much, or
-    how far away it is."""
+    """Say that a location is in reach; or by how much which joints leave their ranges; or how far away the location
+    is."""
     if option.usable:
         return "in reach"
     if option.joints is not None:

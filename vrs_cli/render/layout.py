@@ -60,7 +60,7 @@ NOTHING: Mapping[type, str] = {  # messages in place of tables that have no rows
 def blocks(reply: replies.Reply, page: Page) -> Iterator[Block]:
     """Yield the blocks of a reply, from top to bottom."""
     none = NOTHING.get(type(reply))
-    if none is not None and not reply.rows:  # type: ignore[union-attr]  # each of those has rows
+    if none is not None and not reply.rows:  # type: ignore[union-attr]  # every type in NOTHING has rows
         yield line(none, Ink.NOTE)
     else:
         yield from LAYOUTS[type(reply)](reply, page)

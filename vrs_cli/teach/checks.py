@@ -124,8 +124,8 @@ class AccelerationCheck(StretchCheck, frozen=True, tag="acceleration", kw_only=T
 
 
 class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
-    """Requires that the tip follows the path of the model's run. `times`: it must also be at the same positions at the
-    same times, with the same orientation within `deg`."""
+    """Requires that the tip follows the path of the model solution. `times`: it must also be at the same positions at
+    the same times, with the same orientation within `deg`."""
 
     mm: float
     deg: float | None = None
@@ -133,7 +133,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
     @property
     def needs_model(self) -> bool:
-        """Return True, because the check compares the whole run with the model's run."""
+        """Return True, because the check compares the whole run with that of the model solution."""
         return True
 
 
@@ -181,8 +181,8 @@ class TypedText(Struct, frozen=True):
 
 
 class TypedCheck(BaseCheck, frozen=True, tag="typed"):
-    """Requires that TYPE shows these lines in this order. A single ModelPlace means the lines of the model's run.
-    `only`: the program may type no other lines."""
+    """Requires that TYPE shows these lines in this order. A single ModelPlace means the lines that the model solution
+    types. `only`: the program may type no other lines."""
 
     lines: tuple[TypedText | ModelPlace, ...]
     only: bool = False

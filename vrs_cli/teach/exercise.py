@@ -102,8 +102,8 @@ class Exercise(Struct, frozen=True):
 
     @property
     def needs_model(self) -> bool:
-        """Return whether a check compares the run with the model's run, so that `mark` needs the evidence of the
-        model's run."""
+        """Return whether a check compares the run with that of the model solution, so that `mark` needs the evidence of
+        both."""
         return any(check.needs_model for check in self.checks)
 
     def variant(self, seed: int | None) -> Exercise:

@@ -47,7 +47,7 @@ class GivenPlace(Struct, frozen=True, tag=True):
 
 
 class ModelPlace(Struct, frozen=True, tag=True):
-    """A place that is taken from the model's run."""
+    """A place that the model solution reaches when it runs."""
 
 
 Place = FixedPlace | GivenPlace | ModelPlace
@@ -81,7 +81,8 @@ class ExerciseText(CellText):
         return super().whole._replace(given=self.table)
 
     def optional_table(self, key: str, keys: Iterable[str], form: str) -> CellEntry | None:
-        """Return the table [key]; None if it is missing or no table. `form`: what stands below its heading."""
+        """Return the table [key]; None if it is missing or is not a table. `form`: the content that belongs below its
+        heading."""
         given = self.table.get(key)
         if isinstance(given, dict):
             return self.entry(key, given, keys)

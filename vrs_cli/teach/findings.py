@@ -55,7 +55,7 @@ def findings_of(exercise: Exercise, run: Run) -> Iterator[Finding]:
 
 
 class _Inspection:
-    """Inspects one exercise. It keeps the runs of the model, so that other runs can be compared with them."""
+    """Inspects one exercise. It keeps the runs of the model solution, with which it compares other runs."""
 
     def __init__(self, exercise: Exercise, run: Run) -> None:
         self.exercise, self._run = exercise, run
@@ -78,7 +78,7 @@ class _Inspection:
         for variant in self.variants:
             yield from self._model(variant)
             if not self.models:
-                break  # the model cannot run in the other variants either
+                break  # the model solution cannot run in the other variants either
         if not self.sound:
             return  # nothing else can be judged if the model solution fails
         yield from self._wrong_submissions()
@@ -166,7 +166,7 @@ class _Inspection:
         yield from self._unreachable(variant, evidence)
 
     def _unreachable(self, variant: Exercise, evidence: Evidence) -> Iterator[Finding]:
-        """Find given locations that the model's tools reach in the exercise but not in a variant."""
+        """Find given locations that the tools of the model solution reach in the exercise but not in a variant."""
         if variant.seed is None:
             return
         frames = tuple(dict.fromkeys(segment.motion.frames for segment in evidence.timeline))
@@ -210,7 +210,7 @@ class _Inspection:
                 yield Finding(self.path, what, "move parts together with their locations, or farther", doubtful=True)
 
     def _mutants(self) -> Iterator[Finding]:
-        """Find checks that no wrong submission and no mutant of the model fails."""
+        """Find checks that no wrong submission and no mutant of the model solution fails."""
         exercise = self.exercise
         wanted = {check.name for check in exercise.checks if check.points} - self.failed.keys()
         for mutant in mutants_of(exercise.solution, exercise.dialect, exercise.locations) if wanted else ():

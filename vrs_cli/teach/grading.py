@@ -170,7 +170,7 @@ class Grading(Struct, frozen=True):
 
 
 class Grader:
-    """Grades submissions of one exercise. It holds the variants and the evidence of the model's run in each."""
+    """Grades submissions of one exercise. It holds the variants, and the evidence of the model solution in each."""
 
     def __init__(self, exercise: Exercise) -> None:
         """Run the model solution in all variants. Raises FileDamaged if it cannot run."""

@@ -66,7 +66,7 @@ _per_second = partial(ExerciseText.number, least=0.0, most=1e6)  # [mm/s], [mm/s
 
 
 def _known_place(text: ExerciseText, entry: CellEntry, key: str) -> Place:
-    """Read a place that does not come from the model's run."""
+    """Read a place that does not depend on the model solution."""
     return _not_of_model(text, entry, key, text.exercise_place(entry, key))
 
 

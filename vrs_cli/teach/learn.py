@@ -228,7 +228,7 @@ class Learner:
         self._show("\n".join(rows) + "\n\nLESSON and a number goes there.")
 
     def _go(self, word: str) -> None:
-        """Leave this shell for another lesson: the one that `word` chooses; "": the next one."""
+        """Leave this shell for the lesson that `word` chooses; "" chooses the next lesson."""
         if self._typing:
             return
         try:
@@ -262,7 +262,7 @@ class Learner:
         number = f"Lesson {lesson.number}: " if lesson.number else ""
         self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
         if self._at:
-            terminal, self._front_end.terminal = self._front_end.terminal, Notes()  # which shows no replies
+            terminal, self._front_end.terminal = self._front_end.terminal, Notes()  # Notes shows no replies
             try:
                 self._carry_out([line for step in lesson.steps[: self._at] for line in step.model])
             finally:

@@ -39,7 +39,7 @@ from vrs_cli.values.world import Fixture
 from vrs_cli.world.settings import WorldSettings
 
 NEAR = 1e-4  # [m] maximum distance between the tool and a location that counts as reached
-MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixture is taken for a table
+MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixture is assumed to be a table
 CLOSE = 0.06  # [m] maximum distance between a location and the part to which it belongs
 OVER = 0.25  # [m] maximum height above a fixture at which a location belongs to the fixture
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5

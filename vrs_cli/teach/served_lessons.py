@@ -69,7 +69,7 @@ class ServedLessons:
         return replace(plan, model=lesson.robot, journal=None, realtime=None, cell=cell, one_user=True, idle=inf)
 
     def start_at(self, room: Room) -> None:
-        """Start a learner at a robot that is for lessons."""
+        """Start a tutor if the robot is for lessons; end the student's previous tutor."""
         student = student_of(room.name)
         if student is None:
             return
@@ -129,7 +129,7 @@ class ServedLessons:
 
 
 class Tutor:
-    """A learner at a served robot, in its own thread. `goes` is called with the folder of the next lesson."""
+    """A learner at a served robot, in its own thread. `goes` is called with a folder when its lesson is wanted next."""
 
     def __init__(self, room: Room, lesson: Lesson, record: LearnerRecord, course: dict[Path, str]) -> None:
         self.lesson, self.begun = lesson, False

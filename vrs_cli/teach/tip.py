@@ -4,9 +4,9 @@ two samples.
 On each segment of the timeline the tip, its velocity and its acceleration are curves c(t). Their second derivatives
 have a bound M, so that a curve between two samples at t and t + h is within M h^2 / 8 of the straight line between
 them. On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from
-the extremes of the joints' derivatives and the lengths of the links. A vector of length l is carried by rotations whose
-angles have derivatives of at most x1, x2, ... in sum. Its n-th derivative is at most l B_n(x1, ..., xn), with the
-complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).
+the extremes of the joints' derivatives and the lengths of the links. If rotations turn a vector of length l, and the
+first, second, ... derivatives of their angles sum to at most x1, x2, ..., then the vector's n-th derivative is at most
+l B_n(x1, ..., xn), with the complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).
 
 A measure is a convex function of a vector that changes by no more than the vector moves. A search halves the pieces
 with the best bounds first (branch and bound).
@@ -196,7 +196,8 @@ def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, flo
 
 
 def _add_interval(found: list[tuple[float, float]], since: float, until: float, gap: float = 0.0) -> None:
-    """Add an interval to sorted ones; join it with the last one if it begins at most `gap` after that one."""
+    """Add an interval to sorted ones; merge it with the last interval if it begins at most `gap` after that interval
+    ends."""
     if found and since <= found[-1][1] + gap:
         found[-1] = found[-1][0], max(until, found[-1][1])
     else:
@@ -239,14 +240,14 @@ def _sample(piece: Piece, s: float, measure: Measure) -> _End:
 
 
 def greatest(pieces: Sequence[Piece], measure: Measure, precision: float, *, enough: float = -inf) -> Extreme:
-    """Return the maximum of a convex measure, within `precision`. If no value exceeds `enough`, the result is only some
+    """Return the maximum of a convex measure, within `precision`. If no value exceeds `enough`, the result may be any
     value up to `enough`. Raises ValueError without pieces."""
     return _best(pieces, measure, lambda a, b: max(a.m, b.m), precision, enough)
 
 
 def nearest(pieces: Sequence[Piece], target: Vector, precision: float, *, enough: float = inf) -> Extreme:
-    """Return the minimum distance from a target, within `precision`. If no distance is below `enough`, the result is
-    only some value of at least `enough`. Raises ValueError without pieces."""
+    """Return the minimum distance from a target, within `precision`. If no distance is below `enough`, the result may
+    be any value of at least `enough`. Raises ValueError without pieces."""
     found = _best(
         pieces,
         lambda c: -dist(c, target),
@@ -326,7 +327,8 @@ def _most(piece: Piece, a: _End, b: _End, on_line: Callable[[_End, _End], float]
 
 
 def together(a: Sequence[AnyPiece], b: Sequence[AnyPiece]) -> Iterator[tuple[float, float, AnyPiece, AnyPiece]]:
-    """Yield each time span [s] in which two curves over the same times have one piece each, and these pieces."""
+    """Yield each time span [s] in which both curves have a single piece, with these two pieces. The curves cover the
+    same times."""
     cuts = sorted({t for piece in (*a, *b) for t in (piece.start, piece.finish)})
     if len(cuts) == 1:
         cuts *= 2
@@ -343,7 +345,7 @@ def most_turned(
 ) -> tuple[float, float]:
     """Return the maximum angle between two orientations [rad], within `precision`, and its time [s].
 
-    If no angle exceeds `enough`, the result is only some angle up to `enough`. Both orientations must cover the same
+    If no angle exceeds `enough`, the result may be any angle up to `enough`. Both orientations must cover the same
     times.
     """
     best, when = -inf, pieces[0].start

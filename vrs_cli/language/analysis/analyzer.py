@@ -3,7 +3,7 @@
 The analyzer decides from the use of a bare name whether the name is a real or a transformation, and checks every
 instruction against its row of the tables. `Surroundings` describes what a program finds in memory: variables with a
 value, other programs, and the names to which these programs assign. It is made once for all programs of a file, so that
-a question about one program does not search the others again.
+checking one program does not search the others again.
 
 The analyzer warns once of a variable that has the name of an instruction or of a function without arguments. It does
 not warn of a variable `dx`, because nobody confuses `dx` with `DX(part)`.
@@ -82,7 +82,8 @@ from vrs_cli.values.numbers import count
 
 _PLACES = frozenset({Shape.PLACE, Shape.LOCATION})
 
-# maximum number of names that are all compared with a mistyped word; of more, only those with one typing mistake are
+# up to this number of names, all are compared with a mistyped word; among more names, only those one typing mistake
+# away
 MAX_COMPARED_NAMES = 200
 
 
@@ -271,7 +272,8 @@ def _warning(node: ast.Variable | ast.Call, detail: str, hint: str) -> Diagnosti
 # --- misunderstood instructions: DELAY, BREAK, FOPENR, and loops without an end ------------------------------
 
 
-_WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})  # these may wait
+# instructions that may wait
+_WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "STOP", "HALT"})
 
 
 def delays(program: Program) -> Iterator[Diagnostic]:
@@ -280,7 +282,8 @@ def delays(program: Program) -> Iterator[Diagnostic]:
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))
-            if (first := next(telling, None)) is not None and _shows_time(first):  # it would show no pause
+            # the output, or the time that the step reads, would show no pause
+            if (first := next(telling, None)) is not None and _shows_time(first):
                 yield warning(
                     PauseOfArm,
                     statement.span,
@@ -398,7 +401,7 @@ _MAY_MOVE = frozenset({"CALL", "CALLS", "DO", "EXECUTE", "REACT", "REACTI", "OPE
 # --- programs and lines ----------------------------------------------------------------------------------------------
 
 
-# maximum number of names with such a hint: a program without its locations may lack hundreds of names
+# maximum number of names without a value that get a hint: a program without its locations may have hundreds
 MAX_HINTS = 10
 
 

@@ -50,7 +50,8 @@ from vrs_cli.language.words.values import INPUTS, INTERNAL, NAME_LENGTH, ON_AND_
 from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean
 
-_PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"  # of C and Python
+# conversions and escapes in format strings of C and Python
+_PRINTF = r"(?<![\d%])%[-+]?\d*(?:\.\d+)?[dfsgiu](?![A-Za-z])|\\[nt]$|^[^\\:]*\\n|\{[A-Za-z]\w*\}"
 FORMAT_CODES = "BCDEFGHINOSUX"
 _STATES = ("ON", "OFF", "TRUE", "FALSE")
 
@@ -285,7 +286,7 @@ class Expressions(NameFindings):
         return result if len(self.diagnostics) == found else None
 
     def _of_both(self, expression: ast.Binary) -> Kinds:
-        """Return the kinds that the operands of + and of relations may have: two reals or two strings."""
+        """Return the kinds that both operands of + or of a relation may have: reals or strings."""
         return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
 
     # --- functions ---
@@ -364,7 +365,7 @@ def numbers_meant(row: WordRow, given: Sequence[Expression | None]) -> str:
     numbers = [one for one in given if one is not None and ast.plain_number(one) is not None]
     texts, shape = [expression_text(number) for number in numbers], row.arguments[0].shape if row.arguments else None
     places = f"a place is TRANS({', '.join(texts)}) or a name, joints are #PPOINT"
-    beyond = 0 < len(row.arguments) < len(given) == len(numbers)  # too many numbers, and nothing else
+    beyond = 0 < len(row.arguments) < len(given) == len(numbers)  # too many arguments, all of them numbers
     place = beyond and shape in (Shape.PLACE, Shape.LOCATION)
     glued = len(numbers) == 2 and numbers[1].span.column == numbers[0].span.end + 1
     speed = len(given) == 2 and len(row.arguments) == 1 and shape is Shape.PLACE and numbers == [*given[1:]]

@@ -257,7 +257,7 @@ class NameFindings(DiagnosticCollector):
         self._spellings: dict[str, str] = {}
 
     def without_value(self) -> list[ast.Variable]:
-        """Return the first reading of each name to which this program assigns no value."""
+        """Return the first use as a value of each name that this program never assigns."""
         return [
             variable
             for key, variable in self.first_read.items()

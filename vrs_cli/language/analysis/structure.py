@@ -135,7 +135,7 @@ class Structure(DiagnosticCollector):
         elif first in ("END", "UNTIL"):
             if any(one.closing == first for one in self._open):
                 self._close(index, line, first, "")
-        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # such an IF jumps
+        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # IF ... GOTO opens no block
             kind = BlockKind.__members__.get(first) or _UNREAD_LAST.get(last)
             if kind is not None:
                 sure = kind is BlockKind.FOR or last in _UNREAD_LAST
@@ -294,7 +294,7 @@ def _reachable_steps(program: Program, blocks: Sequence[Block], labels: Mapping[
         if label is not None:
             waiting.append(labels[label])
         waiting += jumps.get(index, () if _leaves(statement) else (index + 1,))
-        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # ends a loop around it
+        if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # may leave a loop
             waiting += (block.closer + 1 for block in blocks if block.opener < index < block.closer)
     return reached
 

@@ -509,8 +509,8 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
     def stand(self, step: int) -> int | None:
-        """Return the first step from `step` on (counted from 0) that does something, so that the program can stop
-        before it; None if there is none."""
+        """Return the first step at or after `step` (counted from 0) that does something, so that the program can stop
+        before it; None if no step does."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not lowering.is_silent(op))
         return min(steps, default=None)
 

@@ -33,8 +33,8 @@ from vrs_cli.language.compile.expressions import CELLS, KEYS, Array, Library
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.values import Kind
 
-DIRECT = "direct"  # the name of the Python functions
-MAX_OPERATIONS = 64  # maximum number in a subroutine, because the robot waits for its compilation within one step
+DIRECT = "direct"  # name of every generated Python function
+MAX_OPERATIONS = 64  # maximum number of operations in a direct function: the robot waits while Python compiles it
 # functions that ask for the present program or operation, or that may wait
 _TASK_FUNCTIONS = frozenset(
     ("BITS", "GETC", "GET.EVENT", "ID", "IOSTAT", "LATCH", "#PLATCH", "LATCHED", "PRIORITY", "SIG", "STATUS", "TASK")
@@ -160,8 +160,8 @@ class _DirectCompiler(ProgramCompiler):
         return statements
 
     def _break_off(self, result: py.expr, left: py.expr) -> py.stmt:
-        """Return to the task, which continues before the present operation; or after it, if the `result` of the call
-        that it made is negative."""
+        """Return to the task, which continues before the present operation, or after it if the operation's call
+        returned a negative `result`."""
         arguments: list[py.expr] = [*map(tree.name, self._given)]
         if len(self.parameters) > len(arguments):
             arguments.append(py.Starred(tree.name("o"), py.Load()))

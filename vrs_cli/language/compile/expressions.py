@@ -233,7 +233,8 @@ class ExpressionCompiler:
         if not function.arguments and contextual is None:
             constant = evaluate()
             return tree.constant(constant) if isinstance(constant, float) else self.global_of("k", constant)
-        # the row of each argument in the table; the last row again for further arguments of a function that repeats it
+        # the table's row for each argument; if the function repeats its last argument, the last row serves all further
+        # ones
         given, rows = call.arguments, function.arguments
         places = (argument_at(function, place) for place in range(len(given))) if function.repeats else iter(rows)
         arguments = [self.operand(item, row) for item, row in zip_longest(given, places) if row is not None]
@@ -248,7 +249,7 @@ class ExpressionCompiler:
     # operands
 
     def operand(self, expression: ast.Expression | None, argument: Argument) -> py.expr:
-        """Return the code for what is passed as an argument: a value, a reference to a variable, or a keyword."""
+        """Return the code for an argument: a value, a reference to a variable, or a keyword."""
         if expression is None:
             return tree.constant(None)
         if argument.shape in WORDS:
@@ -324,7 +325,7 @@ _WANTED = {
 
 
 def constant_index(index: ast.Expression | None) -> py.Constant | None:
-    """Return a constant for an index that is a number not below 0, rounded; None for any other index."""
+    """Return the rounded value of an index that is a constant of at least 0; None for any other index."""
     number = whole(index.value) if isinstance(index, ast.Number) else -1
     return py.Constant(number) if number >= 0 else None
 

@@ -116,8 +116,8 @@ def is_silent(op: Op) -> bool:
 
 
 def run_length(ops: Sequence[Op], places: range) -> int:
-    """Return the number of steps that are certainly carried out together from the first of these operations on:
-    assignments, and the operation after them."""
+    """Return how many steps, from the first of these operations, always run together: assignments, and the operation
+    after them."""
     steps = 0
     for op in map(ops.__getitem__, places):
         steps += not is_silent(op)
@@ -147,7 +147,7 @@ def leaders_of(ops: Sequence[Op], cuts: Collection[int]) -> tuple[list[int], dic
         around = [one for one in around if one.otherwise.stop > place]
         ends = [one.then.stop if place in one.then else one.otherwise.stop for one in around]
         if len(around) == MAX_BRANCH_DEPTH or branch.otherwise.stop > min(ends, default=len(ops)):
-            del branches[place]  # nested too deeply, or an IF ... GOTO to a place behind the part that it is in
+            del branches[place]  # nested too deeply, or an IF ... GOTO that leaves the enclosing branch
         else:
             around.append(branch)
     while True:

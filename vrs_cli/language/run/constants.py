@@ -54,7 +54,7 @@ REALS = NAMED | {Shape.REAL, Shape.GROUP, Shape.SIGNALS, Shape.TASK}
 
 
 class Gap(Enum):
-    """A placeholder for an operand whose value only a run can determine."""
+    """A placeholder for an operand whose value is known only when the program runs."""
 
     REAL = "any real"
     OTHER = "anything else"
@@ -155,7 +155,7 @@ class Constants(Struct, frozen=True):
         return expression.value if isinstance(expression, ast.StringConstant) else Gap.OTHER
 
     def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[errors.VrsError | None]:
-        """Return, for each number that is tried in the gaps, the error that it causes, or None."""
+        """Return, for each number tried in place of the unknown operands, the error that it causes, or None."""
         stand_ins = STAND_INS if Gap.REAL in given else STAND_INS[:1]
         filled = [[x if isinstance(one, Gap) else one for one in given] for x in stand_ins]
         carry_out = partial(self._carry_out, statement)

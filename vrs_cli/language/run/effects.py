@@ -133,7 +133,7 @@ class Halt(Effect, frozen=True):
 
 
 class LookAround(Effect, frozen=True):
-    """Makes the task check whether a reaction is due, for instance after a SIGNAL of the program."""
+    """A request that the task check whether a reaction is due, for instance after a SIGNAL of the program."""
 
 
 class RunSignal(Effect, frozen=True):

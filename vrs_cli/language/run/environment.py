@@ -383,8 +383,8 @@ class Interruption(Struct, frozen=True):
 def _started_later(
     program: Executable, context: Context, arguments: Sequence[Given], slots: list[object], op: int
 ) -> Steps:
-    """Start an activation when the task resumes it, because the program may have to be compiled first, to be entered
-    there."""
+    """Start an activation when the task resumes it, because entering it there may require compiling the program
+    first."""
     return (yield from program.start(context, arguments, slots, op))
 
 

@@ -143,7 +143,7 @@ STATES: Mapping[int, Callable[[Engine], float]] = {
 
 
 class System:
-    """The system that runs programs, as the task that asks sees it. This base class is for a program that runs alone:
+    """The system that runs programs, as the calling task sees it. This base class is for a program that runs alone:
     one task and no devices."""
 
     def task(self) -> int:
@@ -153,7 +153,7 @@ class System:
     def priority(self) -> int:
         return 0
 
-    def run_state(self, task: int) -> int:  # noqa: ARG002 (for others to look at, as are those below)
+    def run_state(self, task: int) -> int:  # noqa: ARG002 (subclasses use the argument, also below)
         """Return the state of a task (`operations.IDLE` and the like)."""
         return 0
 

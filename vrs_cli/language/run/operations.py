@@ -221,7 +221,7 @@ def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
     if len(piece) < size:
         raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
     numbers = struct.unpack(f">{code}", piece.encode("latin-1", "replace"))
-    if not all(abs(number) <= LIMIT for number in numbers):  # fails for NaN too
+    if not all(abs(number) <= LIMIT for number in numbers):  # also true for NaN
         raise IllegalValue("bytes of no real", f"a real is at most {values.plain(LIMIT)}")
     return tuple(map(float, numbers))
 
@@ -370,7 +370,7 @@ MESSAGES = {
 def message(code: int) -> str:
     """Return the text of a message code; `Unknown error code n` for an unused code."""
     classes: list[type[VrsError]] = [VrsError]
-    # looked up here, because the list grows; of the classes with one code, the first is the base of the others
+    # collected at each call, because errors may be added; of classes with the same code, the first is the base class
     for cls in classes:
         classes += cls.__subclasses__()
     texts = {cls.code: cls.text for cls in reversed(classes)}

@@ -4,7 +4,7 @@ The module also runs lines of the prompt: instructions as tasks of one step, and
 
 A driver calls `resume` until an event says that the program has ended, and does what each event asks for:
 
-    a request of engine.commands   give it to the robot            Wait      resume when its condition is true
+    a request of values.commands   give it to the robot            Wait      resume when its condition is true
     Type, Prompt                   use the terminal                Budget    nothing: do other work, then resume
     CycleBegins                    carry out its settings          Pause, Failed, Halt, Completed: the task has stopped
     StartTask and the like         control other tasks, the robot

@@ -284,7 +284,7 @@ class Signals:
 
 
 def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
-    """Return the channel number and the value for each signal, which is negative to switch it off."""
+    """Return the channel number and the value of each signal; a negative signal number switches the signal off."""
     return tuple((abs(signal), float(signal > 0)) for signal in signals)
 
 

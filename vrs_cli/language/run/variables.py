@@ -129,7 +129,7 @@ class Cells(dict[str | Index, Value]):
         return rounded
 
     def item(self, key: str | Index) -> Item:
-        """Return the variable or array element that belongs to a key of these cells."""
+        """Return the variable or array element that a key of these cells denotes."""
         return (str(key), None) if self.array is None else (self.array, cast(Index, key))
 
 

@@ -82,8 +82,8 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
 def _items(children: Sequence[Any], row: WordRow | None = None, places: int | None = None) -> Items:
     """Return the expressions between commas, without the omitted ones at the end.
 
-    For a `row`, a comma at the end omits an argument, which the row must have. `places`: the number of arguments of the
-    row (None if its last argument repeats; then it may not be omitted). Raises LineRefused.
+    With a `row`, a final comma stands for an omitted argument, which the row must have. `places`: the number of
+    arguments of the row (None if its last argument repeats; then it may not be omitted). Raises LineRefused.
     """
     signs = [child for child in children if type(child) is Token]
     if row is not None and signs and signs[-1] is children[-1] and (places is None or len(signs) >= places):
@@ -196,7 +196,7 @@ def _piece(put: Callable[..., None]) -> Callable[[Builder, Children], _Piece]:
     return lambda _builder, children: _Piece(put, children, _span(children))
 
 
-_FIELDS = {  # for the token of a modifier: its name in the tables, and its field in ast.Modifiers
+_FIELDS = {  # by a modifier's token: its name in the tables, and its field in ast.Modifiers
     "AT": ("AT", "at"),
     "IN": ("AT", "within"),
     "ALWAYS": ("ALWAYS", "always"),

@@ -228,7 +228,7 @@ class Lexer:
                 hint = f"write {target} = {target} {sign[0]} {'1' if sign in ('++', '--') else '...'}"
             raise self._refusal(CannotInterpret, *foreign.span(1), f"{sign} is no sign of VAL-II", hint)
         if _ASSIGNS.match(self._text, word.end()):
-            if word[0].upper() in OPERATOR_WORDS:  # for AND = 5, the rest would be read as an operand
+            if word[0].upper() in OPERATOR_WORDS:  # AND = 5 would be read as an operator and its operand
                 raise self._refusal(InvalidName, *word.span(), *why_reserved(word[0].upper()))
             self._refuse_list(word)
             self._rest()
@@ -266,7 +266,7 @@ class Lexer:
             )
             raise self._refusal(kind, self._at, max(self._end_of_run(self._at), self._at + 1), detail, hint)
         if self._text[match.end() : match.end() + 1].isalnum():
-            # a letter of another alphabet does not end a word, but is a mistake in it
+            # a letter of another alphabet is a mistake inside the word, not its end
             end = max(self._end_of_run(match.end()), match.end() + 1)
             hint = "letters a to z, digits, . and _"
             raise self._refusal(InvalidName, match.start(), end, self._text[match.start() : end], hint)
@@ -282,7 +282,7 @@ class Lexer:
         # RUN and CLEAR are not accepted as short for RUNSIG and CLEAR.EVENT
         detail, hint = word[0], way(word[0], at_prompt=at_prompt)
         if self._follows(r"[ \t]*:(?!=)", word.end()) and (own_word(word[0]) or not (found or hint)):
-            hint = LABELS  # such as start: in C
+            hint = LABELS  # a label as in C: `start:`
         if len(found) == 1 and not hint:
             return found[0]
         if len(found) > 1 and not hint:
@@ -294,7 +294,7 @@ class Lexer:
         """Return a hint at the probable meaning of an unknown first word."""
         rest = self._before_comment(end).strip()
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
-        # looks like a call of a program; of the known words only READ (lun) and similar ones are followed by (
+        # the line looks like a call of a program; among known words, only READ (lun) and the like take parentheses
         called = rest.startswith("(")
         near = did_you_mean(
             word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].group_size))

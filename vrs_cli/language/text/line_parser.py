@@ -251,7 +251,7 @@ class LarkParser:
 
 
 GRAMMAR = "val2.lark"
-# maximum number of steps kept (about 3 kB each), because a text is parsed repeatedly while it is edited
+# maximum number of parsed steps kept (about 3 kB each): an editor parses the same text repeatedly
 REMEMBERED = 20_000
 STARTS = ("step", "prompt", "header", "entry")
 

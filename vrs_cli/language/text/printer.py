@@ -222,7 +222,7 @@ def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:
-    """Return items separated by commas and blanks. Of an omitted item only the comma remains."""
+    """Return items separated by commas and blanks. An omitted item leaves only its comma."""
     shown = ("" if item is None else expression_text(item) for item in items)
     return ",".join(f" {text}" if place and text else text for place, text in enumerate(shown))
 

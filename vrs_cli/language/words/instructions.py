@@ -314,7 +314,7 @@ CONTROL: Mapping[str, Control] = by_name((
 
 PROGRAM_WORDS: Mapping[str, Word] = {**CONTROL, **INSTRUCTIONS}
 
-DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # words that only declare to which program variables belong
+DECLARATIONS = frozenset({"AUTO", "LOCAL", "GLOBAL"})  # words that only declare the scope of variables
 # the relations in IF a EQ b THEN label
 RELATIONS_OF_VAL = {"EQ": "==", "NE": "<>", "GT": ">", "GE": ">=", "LT": "<", "LE": "<="}
 LOOP_JUMPS = frozenset({"EXIT", "NEXT"})  # instructions that jump to the end or the next pass of a loop

@@ -221,7 +221,7 @@ _BESIDE = """
     BPT WATCH SPEED SIGNAL RESET ENABLE DISABLE SWITCH PARAMETER CLOCK BRANCH EXIT QUIT SET TIMER CD LOG
 """
 BESIDE = frozenset(_BESIDE.split())
-# those of them that move the robot, or ask where it is, are refused on another branch than that of the program
+# commands that move the robot or ask for its position: refused on a branch other than the program's
 _ON_BRANCH = "HERE TEACH EXECUTE PRIME SSTEP XSTEP NEXT PROCEED RETRY PCEXECUTE PCPROCEED PCRETRY"
 ON_BRANCH = frozenset(_ON_BRANCH.split())
 

@@ -243,7 +243,7 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
     """An instruction or a monitor command. `breaks`: the robot comes to rest before it. `role`: the role that may use
     it.
 
-    `drastic`: the word, alone or after a question, at once deletes, stops, steps or undoes something.
+    `drastic`: whether the word immediately (perhaps after a question) deletes, stops, steps or undoes something.
     """
 
     route: Route = Route.PROGRAM

@@ -39,10 +39,11 @@ class Evidence(Struct, frozen=True):
     """The records of a run, or of its part so far.
 
     `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: typed lines, each with the time of
-    its end. `course`: the course of parts, sensors and rules; None if the cell has none. `contacts`: reported contacts,
-    each with the text of its motion. `fault`: the error of the program. `outcome`: None while the program runs.
-    `steps`: number of executed steps. `programs`: parsed programs of the submission that may run, without those of the
-    exercise. `dialect`: the dialect of these programs. `undone`: the undone commands, which REDO would repeat.
+    its end. `course`: the states of parts, sensors and rules over time; None if the cell has none of these. `contacts`:
+    reported contacts, each with the text of its motion. `fault`: the error of the program. `outcome`: None while the
+    program runs. `steps`: number of executed steps. `programs`: parsed programs of the submission that may run, without
+    those of the exercise. `dialect`: the dialect of these programs. `undone`: the undone commands, which REDO would
+    repeat.
     """
 
     arm: RobotArm
@@ -182,15 +183,15 @@ def compound_pose(items: Iterable[Item], values: Mapping[Item, Value]) -> Transf
 
 class Basis(Struct, frozen=True):
     """The values with which a run is compared. `locations`: the given locations of the variant. `model`: the evidence
-    of the model's run in this variant; None if no check needs it."""
+    of the model solution in this variant; None if no check needs it."""
 
     rounding: Rounding = Rounding()
     locations: Mapping[Item, Value] = {}
     model: Evidence | None = None
 
     def place(self, place: Place, of_model: Transform | None = None) -> Transform:
-        """Return T_world_place of a place. `of_model`: the pose in the model's run. Raises ValueError if the pose is
-        unknown."""
+        """Return T_world_place of a place. `of_model`: the pose in the run of the model solution. Raises ValueError if
+        the pose is unknown."""
         match place:
             case FixedPlace():
                 return place.T

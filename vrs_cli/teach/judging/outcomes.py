@@ -85,7 +85,8 @@ def judge_signals(check: checks.SignalsCheck, run: basis.JudgedRun) -> basis.Ver
 
 
 def _wrong(wanted: checks.SignalChange, seen: OutputChange, run: basis.JudgedRun) -> str | None:
-    """Describe why a change is not the required one: None if it is the required one, "" if it is of another signal."""
+    """Return why a change differs from the required one: None if they are equal, "" if it is a change of another
+    signal."""
     if seen.signal != wanted.signal:
         return ""
     when, step = basis.figure(seen.t, run.s), run.s
@@ -222,7 +223,7 @@ def judge_typed(check: checks.TypedCheck, run: basis.JudgedRun) -> basis.Verdict
 
 
 def _wanted_lines(check: checks.TypedCheck, run: basis.JudgedRun) -> list[checks.TypedText]:
-    """Return the required lines. Raises ValueError if they come from the model's run and that run is unknown."""
+    """Return the required lines. Raises ValueError if the model solution gives them and its run is unknown."""
     if not check.needs_model:
         return [one for one in check.lines if isinstance(one, checks.TypedText)]
     if run.basis.model is None:

@@ -1,4 +1,5 @@
-"""Judge the path of the tool's tip: places, lines and arcs, stops, boxes, speeds, and the path of the model."""
+"""Judge the path of the tool's tip: places, lines and arcs, stops, boxes, speeds, and comparison with the model
+solution."""
 
 from __future__ import annotations
 
@@ -267,7 +268,7 @@ FINE = 0.5  # error of these lines if the first error is too coarse to decide, a
 
 
 def judge_like_model(check: checks.LikeModelCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge the path of the tip by comparison with the path of the model's run."""
+    """Judge the path of the tip by comparison with the path of the model solution."""
     model = run.basis.model
     if model is None:
         raise ValueError("the model's run is not known")

@@ -52,8 +52,8 @@ class Replay(Struct, frozen=True):
 
 
 def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | None]) -> Replay | None:
-    """Return the replay of the run with the first lost mark that has a time; else with the first lost mark; else of the
-    first run. None if the submission did not run there."""
+    """Return the replay of the run with the first lost mark that has a time; else the run with the first lost mark;
+    else the first run. None if the submission did not run there."""
     lost = [one for one in shown_marks(exercise, grading) if not one.passed and one.reason]
     failed = next((one for one in lost if one.at is not None), lost[0] if lost else None)
     variant = failed.variant if failed is not None else 0

@@ -60,8 +60,8 @@ def _joints_here(context: Context, _it: Wording, *targets: Reference | None) -> 
 
 
 def _decompose(context: Context, it: Wording, first: Reference) -> None:
-    """Assign X, Y, Z, O, A, T of a transformation, or the joints of a precision point, to array elements from the given
-    one on."""
+    """Assign X, Y, Z, O, A, T of a transformation, or the joints of a precision point, to array elements, starting at
+    the given one."""
     if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(it.value, context.environment.units)):
