@@ -1,5 +1,5 @@
-"""Define acts: requests to a robot as values. Numbers in an act are exact, while a prompt line rounds numbers to
-decimal digits. An act is data and can be sent over a connection; `interfaces/session/acts.py` carries it out."""
+"""Define acts: requests to a robot as structs instead of lines of text. The numbers of an act are exact, while a typed
+line has rounded decimals. Acts can be sent over a connection; `interfaces/session/acts.py` executes them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from vrs_cli.values.results import CommandRecord, FollowReport, RobotAct, RunRes
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
-    """The target of a motion; exactly one field is set, but `change` comes with `joint`. `offset`: the target of
-    DEPART."""
+    """The target of a motion. Exactly one field is set, except that `joint` (from 1) needs its `change` [rad, m].
+    `offset`: the target of DEPART, in the tool frame."""
 
     pose: Transform | None = None
     joints: Joints | None = None
@@ -114,15 +114,14 @@ def rotating(T: Transform) -> Transform:
 
 
 class Say(RobotAct[None], frozen=True):
-    """Carry out a line typed at the prompt. Raises the error if the line is refused."""
+    """Execute a line as if it were typed at the prompt. If the line is refused, raises its error."""
 
     line: str
 
 
 class Go(RobotAct[None], frozen=True, omit_defaults=True):
-    """Move to `goal`, from time `executed` [s] on (None: after the last motion). `speed`: fraction of the nominal
-    speed.
-    """
+    """Move to `goal`, beginning at time `executed` [s] (None: after the last motion). `speed`: fraction of the nominal
+    speed."""
 
     goal: Goal
     straight: bool = False
@@ -132,8 +131,8 @@ class Go(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
-    """Follow joints with time stamps, replacing all motions from the first time stamp on: `times` [s] in increasing
-    order, `joints` [rad, m] at each time. `speed`: fraction of the nominal speed."""
+    """Follow time-stamped joint positions: `times` [s] in increasing order, and the `joints` [rad, m] at each time.
+    They replace all motions after the first time stamp. `speed`: fraction of the nominal speed."""
 
     times: tuple[float, ...]
     joints: tuple[Joints, ...]
@@ -141,10 +140,9 @@ class FollowChunk(RobotAct[FollowReport], frozen=True, omit_defaults=True):
 
 
 class Steer(RobotAct[None], frozen=True, omit_defaults=True):
-    """Follow one target of a stream: `joints` [rad, m] that move at `velocity` [rad/s, m/s] from now on, for `lasting`
-    [s] or until the next target arrives. Without `velocity`, as in the first and the last target of a stream, come to
-    rest at `joints`. Drop scheduled motions. `speed`: fraction of the nominal speed.
-    """
+    """Follow one target of a stream: `joints` [rad, m], which move at `velocity` [rad/s, m/s] for `lasting` [s] or
+    until the next target arrives. Without `velocity`, as in the first and the last target of a stream, come to rest at
+    `joints`. Drop scheduled motions. `speed`: fraction of the nominal speed."""
 
     joints: Joints
     velocity: Joints | None = None
@@ -153,14 +151,13 @@ class Steer(RobotAct[None], frozen=True, omit_defaults=True):
 
 
 class DragTool(RobotAct[Shortfall], frozen=True, omit_defaults=True):
-    """Drag the tool towards `pose` (T_world_tool), from now on, as far as the arm can follow. Without a pose, end the
-    drag."""
+    """Drag the tool towards `pose` (T_world_tool), as far as the arm can follow. Without a pose, end the drag."""
 
     pose: Transform | None = None
 
 
 class ResyncBody(RobotAct[ResyncReport], frozen=True, omit_defaults=True):
-    """Make the timeline and the body (the measured robot) agree. `stops`: drop the scheduled motions."""
+    """Resynchronise the timeline with the measured robot. `stops`: drop the scheduled motions."""
 
     stops: bool = False
 
@@ -170,7 +167,7 @@ class Rest(RobotAct[None], frozen=True):
 
 
 class Undo(RobotAct[None], frozen=True):
-    """Take back the last `count` commands."""
+    """Undo the last `count` commands."""
 
     count: int = 1
 
@@ -282,8 +279,8 @@ class ProgramList(PartialList, frozen=True, kw_only=True):
 
 
 class TaskRow(Struct, frozen=True):
-    """A task that runs or has stopped: its `program` and `step` (from 1; None at the end), its `state` as STATUS words
-    it, and the question it waits for."""
+    """A task that runs or has stopped: its `program` and `step` (from 1; None at the end), its `state` in the words of
+    STATUS, and the question that it `asks`."""
 
     number: int
     program: str
@@ -300,7 +297,7 @@ class BranchSeen(Struct, frozen=True):
     version: int
 
 
-MAX_UNTRUE = 3  # maximum number of readings that no longer hold in a survey
+MAX_UNTRUE = 3  # maximum number of outdated signal readings in one Surveyed
 
 
 class Surveyed(TaggedValue, frozen=True):
@@ -383,22 +380,22 @@ class Sketch(TaggedValue, frozen=True, omit_defaults=True):
 
 
 class WhyRefused(RobotAct[Sketch | None], frozen=True):
-    """Show WHY for the target of the motion `text`, as a picture; None if the motion has no target."""
+    """Return the answer to WHY for the target of the motion `text` as a picture; None if the motion has no target."""
 
     text: str
 
 
 class BoundaryCurves(TaggedValue, frozen=True):
     """The boundary of the points that the tool can reach in its present configuration with its present TOOL. `lines`:
-    sequences of points (distance from the first axis [m], height [m], angle about it [rad]) in the frame of the model's
-    `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad]; the lines rotate with this joint."""
+    sequences of points (distance from the axis of joint 1 [m], height [m], angle about that axis [rad]) in the frame of
+    the model's `base`, with joint 1 at 0. `turns`: the range of joint 1 [rad]; the lines rotate with this joint."""
 
     lines: tuple[tuple[Vector, ...], ...]
     turns: tuple[float, float]
 
 
 class Boundary(RobotAct[BoundaryCurves], frozen=True):
-    """Return the boundary of the tool's reach. Raises IllegalValue if the arm's first joint slides."""
+    """Return the boundary of the tool's reach. Raises IllegalValue if joint 1 is prismatic."""
 
 
 # --- texts ------------------------------------------------------------------------------------------------------------
@@ -411,21 +408,21 @@ class Findings(TaggedValue, frozen=True):
 
 
 class ReadDraft(UserAct[Findings], frozen=True):
-    """Find the mistakes in the text of SEE or, if SEE is not open, in the text of any program."""
+    """Find the mistakes in `text`: the text in the open editor (SEE) or, if no editor is open, any program."""
 
     text: str
 
 
 class Kept(TaggedValue, frozen=True):
-    """The name under which a program was stored; `said`: the messages about it."""
+    """The name under which a program was stored; `said`: the last message about it."""
 
     name: str
     said: str
 
 
 class KeepDraft(UserAct[Kept], frozen=True):
-    """Store the program of SEE. If SEE is not open, store the program of the text, replacing the program of the same
-    name. A running program cannot be replaced."""
+    """Store the program in the open editor (SEE). If no editor is open, store the program of `text`, and replace any
+    program of the same name. A running program cannot be replaced."""
 
     text: str
 

@@ -28,12 +28,12 @@ class MotionKind(Enum):
 
     @property
     def space(self) -> str:
-        """Return the space in which such a motion is planned, as shown in tables."""
+        """Return the name, for tables, of the space in which a motion of this kind is planned."""
         return "joint" if self is MotionKind.STEERED else str(self.value)
 
 
 class Start(Enum):
-    """The time at which a motion begins if an earlier motion changes."""
+    """The rule for when a motion begins after an earlier motion has changed."""
 
     AT = "at"  # at its own time, or when the previous motion ends if that is later
     AFTER = "after"  # when the previous motion has ended, after the same pause as before
@@ -81,8 +81,8 @@ class Motion(NamedTuple):
     `pose`: T_robot_tool to reach (STRAIGHT). `relative`: the target from which goal and pose are computed if it depends
     on the end of the previous motion. `speed` and `acceleration` are fractions of the nominal values. On a straight
     line `tip_speed` [m/s] and `rotation` (fraction of the nominal angular speed) replace `speed`. `duration` [s]: the
-    minimum duration (for REST, the duration). `hand`: the opening of the hand from the start of the motion on (1 open,
-    0 closed), only in older files; newer files have events. `text`: the instruction. `rounding` [m]: with Start.BLEND,
+    minimum duration (for REST, the duration). `hand`: the opening of the hand after the start of the motion (1 open, 0
+    closed), only in older files; newer files have events. `text`: the instruction. `rounding` [m]: with Start.BLEND,
     this motion begins when the tip is at this distance from the end of the previous motion; None: when the previous
     motion begins to slow down. `swivel`: the value of a redundant joint at the end of a straight line."""
 
@@ -131,10 +131,10 @@ FIRST_INPUT = 1001  # the channels of inputs are 1001 to 1512
 
 
 class Event(NamedTuple):
-    """A change of a channel's value. `time` [s]: a point of the time grid. `channel`: HAND (values from 0, closed, to
-    1, open), or the number of a signal (values 0 or 1). `number`: the number of the command that caused the event, as
-    in `Motion.number`. `tied`: after an edit the event keeps its time relative to its motion; otherwise it keeps its
-    own time. `duration` [s]: how long the fingers move; they arrive at `time + duration`. `observed`: the event changes
+    """A change of a channel's value. `time` [s]: a multiple of 2^-30 s. `channel`: HAND (values from 0, closed, to 1,
+    open), or the number of a signal (values 0 or 1). `number`: the number of the command that caused the event, as in
+    `Motion.number`. `tied`: after an edit the event keeps its time relative to its motion; otherwise it keeps its own
+    time. `duration` [s]: how long the fingers move; they arrive at `time + duration`. `observed`: the event changes
     nothing; it records that a program read this value at that time."""
 
     time: float
@@ -218,10 +218,10 @@ class OperateHand(Struct, frozen=True):
 
 class SetChannels(Struct, frozen=True):
     """Set channels of the timeline, in the order given: pairs (HAND or the number of a signal, value). Without a stamp
-    the change takes effect now, and moves with the motions if they are moved. With a stamp it keeps its own time.
-    `text`: the instruction; empty if the change came from outside (a script, a device, a rule of the cell): then UNDO
-    reverts it together with the command before it. `observed`: a program has read these values, and nothing changes.
-    `duration` [s]: the duration of each event."""
+    the change takes effect now, and is shifted together with the motions. With a stamp it keeps its own time. `text`:
+    the instruction; empty if the change came from outside (a script, a device, a rule of the cell): then UNDO reverts
+    it together with the command before it. `observed`: a program has read these values, and nothing changes. `duration`
+    [s]: the duration of each event."""
 
     changes: tuple[tuple[int, float], ...]
     stamp: Stamp | None = None
@@ -307,7 +307,7 @@ class SetTool(Struct, frozen=True):
 
 
 class SetBase(Struct, frozen=True):
-    """BASE: set T_robot_world, the world frame seen from the robot's own frame."""
+    """BASE: set T_robot_world, the pose of the world frame in the robot's own frame."""
 
     T_robot_world: Transform
 

@@ -1,7 +1,7 @@
 """Mistakes in a line (VAL-II's text and code, details, a hint, and the position), and the dialects of programs. A file
 names its dialect in a comment above its first program: `; dialect: val2`. Each dialect includes the words of all
-earlier dialects. That AND, OR and NOT bind tighter than relations in VAL and VAL-II is stated from memory (val2 section
-2.2); no printed manual has confirmed it."""
+earlier dialects. The rule that AND, OR and NOT bind tighter than relations in VAL and VAL-II is from memory (val2
+section 2.2), not from a printed manual."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Dialect(Enum):
     title: str
 
     def knows(self, where: str) -> bool:
-        """Return whether a word belongs to the dialect. `where`: the lineage column of the word's table row. Words that
-        vrs itself adds belong to all dialects."""
+        """Return whether the dialect contains a word. `where`: the lineage column of the word's table row. Words that
+        vrs itself adds are in all dialects."""
         marks = where.split()
         return not marks or any(mark in _MARKS[self] for mark in marks)
 
@@ -46,7 +46,7 @@ DIALECTS = tuple(dialect.value for dialect in Dialect)
 
 Placed = TypeVar("Placed", bound="HasSpan")
 
-# maximum number of characters of a source line or of a detail in a message; no line of an old program is longer
+# maximum numbers of characters shown of a source line (old programs have no longer lines) and of a detail in a message
 MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 

@@ -60,8 +60,9 @@ class Shortfall(TaggedValue, frozen=True, omit_defaults=True):
 
 
 class DragState(Struct, frozen=True, omit_defaults=True):
-    """The user who drags the tool (empty: nobody), and how well the tool follows. `why`: the reason if the robot ended
-    the drag. `issued` [s]: when the user sent the newest pose that the robot has followed or skipped."""
+    """The user who drags the tool (empty: nobody). `held`: the tool's remaining distance from the dragged pose. `why`:
+    the reason if the robot ended the drag. `issued` [s]: when the user sent the newest pose that the robot has followed
+    or skipped."""
 
     by: str = ""
     held: Shortfall = Shortfall()
@@ -70,7 +71,7 @@ class DragState(Struct, frozen=True, omit_defaults=True):
 
 
 class Frame(Enum):
-    """The axes of a jog; the value is the name on the screen."""
+    """The frame whose axes a jog uses; the value is its name on the screen."""
 
     JOINT = "joints"
     WORLD = "world"

@@ -1,6 +1,6 @@
-"""Define values of the measured robot: reports of a body, the state of a body, and its difference from the timeline. A
-body is a client that is the real robot or simulates it. Units are metres, radians, seconds. Times are by the robot's
-clock unless another clock is named."""
+"""Define values of the measured robot: the reports and the state of its body, and the body's difference from the
+timeline. A body is a client that moves a real arm, or simulates one, and reports its joints. Units are metres, radians,
+seconds. Times are those of the robot's clock unless another clock is named."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ MAX_LATENESS_S = 2.0  # [s] a report is dropped if it is this much older than th
 
 
 class BodyMode(Enum):
-    """The mode of a body: it follows the timeline, holds because it was ordered to, or has stopped for its own reason
-    (emergency stop, brake, fault)."""
+    """The mode of a body: it follows the timeline, holds still as ordered, or has stopped for its own reason (emergency
+    stop, brake, fault)."""
 
     FOLLOWS = "follows"
     HOLDS = "holds"
@@ -25,8 +25,8 @@ class BodyMode(Enum):
 
 
 class Report(Struct, frozen=True, omit_defaults=True):
-    """A measurement by a body at time `t` [s]: joints [rad, m] and, if known, their velocities [rad/s, m/s] and efforts
-    [N m, N]."""
+    """A measurement of the arm at time `t` [s]: joints [rad, m] and, if known, their velocities [rad/s, m/s] and
+    efforts [N m, N]."""
 
     t: float
     joints: Joints
@@ -38,8 +38,8 @@ class Report(Struct, frozen=True, omit_defaults=True):
 class ReportCounts(Struct, frozen=True, omit_defaults=True):
     """Counts of received and missing reports. `received`: all reports that arrived. `lost`: missing sequence numbers; a
     report that arrives later counts as `reordered` instead. `late`: reports dropped because they were more than
-    MAX_LATENESS_S older than the newest one. `duplicate`: reports dropped because a report of the same time was known.
-    `reordered`: reports that arrived after a newer one and were sorted in."""
+    MAX_LATENESS_S older than the newest one. `duplicate`: reports dropped because a report for the same time had
+    already arrived. `reordered`: reports that arrived after a newer one and were sorted in."""
 
     received: int = 0
     lost: int = 0
@@ -58,7 +58,7 @@ class ReportCounts(Struct, frozen=True, omit_defaults=True):
 
 
 class BodySeen(Struct, frozen=True, omit_defaults=True):
-    """The state of a body. `mode`: the mode in its last report; `order`: the last order sent to the body. `last` [s]:
+    """The state of a body. `mode`: the mode in its last report; `order`: the mode that was last ordered. `last` [s]:
     the time of its last report. `offset` [s]: its clock minus the robot's clock; `drift` [s/s]: the rate at which the
     offset grows. `delay` [s]: the age of its reports on arrival; `rate` [1/s]: reports per second."""
 
@@ -152,8 +152,8 @@ def alarm_text(alarm: DivergenceAlarm) -> str:
 
 
 class OnAlarm(Enum):
-    """The reaction to divergence. OFF: do not check; WARN: notify the users; HOLD: notify, and order the body to hold;
-    ABORT: stop the robot; RESYNC: hold, then resynchronise."""
+    """The reaction to divergence. OFF: do not check; WARN: notify the users; HOLD: notify, and order the arm to hold
+    still; ABORT: stop the robot; RESYNC: hold, then resynchronise."""
 
     OFF = "off"
     WARN = "warn"
@@ -163,8 +163,8 @@ class OnAlarm(Enum):
 
 
 class ResyncReport(TaggedValue, frozen=True):
-    """The result of RESYNC: at `t` [s] the timeline begins to go to the measured joints, and at `until` [s] the body
-    begins to follow. `distances`: the differences between the timeline and the measured joints [rad, m]. `goal`: the
+    """The result of RESYNC: at `t` [s] the timeline begins to move to the measured joints, and at `until` [s] the arm
+    follows it again. `distances`: the differences between the timeline and the measured joints [rad, m]. `goal`: the
     text of the next target; empty if the robot stays where it is."""
 
     t: float

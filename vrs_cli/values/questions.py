@@ -18,33 +18,35 @@ class Asking(TaggedValue, frozen=True, kw_only=True):
 
 
 class Confirmation(Asking, frozen=True):
-    """`... (Y/N)?`: whether to do something. No answer means no."""
+    """A yes-or-no question before an action: `... (Y/N)?`. No answer means no."""
 
     text: str
 
 
 class Parting(Asking, frozen=True):
-    """`Leave ... (Y/N)?`: EXIT and Ctrl-D ask this; no answer means yes. `about`: text shown before the question."""
+    """The question of EXIT and Ctrl-D: `Leave ... (Y/N)?`. No answer means yes. `about`: text shown before the
+    question."""
 
     text: str
     about: str = ""
 
 
 class Amendment(Asking, frozen=True):
-    """`Change?`: asks for new numbers of a location. An empty line or no answer leaves the location unchanged."""
+    """The question `Change?` for new numbers of a location. An empty line or no answer leaves the location
+    unchanged."""
 
     text: str
 
 
 class LineWanted(Asking, frozen=True):
-    """PROMPT, READ, GETC: a program needs a line of input. `wrong`: the mistake in the previous answer, if the question
-    is repeated."""
+    """A program's request for a line of input (PROMPT, READ, GETC). `wrong`: the mistake in the previous answer, if the
+    question is repeated."""
 
     text: str
     wrong: str = ""
 
 
-# --- full screens: the answer is None if the terminal cannot show one -------------------------------------------------
+# --- full screens: the answer is None if the terminal has none --------------------------------------------------------
 
 
 class Editing(Asking, frozen=True):
@@ -99,9 +101,9 @@ class Pace(Struct, frozen=True):
 class PromptStatus(Struct, frozen=True):
     """The state shown around the input line. `prompt`: the text before the next line; `indent`: the blanks at its
     start. `in_program`: the line belongs to a program; `typed`: the program has unsaved lines. `asked`: the question of
-    a program that waits for an answer of any user. `hidden`: words (HAND, TIME) that are names of variables here.
-    `clock`, `end`: the robot clock and the end of the timeline [s]; `pace` is None in virtual time. `tool`: the tool's
-    position in the world [m]."""
+    a program that waits for an answer of any user. `hidden`: constants (HAND, TIME) hidden by variables of the same
+    name. `clock`, `end`: the robot clock and the end of the timeline [s]; `pace` is None in virtual time. `tool`: the
+    tool's position in the world [m]."""
 
     prompt: str = "."
     indent: str = ""

@@ -28,7 +28,7 @@ class Tone(Enum):
 
 
 class Message(TaggedValue, frozen=True):
-    """One or a few lines of text."""
+    """A message of one or more lines."""
 
     text: str
     tone: Tone = Tone.NOTE
@@ -49,8 +49,8 @@ class DiagnosticsReport(TaggedValue, frozen=True):
 
 
 class ProgramStopped(TaggedValue, frozen=True):
-    """A program stopped early. `what`: VAL-II's word or message for the stop; `step` counts from 1. `source`: the text
-    of the step, empty if there is none."""
+    """The message that a program stopped early. `what`: VAL-II's word or message for the stop; `step` counts from 1.
+    `source`: the text of the step, empty if there is none."""
 
     what: str
     program: str
@@ -106,7 +106,7 @@ class PartTable(TaggedValue, frozen=True):
 
 
 class BodyKind(Enum):
-    """The kind of a body in a picture."""
+    """The kind of an object in the picture of SHOW."""
 
     FIXTURE = "fixture"
     PART = "part"
@@ -116,7 +116,8 @@ class BodyKind(Enum):
 
 
 class PicturedBody(Struct, frozen=True):
-    """A body near the arm, as points [m]. In any view, the body's outline is the convex hull of these points."""
+    """An object near the arm, as points [m]. In any view, the outline of the object is the convex hull of these
+    points."""
 
     kind: BodyKind
     points: tuple[Vector, ...]
@@ -126,7 +127,7 @@ class ArmPicture(TaggedValue, frozen=True, tag="Picture"):
     """The picture of SHOW: the arm at one time, as points in the world [m]. `links`: points from the base to the
     flange, including the corners of links; `joints`: those points that are joints. `past`, `planned`: the path of the
     tool tip, as lines; `target`: the end of the present motion. `reach`: the outermost positions of the tool tip.
-    `stamped`: show the time. `bodies`: the bodies of the cell."""
+    `stamped`: show the time. `bodies`: the objects of the cell."""
 
     position: results.Position
     links: tuple[Vector, ...]
@@ -202,7 +203,7 @@ class ProgramText(TaggedValue, frozen=True):
 
 
 class ProgramPart(TaggedValue, frozen=True):
-    """A reply of EDIT: some steps of a program. `header` is empty except when EDIT opens."""
+    """A reply of EDIT: some steps of a program. `header` is set only in the reply that opens EDIT."""
 
     header: str
     steps: tuple[ListedStep, ...]
@@ -284,7 +285,7 @@ class StatusThen(TaggedValue, frozen=True):
 
 
 class SignalBank(Struct, frozen=True):
-    """Consecutive signals from number `first` on. `names`: the names of the named signals."""
+    """Consecutive signals, beginning with number `first`. `names`: the names of the named signals."""
 
     title: str
     first: int
@@ -322,9 +323,9 @@ class ClockReport(TaggedValue, frozen=True):
 
 
 class BodyReport(TaggedValue, frozen=True):
-    """The answer to BODY: the state of the robot's body (None: no body has reported). `unknown` [s]: the time since
-    which nothing was measured. `on_alarm`: the reaction to alarms; `alarm`: the last alarm, while the body still
-    differs from the timeline."""
+    """The answer to BODY: the state of the measured arm, real or simulated (None: no arm has reported). `unknown` [s]:
+    the time at which the measurements stopped. `on_alarm`: the reaction to alarms; `alarm`: the last alarm, while the
+    arm still differs from the timeline."""
 
     body: measured.BodySeen | None = None
     unknown: float | None = None
@@ -464,7 +465,7 @@ class ComparisonTable(TaggedValue, frozen=True):
 
 
 class MeasuredComparisonTable(TaggedValue, frozen=True):
-    """The answer to COMPARE MEASURED: the reports of the body compared with the timeline of a branch."""
+    """The answer to COMPARE MEASURED: the measured joints compared with the timeline of a branch."""
 
     branch: str
     comparison: measured.MeasuredComparison
@@ -566,12 +567,12 @@ def is_error(reply: Reply) -> bool:
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Return a report of the diagnostics of a text, sorted, with their source lines."""
-    lines = dict(enumerate(text.split("\n"), 1))  # a diagnostic may be after the last line
+    lines = dict(enumerate(text.split("\n"), 1))  # a diagnostic may point past the last line
     return DiagnosticsReport(tuple(Diagnosed(one, lines.get(one.span.line, ""), path) for one in in_order(diagnostics)))
 
 
 def refusal(error: VrsError, line: str) -> Reply:
-    """Return the reply for a line that cannot be carried out, with the position of the mistake if it is known."""
+    """Return the reply to a line that was refused, with the position of the mistake if it is known."""
     if isinstance(error, LineRefused):
         return DiagnosticsReport((Diagnosed(error.diagnostic, line),))
     return Message(str(error), Tone.ERROR)

@@ -27,17 +27,17 @@ class Act(TaggedValue, Generic[T], frozen=True):
 
 
 class RobotAct(Act[T], Generic[T], frozen=True):
-    """A request to the robot; `interfaces/session/acts.py` carries it out. It requires the role of the VAL-II word with
-    the same effect.
-    """
+    """A request to the robot; `interfaces/session/acts.py` executes it. A user may send it if his role allows the
+    VAL-II command with the same effect."""
 
 
 class UserAct(Act[T], Generic[T], frozen=True):
-    """A request about the user's own question, editor or screen; `interfaces/conversation` carries it out."""
+    """A request about the user's own question, editor or screen; `interfaces/conversation` executes it."""
 
 
 class Position(Struct, frozen=True):
-    """The robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool [m].
+    """The state of the robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool
+    [m].
 
     `hand` is 1 open, 0 closed. `text`: the instruction of the current motion, or of the last one if the robot is at
     rest.
@@ -56,7 +56,7 @@ class Position(Struct, frozen=True):
 class CommandRecord(Struct, frozen=True):
     """A motion command, and the times at which its motion begins and ends on the present timeline [s]. If a later
     command has dropped the motion, `executed` is the commanded time and `end` is None. `asked`: the time stamp of the
-    command; None for a motion that follows another."""
+    command; None if it has none, so that the motion begins after the previous one."""
 
     number: int
     text: str
@@ -119,7 +119,7 @@ class Comparison(Struct, frozen=True):
 
 class Moved(Struct, frozen=True):
     """A scheduled motion that a command has moved in time or dropped: when it began `before`, and begins `after` [s].
-    `asked`: its time stamp, None for a motion that follows another. `after` is None for a motion that was dropped."""
+    `asked`: its time stamp; None if it has none. `after` is None if the motion was dropped."""
 
     text: str
     asked: float | None
@@ -128,13 +128,13 @@ class Moved(Struct, frozen=True):
 
     @property
     def later(self) -> float:
-        """Return by how much the start of the motion is delayed [s]; 0 for a motion that was dropped."""
+        """Return the delay of the motion's start [s]; 0 if the motion was dropped."""
         return 0.0 if self.after is None else self.after - self.before
 
 
 class Displacement(Struct, frozen=True):
-    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: there are later
-    motions that were not examined."""
+    """The motions that begin later, begin earlier, or were dropped, each list in order of time. `more`: later motions
+    exist, but were not examined."""
 
     later: tuple[Moved, ...]
     earlier: tuple[Moved, ...]
@@ -170,7 +170,7 @@ class WayOut(Struct, frozen=True):
 class LineCheck(Struct, frozen=True):
     """The result of checking the straight line from the present position to a location. `length` [m]; `duration` [s] if
     the line is possible. Otherwise `trouble`: the error's text; `at` [m]: the distance at which the motion fails (None:
-    not on the line); and the possible alternatives. `stops` [m]: the distances at which the arm stops along a possible
+    unknown); `ways_out`: the possible alternatives. `stops` [m]: the distances at which the arm stops along a possible
     line before its end."""
 
     length: float
@@ -238,7 +238,7 @@ class ProgramFault(Struct, frozen=True):
 
 
 class RunOutcome(Enum):
-    """How a run ended; the value is VAL-II's word for it."""
+    """The way in which a program run ended; the value is VAL-II's message."""
 
     COMPLETED = "Program completed"
     HALTED = "(HALTED)"
@@ -251,7 +251,7 @@ class RunOutcome(Enum):
 
 
 class StoppedTask(Struct, frozen=True):
-    """Another task that stopped with an error, and the time [s]."""
+    """A task other than the main program that stopped with an error, `at` a time [s]."""
 
     number: int
     fault: ProgramFault
@@ -264,8 +264,8 @@ class StoppedTask(Struct, frozen=True):
 
 class FollowReport(TaggedValue, frozen=True):
     """The result of following a chunk of targets from `begin` until the robot is at rest at `end` [s]: the number of
-    samples that arrived too `late`, the number `held` at the end of a range, and the mean and the maximum error of each
-    joint [rad, m]."""
+    samples that arrived too `late`, the number of samples `held` at a joint limit, and the mean and the maximum error
+    of each joint [rad, m]."""
 
     begin: float
     end: float
@@ -276,8 +276,9 @@ class FollowReport(TaggedValue, frozen=True):
 
 
 class RunResult(TaggedValue, frozen=True):
-    """The result of a run: completed cycles, robot clock at its start and end [s], typed text, and the error if there
-    was one. `beside`: other tasks that stopped with an error; `detail`: the new value of a watched expression."""
+    """The result of a program run: completed cycles, robot clock at its start and end [s], lines printed with TYPE, and
+    the error if there was one. `beside`: other tasks that stopped with an error; `detail`: the new value of a watched
+    expression."""
 
     program: str
     cycles: int
@@ -294,7 +295,7 @@ class RunResult(TaggedValue, frozen=True):
 
 
 class Explainable(Struct, frozen=True):
-    """A form that EXPLAIN takes, and what it explains."""
+    """A form of the EXPLAIN command, such as `SPLICE`, and a summary of its answer."""
 
     form: str
     summary: str
@@ -321,7 +322,7 @@ class CutIn(Struct, frozen=True):
 
 
 class Stretch(Struct, frozen=True):
-    """A part of a motion, from `start` to `finish` [s]: the maximum speeds of the tool tip [m/s] and of its rotation
+    """A phase of a motion, from `start` to `finish` [s]: the maximum speeds of the tool tip [m/s] and of its rotation
     [rad/s], and the joint that comes nearest to its velocity limit, with the fraction of that limit."""
 
     start: float
@@ -449,9 +450,9 @@ class SolutionSteps(Struct, frozen=True):
 
 class InverseReport(TaggedValue, frozen=True):
     """The answer to EXPLAIN IK. `method`: how the arm's joints are computed; `constants`: its lengths and angles by
-    symbol. `senses`: how the joints of the formulas become the robot's joints, joint = sign (theta - offset); empty if
-    they are equal. `chosen`: the configuration that MOVE uses, None if MOVE fails; `reason`: the reason for this
-    choice."""
+    symbol. `senses`: (sign, offset) of each joint, which convert an angle of the formulas to the robot's joint, joint =
+    sign (theta - offset); empty if they are equal. `chosen`: the configuration that MOVE uses, None if MOVE fails;
+    `reason`: the reason for this choice."""
 
     text: str
     method: str

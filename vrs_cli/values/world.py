@@ -1,6 +1,6 @@
-"""Define the scene around a robot (parts, fixtures, sensors, feeders, sinks), contacts, and the state of a world at one
-time. `T_world_part` is the pose of a part in the world frame, like a location of VAL-II. Units are metres, radians,
-kilograms, seconds. A world state and the timeline after it determine all later states."""
+"""Define the scene around a robot (parts, which are workpieces; fixtures, sensors, feeders, sinks), contacts, and the
+state of a world at one time. `T_world_part` is the pose of a part in the world frame, like a location of VAL-II. Units
+are metres, radians, kilograms, seconds. A world state and the timeline after it determine all later states."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class SpanKind(Enum):
 
 
 class PartBegin(NamedTuple):
-    """The state of a part from `begin` [s] on. `T`: T_world_part; for a held part T_flange_part; for a falling part its
-    pose at the start of the fall. `on`: the bodies on which the part rests, or onto which it falls."""
+    """The state of a part, starting at `begin` [s]. `T`: T_world_part; for a held part T_flange_part; for a falling
+    part its pose at the start of the fall. `on`: the bodies on which the part rests, or onto which it falls."""
 
     begin: float
     kind: SpanKind
@@ -44,8 +44,8 @@ class PartSpan(Struct, frozen=True):
 
 
 class HandGrip(Struct, frozen=True, array_like=True):
-    """The state of the hand from `begin` [s] on: the part that it holds, and the opening of its fingers from 0 (closed)
-    to 1 (open)."""
+    """The state of the hand, starting at `begin` [s]: the part that it holds, and the opening of its fingers from 0
+    (closed) to 1 (open)."""
 
     begin: float
     part: str | None
@@ -53,7 +53,7 @@ class HandGrip(Struct, frozen=True, array_like=True):
 
 
 class StateChange(Struct, frozen=True, array_like=True):
-    """The state from `begin` [s] on of a signal (on or off), or of a sensor (whether it detects something)."""
+    """The state of a signal (on or off) or of a sensor (whether it detects something), starting at `begin` [s]."""
 
     begin: float
     on: bool
@@ -69,7 +69,7 @@ class WorldNote(Struct, frozen=True, array_like=True):
 
 
 class CourseRows(Struct, frozen=True, omit_defaults=True):
-    """The changes of a world between two times; each row is valid until the next one in its list. `parts`: the states
+    """The changes of a world between two times; each row is valid until the next row of its list. `parts`: the states
     of each part. `grips`: the states of the hand. `signals`: the states of inputs that the world sets, by number;
     `sensors`: the states of sensors, by index in the scene. A signal or sensor without a row is off."""
 
@@ -81,7 +81,7 @@ class CourseRows(Struct, frozen=True, omit_defaults=True):
 
 
 class Happening(Struct, frozen=True, tag_field="kind", tag=True):
-    """A planned event in a world. `rank`: among events at the same instant, the one with the lowest rank is first."""
+    """A planned event in a world. `rank`: events at the same instant occur in the order of their ranks."""
 
     @property
     def rank(self) -> int:
@@ -94,7 +94,7 @@ class Happening(Struct, frozen=True, tag_field="kind", tag=True):
 
 
 class FingersArrive(Happening, frozen=True):
-    """The fingers arrive; the gap between them has changed from `before` to `after` [m]."""
+    """The fingers reach their commanded opening: the gap between them has changed from `before` to `after` [m]."""
 
     before: float
     after: float
@@ -128,8 +128,8 @@ class PartLands(Happening, frozen=True):
 
 
 class BodyCrosses(Happening, frozen=True):
-    """A body enters (`inside`) or leaves the region of the sensor with this index. `moved`: the arm is moving the
-    body."""
+    """A part or the hand enters (`inside`) or leaves the region of a sensor, given by its index. `moved`: the arm is
+    moving the part or the hand."""
 
     body: str
     region: int
@@ -143,11 +143,11 @@ class BodyCrosses(Happening, frozen=True):
 
 CertainHappening = (
     FingersArrive | SignalSwitches | PartComes | PartsGo | PartLands | BodyCrosses
-)  # these events need no motion of the arm
+)  # events that can occur while the arm is at rest
 
 
 class DueHappening(Struct, frozen=True, array_like=True):
-    """An event at a time [s] that needs no motion of the arm."""
+    """A planned event and its time [s]; it occurs even if the arm is at rest."""
 
     time: float
     what: CertainHappening
@@ -173,8 +173,8 @@ class WorldState(Struct, frozen=True):
 
 
 class ContactSpan(NamedTuple):
-    """Two bodies touch from `begin` to `end` [s]; None: the contact does not end. Links are named base, link 1 and so
-    on; the last link is named hand if it has fingers. The surface under the robot is named floor."""
+    """A contact of two bodies from `begin` to `end` [s]; None: the contact does not end. Links are named base, link 1
+    and so on; the last link is named hand if it has fingers. The surface under the robot is named floor."""
 
     begin: float
     end: float | None
@@ -248,7 +248,7 @@ class GraspPlace(Struct, frozen=True):
 
 
 class ScenePart(Struct, frozen=True):
-    """A body that the hand can take. Without `grasp` the grasps follow from its shape."""
+    """A part (workpiece) that the hand can take. If `grasp` is empty, its grasps are computed from its shape."""
 
     name: str
     shape: Shape
@@ -308,7 +308,8 @@ class Proximity(Struct, frozen=True, tag=True):
 
 
 class Sensor(Struct, frozen=True):
-    """A sensor that turns an input on while a part or the hand is in the region (off if the number is negative)."""
+    """A sensor. While a part or the hand is in its region, it turns the input `signal` on; if `signal` is negative, it
+    turns the input off instead."""
 
     name: str
     signal: int
@@ -319,9 +320,9 @@ class Sensor(Struct, frozen=True):
 
 
 class Feeder(Struct, frozen=True):
-    """A feeder. Each time a signal comes on (a negative number: goes off), the next of `parts` appears `after` seconds
-    later at `T_world_part`, or at the part's own pose if `T_world_part` is None. Until then the part is absent. After
-    the last part no more appear, or (`again`) the first part follows."""
+    """A feeder. Each time signal `when` turns on (a negative number: turns off), the next of `parts` appears `after`
+    seconds later at `T_world_part`, or at the part's own pose if `T_world_part` is None. Until then the part is absent.
+    `again`: after the last part the first one follows; otherwise no more parts appear."""
 
     parts: tuple[str, ...]
     when: int
@@ -331,8 +332,8 @@ class Feeder(Struct, frozen=True):
 
 
 class PartSink(Struct, frozen=True):
-    """A sink. Each time a signal comes on (a negative number: goes off), the parts in the zone that are not held
-    disappear `after` seconds later."""
+    """A sink. Each time signal `when` turns on (a negative number: turns off), the parts that are in the zone and not
+    held disappear `after` seconds later."""
 
     when: int
     zone: Zone
@@ -352,7 +353,7 @@ class CellScene(Struct, frozen=True):
 
     @property
     def empty(self) -> bool:
-        """Return whether the scene has nothing that can be taken, touched or sensed."""
+        """Return whether the scene has no parts, fixtures or sensors."""
         return not (self.parts or self.fixtures or self.sensors)
 
 

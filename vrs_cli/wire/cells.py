@@ -1,4 +1,4 @@
-"""A cell as a record, for clients of a robot in that cell."""
+"""Convert a cell (a robot's surroundings and signals) to a record for clients, and back."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Encoding(Enum):
 
 
 class UnknownType(RecordError):
-    """A message has an unknown type; a later version of vrs may send such messages."""
+    """The error for a message of an unknown type; later versions of vrs may send such messages."""
 
 
 class MessageMarks(msgspec.Struct):
@@ -61,13 +61,13 @@ def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
 
 def mark_of(value: object) -> str:
     """Return a short hash of a value."""
-    from hashlib import blake2b  # here because it brings OpenSSL, and files need no hash
+    from hashlib import blake2b  # imported here because it loads OpenSSL, and trajectory files need no hash
 
     return blake2b(_msgpack.encode(value), digest_size=8).hexdigest()
 
 
 class Reader(Generic[M]):
-    """Decodes frames as messages of one union of types, whose tag is the key `type`."""
+    """Decodes frames as messages of one union of types. The key `type` of a message names its type."""
 
     def __init__(self, kinds: Any) -> None:
         self._text = msgspec.json.Decoder(kinds)
@@ -75,7 +75,7 @@ class Reader(Generic[M]):
         self._types = frozenset(str(kind.__struct_config__.tag) for kind in getattr(kinds, "__args__", (kinds,)))
 
     def read(self, frame: Frame) -> M:
-        """Decode the message of a frame. Raises RecordError, and no other error, for any frame."""
+        """Decode the message of a frame. Raises RecordError, and no other error, whatever the frame contains."""
         try:
             message: M = self._text.decode(frame) if isinstance(frame, str) else self._binary.decode(frame)
         except UNREADABLE as error:
@@ -87,7 +87,7 @@ class Reader(Generic[M]):
 
 
 def marks_of(frame: Frame) -> MessageMarks | None:
-    """Return the type, id and number of a frame; None if the frame is not a message."""
+    """Return the fields `type`, `id` and `seq` of a frame; None if the frame is not a message."""
     try:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:

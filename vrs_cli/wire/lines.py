@@ -1,8 +1,8 @@
 """Encode and decode the lines of a trajectory file: JSON, a header and then one record for each timeline delta, each
 line with its checksum.
 
-A journal may have further lines that repeat the content of lines above, so that a reader can begin later: rows of
-segments and of events, and checkpoints. Other lines hold reports of the measured robot.
+A journal may have further lines that repeat the content of lines above, so that a reader need not begin at the first
+line: rows of segments and of events, and checkpoints. Other lines hold reports of the measured robot.
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class Checksums:
 
 
 class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
-    """The first line; unknown keys of later versions are ignored. `laws`: the version of the motion laws of the vrs
-    that began the file, 1 in older files. `crc`: every line has its checksum, which `Checksums` adds and removes.
-    """
+    """The first line of a file; unknown keys of later versions are ignored. `laws`: the version of the motion laws with
+    which the file was begun, 1 in older files. `crc`: every line has its checksum, which `Checksums` adds and
+    removes."""
 
     vrst: records.Count
     vrs: str
@@ -109,9 +109,9 @@ class EventRowRecord(records.StrictRecord, frozen=True):
 
 
 class PartRecord(records.StrictRecord, frozen=True, array_like=True):
-    """A part of a row: the position in the file where the row's line begins, the number of segments in the row, and the
-    segments from `first` to before `last`. `begin`, `end` [s]: their times in the row; in the timeline they are
-    `offset` later."""
+    """A slice of a row. `place`: the file position [bytes] at which the row's line begins; `count`: the number of
+    segments in the row. The slice has the segments from `first` up to, but not including, `last`. `begin`, `end` [s]:
+    their times in the row; in the timeline they are `offset` later."""
 
     place: records.Count
     count: records.Count
@@ -126,8 +126,9 @@ class CheckpointRecord(records.StrictRecord, frozen=True):
     """The state after the lines above.
 
     `checkpoint`: the version of the timeline; `number`: the number of the last motion; `commands`: the number of
-    commands in effect; `deltas`: the positions in the file where the lines of each PART-th delta begin; `before`: the
-    position of the previous checkpoint. `parts`: the parts with the segments; `events`: the parts with the events.
+    commands in effect; `deltas`: the file positions [bytes] at which the lines of every PART-th delta begin; `before`:
+    the file position of the previous checkpoint. `parts`: the slices of rows with the segments; `events`: the slices
+    with the events.
     """
 
     checkpoint: records.Count
@@ -157,7 +158,7 @@ _encoder = msgspec.json.Encoder()
 
 
 class LineEncoder:
-    """Encodes the lines of one file. It remembers the motions and the checksum of the lines before.
+    """Encodes the lines of one file. It remembers the motions and the checksum of the lines already written.
 
     Equal values give equal bytes.
     """

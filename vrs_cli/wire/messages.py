@@ -53,7 +53,7 @@ class SnapshotRecord(Struct, frozen=True):
     segments: Annotated[tuple[SegmentRecord, ...], Meta(min_length=1)]
     settings: Settings
     first: Count = 0
-    events: tuple[EventRecord, ...] | UnsetType = UNSET  # absent without events: older bytes stay the same
+    events: tuple[EventRecord, ...] | UnsetType = UNSET  # absent if empty: same bytes as older versions
     values: tuple[EventRecord, ...] | UnsetType = UNSET
     first_event: Count | UnsetType = UNSET
     world: WorldState | UnsetType = UNSET
@@ -97,7 +97,7 @@ class ShowBranch(RobotAct[BranchShown], frozen=True):
     joints: Number | None = None
 
 
-MAX_TIMES = 2000  # maximum number of times in one Positions: they take the server at least 20 ms
+MAX_TIMES = 2000  # maximum number of times in one Positions: they take the server 20 ms or more
 
 if TYPE_CHECKING:
     AnyAct = Act[Any]
@@ -128,8 +128,8 @@ class Request(ClientMessage, frozen=True):
 
 
 class Command(Request, frozen=True, kw_only=True):
-    """A request that is carried out once, however often it is sent: the server answers a known `id` from memory. The
-    answer is `done`.
+    """A request that is executed once, even if it is sent several times: the server answers a known `id` from memory.
+    The answer is `done`.
 
     `until`: the latest arrival, by the server's clock (`wall` of `clock`, `came` of `pong`) [s]. The server refuses a
     command that arrives later, unless it stops the robot.
@@ -147,7 +147,7 @@ class Numbered(ServerMessage, frozen=True, kw_only=True):
 
 
 class Result(ServerMessage, frozen=True):
-    """The answer to the request with this `id`. A client whose connection was cut before the answer repeats the
+    """The answer to the request with this `id`. If the connection is cut before the answer, the client repeats the
     request."""
 
     id: Count
@@ -158,7 +158,7 @@ class Result(ServerMessage, frozen=True):
 
 class Line(Command, frozen=True):
     """A line of VAL-II, or several lines that were pasted together; `more`: the next message contains more of these
-    lines. `issued`: the time at which the line was given, by the robot's clock as the client knows it [s]."""
+    lines. `issued` [s]: the time at which the user sent the line, by the client's estimate of the robot's clock."""
 
     text: Text
     issued: Number | None = None
@@ -176,7 +176,7 @@ class At(Command, frozen=True):
 
 
 class Abort(Command, frozen=True):
-    """The emergency stop. It is carried out before everything that waits, and needs no lease."""
+    """The emergency stop. It is executed before all waiting requests, and needs no lease."""
 
 
 class Interrupt(ClientMessage, frozen=True):
@@ -192,9 +192,8 @@ class How(Enum):
 
 
 class Answer(ClientMessage, frozen=True):
-    """The answer to the `asked` with this number; `withdrawn` confirms it. `until`: as in a command; if the answer
-    arrives later, the question is asked again.
-    """
+    """The answer to the question that `asked` sent with this number; `withdrawn` confirms it. `until`: as in a command;
+    if the answer arrives later, the question is asked again."""
 
     question: Count
     value: Answered = None
@@ -204,26 +203,26 @@ class Answer(ClientMessage, frozen=True):
 
 class Complete(Request, frozen=True):
     """Request the possible continuations of a text. `everything`: list the choices even where no word has been started.
-    `completed` answers."""
+    The answer is `completed`."""
 
     text: Text
     everything: bool = False
 
 
 class Check(Request, frozen=True):
-    """Request the mistake in a line before it is sent. `checked` answers."""
+    """Request the first mistake in a line that has not been sent yet. The answer is `checked`."""
 
     text: Text
 
 
 class Positions(Request, frozen=True):
-    """Request the position of the robot at these times [s]; more than 2,000 are refused. `located` answers."""
+    """Request the position of the robot at these times [s]; more than 2,000 are refused. The answer is `located`."""
 
     times: tuple[Time, ...]
 
 
 class Get(Request, frozen=True):
-    """Request a file of the robot's folder. `fetched` answers."""
+    """Request a file of the robot's folder. The answer is `fetched`."""
 
     name: Name
 
@@ -262,7 +261,7 @@ class Status(ServerMessage, frozen=True):
 
 
 class Typed(Numbered, frozen=True):
-    """Text that a program TYPEs. `newline`: the line ends after it."""
+    """Text that a program prints with TYPE. `newline`: the line ends after the text."""
 
     text: str
     newline: bool = True
@@ -270,10 +269,8 @@ class Typed(Numbered, frozen=True):
 
 class Told(Numbered, frozen=True):
     """A reply to the command `id`, or a message of the robot itself (no `id`). `goes_on`: the next `told` has more of
-    this long reply; append each of its lists to the list of the same name here. `lines`: the reply as lines of runs,
-    each a text with its style, for a client that has `rendered` in its `hello`; `sketch`: for such a client the picture
-    of an explanation.
-    """
+    this long reply; append each of its lists to the list of the same name here. For a client that has `rendered` in its
+    `hello`, `lines` is the reply as lines of styled pieces of text, and `sketch` is the picture of an explanation."""
 
     reply: Reply
     id: Count | None = None
@@ -335,7 +332,7 @@ class Fetched(Result, frozen=True):
 
 
 class Refusal(Struct, frozen=True):
-    """An error as a value, with its numbers; `message` is shown."""
+    """An error as a value, with its numbers. `message`: the sentence for the user."""
 
     code: int
     title: str
@@ -363,7 +360,8 @@ class Refusal(Struct, frozen=True):
 
 
 class Quoted(ProgramError):
-    """A refusal whose message is not made from its fields, for example of a line that cannot be read."""
+    """The error of a refusal whose message cannot be rebuilt from its fields, for example for a line that cannot be
+    read."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.detail, refusal.hint, in_python=refusal.in_python)

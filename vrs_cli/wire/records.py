@@ -1,7 +1,7 @@
-"""Segments, motions and deltas as records of msgspec, and conversions between the records and the values.
+"""Define msgspec records of segments, motions and deltas, and conversions between the records and the values.
 
-A field that holds its default is not written. `docs/trajectory-file.md` describes every key. Reading checks that a
-trajectory fits the robot; it does not check the laws of motion.
+Fields with default values are omitted. `docs/trajectory-file.md` describes every key. Reading checks that a trajectory
+fits the robot, but not that its motions obey the motion laws and limits.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MAX_DEGREE = 5  # maximum degree of a polynomial
 ZERO, FULL = 0.0, 1.0  # default values: msgspec omits a field that holds exactly this object
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # defaults of a motion
 NO_FRAMES = Frames()
-_new = tuple.__new__  # makes a NamedTuple faster than its class does; this is done for each line of a file
+_new = tuple.__new__  # makes a NamedTuple faster than its class does; called for each line of a file
 
 Number = Annotated[float, msgspec.Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Time = Annotated[float, msgspec.Meta(ge=-2.0 * LATEST, le=2.0 * LATEST)]
@@ -134,7 +134,7 @@ class LineRecord(StrictRecord, frozen=True):
 
 
 class PieceRecord(StrictRecord, frozen=True):
-    """Polynomials of each joint in the time since the piece begins, for `duration` [s]."""
+    """A polynomial for each joint, in the time since the start of the piece; valid for `duration` [s]."""
 
     duration: Duration
     joints: tuple[Coefficients, ...]
@@ -142,8 +142,7 @@ class PieceRecord(StrictRecord, frozen=True):
 
 class SegmentRecord(StrictRecord, frozen=True):
     """A segment. `motion` is absent if it is the motion of the delta; exactly one of `joints` and `line` is present.
-    `pieces`: the joints of a line as consecutive pieces, for clients that asked for them.
-    """
+    `pieces`: the joints of a straight line as consecutive pieces, for clients that requested them."""
 
     start: Time
     finish: Time
@@ -162,7 +161,7 @@ def no_pieces(_: Segment) -> tuple[PieceRecord, ...]:
 
 
 class EventRecord(StrictRecord, frozen=True):
-    """A dated event. `channel`: 0 the hand, else the number of a signal."""
+    """An event with its time. `channel`: 0 for the hand, otherwise the number of a signal."""
 
     time: Time
     channel: Channel
@@ -220,7 +219,7 @@ class Form(msgspec.Struct, frozen=True):
 
 
 class RecordError(ValueError):
-    """Data are not a valid record."""
+    """The error for data that are not a valid record."""
 
 
 class Motions(dict[int, Motion]):
@@ -261,7 +260,7 @@ class Motions(dict[int, Motion]):
 def segment_records(
     segments: Iterable[Segment], motions: Motions, owner: Motion | None, pieces: Pieces = no_pieces
 ) -> tuple[SegmentRecord, ...]:
-    """Convert segments to records. `owner`: the motion of the delta, to which its segments need not refer."""
+    """Convert segments to records. `owner`: the motion of the delta; its own segments omit their reference to it."""
     return tuple(
         [
             SegmentRecord(
@@ -341,7 +340,7 @@ def _default(value: float, default: float) -> float:
 def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
-    """Convert records to segments. `owner`: the motion of the records that name none. Raises RecordError."""
+    """Convert records to segments. `owner`: the motion of records without a motion. Raises RecordError."""
     return tuple([_segment(record, motions, owner, form) for record in records])
 
 
@@ -388,7 +387,7 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
         raise RecordError("a segment needs either joints or line")
     if line is not None:
         return Segment(start, finish, _line(line, form), record.phase, motion)
-    if len(rows) != form.joint_count:  # not _check_count: this is done for each segment
+    if len(rows) != form.joint_count:  # _check_count inlined for speed: runs for each segment
         raise _wrong_count(rows, form)
     try:
         return Segment(start, finish, JointPath.packed(rows), record.phase, motion)

@@ -2,7 +2,7 @@
 lines of text in CSV or JSON, and JSON messages of the rosbridge protocol.
 
 `docs/trajectory-file.md` describes the columns. The bytes of a column are sorted by their place in the number: first
-the first bytes of all its numbers, then the second ones, and so on. So bytes of signs and exponents, which hardly
+the first bytes of all its numbers, then all second bytes, and so on. So the bytes of signs and exponents, which hardly
 change, are next to each other and compress well.
 
 A set point has the time of the robot's clock [s], the joints, and their velocities [deg, deg/s; mm, mm/s of a slide]:
@@ -10,11 +10,12 @@ A set point has the time of the robot's clock [s], the joints, and their velocit
     t,jt1,...,jtn,v1,...,vn,mode
     {"t": 2.5, "joints": [...], "velocity": [...], "mode": "follows"}
 
-The mode is the order to the body: `follows`, or `holds` for standing still. A report has the same form. In CSV it has
-the time, the joints and, if known, the velocities. In JSON it has `joints` and optionally `t` (default: now),
-`velocity`, `effort` [N m, N] and `mode` (`follows`, `holds`, `stopped`). A line that begins with `{` is JSON.
+The mode is the order to the body (the real or simulated arm): `follows`, or `holds` for standing still. A report has
+the same form. In CSV it has the time, the joints and, if known, the velocities. In JSON it has `joints` and optionally
+`t` (default: now), `velocity`, `effort` [N m, N] and `mode` (`follows`, `holds`, `stopped`). A line that begins with
+`{` is JSON.
 
-Of a rosbridge message only the fields that vrs needs are checked; unknown fields and operations are ignored, as the
+vrs checks only the fields of a rosbridge message that it needs, and ignores unknown fields and operations, as the
 protocol demands.
 """
 
@@ -92,7 +93,7 @@ def columns_of(record: ReportsRecord, joint_count: int) -> ReportColumns:
 
 
 def _check(made: ReportColumns) -> None:
-    """Raise RecordError if a number is too large or not finite, times do not rise, or a flag is unknown."""
+    """Raise RecordError if a number is too large or not finite, times do not increase, or a flag is unknown."""
     numbers = [made.positions, *made.rates.values()]
     for column, most in ((made.times, LATEST), *((column, MAX_NUMBER) for column in numbers)):
         if not isfinite(sum(column)) or max(column) > most or min(column) < -most:
@@ -123,7 +124,7 @@ def _planes(column: array[float]) -> bytes:
 
 
 def _column(code: str, data: bytes, size: int) -> tuple[array[float], bytes]:
-    """Return the column of the first `size` bytes, and the other bytes."""
+    """Return the column stored in the first `size` bytes, and the remaining bytes."""
     made: array[float] = array(code)
     count, whole = size // made.itemsize, bytearray(size)
     for number, place in enumerate(_places(made.itemsize)):
@@ -154,8 +155,7 @@ class ReportRows(Struct, frozen=True, omit_defaults=True, kw_only=True):
 
 def reports_of(rows: ReportRows, count: int) -> list[Report]:
     """Return the reports of a robot with `count` joints. Raises RecordError for rows of a wrong shape, or times that do
-    not rise.
-    """
+    not increase."""
     times, velocity, effort = rows.times, rows.velocity, rows.effort
     for name, table in (("joints", rows.joints), ("velocity", velocity), ("effort", effort)):
         if table is not None and (len(table) != len(times) or any(len(row) != count for row in table)):
@@ -278,9 +278,10 @@ def _quote(text: str) -> str:
 
 
 class RosbridgeMessage(Struct, frozen=True):
-    """A message of a rosbridge server.
+    """A message from a rosbridge server.
 
-    `msg`: the content of a topic, or the text of a status of this `level`; `values`: the answer of a service or action.
+    `msg`: the message on a topic, or the text of a status message of this `level`; `values`: the answer of a service or
+    action.
     """
 
     op: str

@@ -1,9 +1,9 @@
-"""Encode a steering delta in short form: only the motion of the joints in one tick. The motion after the tick, until
-the next target, is computed.
+"""Encode a steering delta (the effect of one target of a stream) in short form: only the motion of the joints in one
+tick. The motion after the tick, until the next target, is computed.
 
 A receiver that has the timeline before the delta takes the position and the velocity at the start of the tick from it,
-and plans the rest by the same law (`Law.replay_steering`). A checksum over all numbers shows that the result is equal
-to the bit.
+and plans the rest by the same law (`Law.replay_steering`). A checksum over all numbers verifies that the result is
+equal bit by bit.
 """
 
 from __future__ import annotations
@@ -41,9 +41,8 @@ class SteeredRecord(records.StrictRecord, frozen=True):
 
 
 def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> SteeredRecord | None:
-    """Return a delta in short form for receivers that have the timeline before it; None if it is no steering delta, or
-    the short form would not give the same delta.
-    """
+    """Return a delta in short form for receivers that have the timeline before it; None if it is not a steering delta,
+    or cannot be restored exactly from the short form."""
     motion, segments = delta.motion, delta.segments
     rates = LAWS[motion.profile].steering_of(segments) if motion.kind is MotionKind.STEERED and segments else None
     if rates is None or delta.cause is not Cause.COMMAND:
@@ -103,7 +102,7 @@ def _plan_again(
 
 
 def _checksum(segments: Iterable[Segment]) -> int:
-    """Return a checksum that is equal for segments that are equal to the bit."""
+    """Return a checksum of all numbers of the segments, over their bits."""
     numbers: list[float] = []
     for segment in segments:
         numbers += (segment.start, segment.finish)
@@ -119,22 +118,21 @@ Key = tuple[Path, float, Transform, float]
 
 
 class LinePieces:
-    """Computes the joint pieces of one arm's straight lines, and remembers them: the same segments come in deltas,
-    snapshots and windows.
-    """
+    """Computes the joint pieces of one arm's straight lines, and remembers them: the same segments occur in deltas,
+    snapshots and windows."""
 
     def __init__(self, arm: RobotArm) -> None:
         self._arm = arm
         self._remembered: dict[Key, tuple[records.PieceRecord, ...]] = {}
 
     def within(self, tolerance: float | None) -> records.Pieces:
-        """Return a function from a segment to its pieces, which differ from g by at most `tolerance` [rad, m]; None: to
-        no pieces. Raises IllegalValue.
-        """
+        """Return a function that returns the pieces of a segment. They differ from g, the exact position, by at most
+        `tolerance` [rad, m]; None: the function returns no pieces. Raises IllegalValue."""
         return records.no_pieces if tolerance is None else partial(self._of, known_tolerance(tolerance))
 
     def count_late(self, segments: Sequence[Segment], tolerance: float, most: int) -> int:
-        """Return how many of the last segments can be sent if at most `most` lines may be computed anew."""
+        """Return how many of the last segments can be sent if the pieces of at most `most` straight lines may be
+        computed now."""
         for count, segment in enumerate(reversed(segments)):
             most -= isinstance(segment.path, CartesianPath) and _key(segment, tolerance) not in self._remembered
             if most < 0:
