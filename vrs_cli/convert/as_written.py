@@ -247,8 +247,8 @@ class Translated(Struct, frozen=True):
 
 
 class RapidTranslator:
-    """Translates the programs of a memory. `run`: a run of these programs, which shows the configuration in which each
-    location is reached. `given`: the memory before the run."""
+    """A translator of the programs of a memory to RAPID. `run`: a run of these programs, which shows the configuration
+    in which each location is reached. `given`: the memory before the run."""
 
     def __init__(
         self, memory: Memory, programs: Sequence[Analysis], run: ExecutedRun, given: Memory, name: str
@@ -658,8 +658,8 @@ class RapidTranslator:
         return self._known_kind(self.analysis, variable) or Kind.REAL
 
     def _known_kind(self, analysis: Analysis, variable: ast.Variable) -> Kind | None:
-        """Return the kind of a variable as its program shows it; for a shared variable, also as other programs or the
-        file show it."""
+        """Return the kind of a variable from its use in its program; for a shared variable, also from other programs
+        and from the values in the file."""
         key, program = variable.key, analysis.program
         own = {*(one.key for one in program.parameters), *(one.key for one in analysis.own)}
         found = SIGIL_KINDS.get(variable.sigil) or self.kinds[program.key].get(key)
@@ -773,7 +773,7 @@ BLOCKS: Mapping[type, BlockLine] = {
     ast.If: BlockLine("IF {} THEN"),
     ast.Else: BlockLine("ELSE", back=1),
     ast.While: BlockLine("WHILE {} DO"),
-    ast.For: BlockLine("WHILE {} DO"),  # if the construct has no counterpart
+    ast.For: BlockLine("WHILE {} DO"),  # used only for a FOR that cannot be translated
     ast.Case: BlockLine("TEST {}", "num", "0", by=2),
     ast.Value: BlockLine("CASE {}:", "num", "1", back=1),
     ast.Any: BlockLine("DEFAULT:", back=1),

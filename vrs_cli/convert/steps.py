@@ -124,7 +124,7 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
 
 
 class StepBuilder:
-    """Makes the steps of a timeline. `motions`: the segments of the timeline, grouped by motion."""
+    """A builder of the steps of a timeline. `motions`: the segments of the timeline, grouped by motion."""
 
     def __init__(self, arm: RobotArm, timeline: Timeline, motions: Sequence[Sequence[Segment]], frames: Frames) -> None:
         self.arm, self.timeline, self.motions, self.frames = arm, timeline, motions, frames

@@ -65,9 +65,9 @@ def mm(T: Transform) -> Vector:
 
 
 class StepWriter:
-    """Writes the steps of a run, with a method for each kind of step. `axes`: the joint sequences that the language can
-    move (R for a joint that turns, P for one that slides); empty: all robots. `signal_count`: the number of outputs and
-    of inputs; None: as many as VAL-II has.
+    """A writer of the steps of a run, with a method for each kind of step. `axes`: the joint sequences that the
+    language can move (R for a joint that turns, P for one that slides); empty: all robots. `signal_count`: the number
+    of outputs and of inputs; None: as many as VAL-II has.
 
     `words`: templates of lines in the language, by their meaning. In the lines for signals, {0} is one of `states`, {1}
     is NOT for an input that is off, and the `address` follows.
@@ -253,7 +253,8 @@ def identifier(name: str, longest: int) -> str:
 
 
 class URScriptWriter(StepWriter):
-    """Writes URScript in metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's base."""
+    """A writer of URScript in metres and radians; a pose is p[x, y, z, rotation vector] in the frame of the robot's
+    base."""
 
     title, remark, axes = "URScript", "#", ("RRRRRR",)
     BANK = 8  # number of standard inputs or outputs, and of configurable ones
@@ -305,8 +306,8 @@ class URScriptWriter(StepWriter):
 
 
 class KRLWriter(StepWriter):
-    """Writes KRL in millimetres and degrees; a frame is {X, Y, Z, A, B, C}, with rotations about z, the new y and the
-    new x."""
+    """A writer of KRL in millimetres and degrees; a frame is {X, Y, Z, A, B, C}, with rotations about z, the new y and
+    the new x."""
 
     title, remark, indent, axes, max_name_chars = "KRL", ";", "", ("RRRRRR", "RRRRRRR", "RRPR"), 24
     NAMES = ("A1", "A2", "A3", "A4", "A5", "A6", "E1")
@@ -383,7 +384,7 @@ def zyx(T: Transform) -> tuple[float, float, float]:
 
 
 class RapidWriter(StepWriter):
-    """Writes RAPID in millimetres, degrees and quaternions (w, x, y, z). Each datum is declared once, before the
+    """A writer of RAPID in millimetres, degrees and quaternions (w, x, y, z). Each datum is declared once, before the
     procedure."""
 
     title, remark, axes, indent = "RAPID", "!", ("RRRRRR", "RRRRRRR", "RRPR"), "    "
@@ -495,7 +496,7 @@ def wobjdata(T: Transform) -> str:
 
 
 class PythonWriter(StepWriter):
-    """Writes a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but it has
+    """A writer of Python programs for the robot of `vrs_cli`. The Python interface has no continuous path, but it has
     times: a motion that rounds a corner begins when the previous motion slows down. `engine` executes the written
     motions to find these times."""
 

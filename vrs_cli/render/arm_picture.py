@@ -110,7 +110,7 @@ def arm_picture(picture: ArmPicture, page: Page) -> Iterator[TextLine]:
 
 
 class ArmDrawing:
-    """Draws successive pictures of one arm, and draws the unchanging background only once."""
+    """A drawing of one arm in successive pictures; the unchanging background is drawn only once."""
 
     def __init__(self) -> None:
         self._page: tuple[object, ...] = ()
@@ -226,7 +226,7 @@ def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ..
 
 
 class Pen:
-    """Draws points of the world [m] in one view. `size`: the size of the arm [m]."""
+    """A pen that draws points of the world [m] in one view. `size`: the size of the arm [m]."""
 
     def __init__(self, frame: ViewFrame, fine: bool, canvas: Canvas) -> None:
         self.frame, self.fine, self.canvas, self.size = frame, fine, canvas, frame.size

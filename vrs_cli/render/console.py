@@ -36,7 +36,7 @@ def has_unicode(environ: Mapping[str, str]) -> bool:
 
 
 class TerminalRenderer:
-    """Draws replies on one terminal. Tests set `width` and `stream`."""
+    """A renderer of replies on one terminal. Tests set `width` and `stream`."""
 
     def __init__(self, stream: TextIO | None = None, width: int | None = None, palette: Palette = COLOURS) -> None:
         self._palette = palette

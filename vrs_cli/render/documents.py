@@ -66,7 +66,7 @@ def _cells(tag: str, texts: Iterable[str], styles: Iterable[str]) -> str:
 
 
 class SvgScale:
-    """Maps values from `low` to `high` to picture coordinates from `begin` to `end` [px]."""
+    """A scale that maps values from `low` to `high` to picture coordinates from `begin` to `end` [px]."""
 
     def __init__(self, low: float, high: float, begin: float, end: float) -> None:
         room = 0.0 if high - low > 1e-9 else 1.0

@@ -354,8 +354,8 @@ def _picture_script(arm: RobotArm, timeline: Timeline, t: float, title: str) -> 
 
 
 def caption(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:
-    """Return a caption such as `PUMA 560 3.2 s MOVES part`. The command is in it only while the command moves the
-    robot."""
+    """Return a caption such as `PUMA 560 3.2 s MOVES part`. The caption contains the command only while the command
+    moves the robot."""
     here = position_at(arm, timeline, t)
     shown = floor(t * TIME_STEPS_A_SECOND + 1e-6) / TIME_STEPS_A_SECOND
     return f"{title}   {shown:.1f} s   {here.text if here.moving else ''}".rstrip()

@@ -134,7 +134,7 @@ def read_exercise(folder: str | Path) -> Exercise:
 
 
 class _ExerciseReader(SurroundingsReader):
-    """Reads the files of an exercise and collects their mistakes."""
+    """A reader of the files of an exercise, which collects their mistakes."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder / "exercise")

@@ -61,7 +61,7 @@ _LOCATION = re.compile(r"(?i)\s*([A-Z][A-Z0-9._]*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+){
 
 
 class ExerciseText(CellText):
-    """Reads values of checks.toml; after a mistake it continues.
+    """A reader of values of checks.toml, which continues after a mistake.
 
     `table`: the content of the file. `locations`: the locations that the exercise gives. `parts`, `bodies`: names of
     the parts, and of all bodies that an arm can touch.
@@ -216,7 +216,7 @@ program_text = partial(text_at, most=MAX_PROGRAM_BYTES)
 
 
 class SurroundingsReader:
-    """Reads the files in the folder `around` and collects their mistakes."""
+    """A reader of the files in the folder `around`, which collects their mistakes."""
 
     def __init__(self, around: Path) -> None:
         self.around, self.wrong = around, list[str]()

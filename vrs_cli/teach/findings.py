@@ -55,7 +55,7 @@ def findings_of(exercise: Exercise, run: Run) -> Iterator[Finding]:
 
 
 class _Inspection:
-    """Inspects one exercise. It keeps the runs of the model solution, with which it compares other runs."""
+    """The inspection of one exercise. It keeps the runs of the model solution, with which it compares other runs."""
 
     def __init__(self, exercise: Exercise, run: Run) -> None:
         self.exercise, self._run = exercise, run

@@ -50,8 +50,8 @@ class NotExecuted(VrsError, text="Not executed"):
 
 
 class SubmissionRuns:
-    """Runs one submission in the variants of an exercise. The runs share work: `checkers` holds contact checkers by
-    seed, which the first runs fill."""
+    """A runner of one submission in the variants of an exercise. The runs share work: `checkers` holds contact checkers
+    by seed, which the first runs fill."""
 
     def __init__(self, submission: Submission, checkers: dict[int | None, Checker | None] | None = None) -> None:
         self._checkers = {} if checkers is None else checkers
@@ -170,7 +170,8 @@ class Grading(Struct, frozen=True):
 
 
 class Grader:
-    """Grades submissions of one exercise. It holds the variants, and the evidence of the model solution in each."""
+    """A grader of submissions of one exercise. It holds the variants, and the evidence of the model solution in
+    each."""
 
     def __init__(self, exercise: Exercise) -> None:
         """Run the model solution in all variants. Raises FileDamaged if it cannot run."""

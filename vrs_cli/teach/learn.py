@@ -70,7 +70,7 @@ class LessonStanding(Struct, frozen=True):
 
 
 class LearnerRecord:
-    """Keeps the progress of a user in a JSON file: {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
+    """The progress of a user, kept in a JSON file: {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
 
     Several shells may write the file; each changes only its own lesson. Without a file nothing is kept. Raises
     FileDamaged for a file of another kind, and FileError.
@@ -126,8 +126,8 @@ def _is_standing(found: Any) -> bool:
 
 
 class Learner:
-    """Leads a user through a lesson. `show` shows Markdown. `course`: the folders of all lessons, with their titles.
-    `wanted`: the folder of the next lesson, for which the shell ends."""
+    """A user who works through a lesson. `show` shows Markdown. `course`: the folders of all lessons, with their
+    titles. `wanted`: the folder of the next lesson, for which the shell ends."""
 
     def __init__(
         self,
@@ -305,8 +305,7 @@ class Learner:
             self._front_end.terminal.show(internal_error(error))
 
     def _look_again(self) -> None:
-        """Check again if the robot moved for another reason than a line of this prompt, such as a program or the
-        page."""
+        """Check again if something other than a line of this prompt moved the robot, such as a program or the page."""
         seen = self._look(lambda session: (session.engine.timeline.version, session.running))
         if seen != self._seen:
             self._seen = seen

@@ -156,7 +156,7 @@ def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
 
 
 class _LessonReader(SurroundingsReader):
-    """Reads the files of a lesson and collects their mistakes."""
+    """A reader of the files of a lesson, which collects their mistakes."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)

@@ -179,8 +179,8 @@ class _Proposal:
             return SubmissionRuns(Submission("", "model.v2", text)).run(exercise)
 
     def _failing(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
-        """Return the checks that the solution passes and at least one mistake fails, and programs with such
-        mistakes."""
+        """Return the checks that the solution passes and at least one mutant fails; and failing mutants, each as its
+        mistake and its text."""
         exercise = self._read()
         model = self._run(exercise, exercise.solution)
         passed = {one.name for one in mark(exercise, model, model) if one.passed}

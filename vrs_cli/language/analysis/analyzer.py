@@ -88,10 +88,9 @@ MAX_COMPARED_NAMES = 200
 
 
 class Surroundings:
-    """The memory around a program.
-
-    `known`: the kinds of variables that have a value; `programs`: the programs in memory, by key; `elsewhere`: the keys
-    of programs in neighbouring files, which may be called too.
+    """The programs and variables that a program finds in memory. `known`: the kinds of variables that have a value;
+    `programs`: the programs in memory, by key; `elsewhere`: the keys of programs in neighbouring files, which may be
+    called too.
     """
 
     def __init__(
@@ -182,7 +181,7 @@ def _rests(name: str) -> list[str]:
 
 def names_given_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables to which a program assigns a value, directly or through a CALL."""
-    remembered = vars(program)  # kept in the program: a cache in this module would keep deleted programs
+    remembered = vars(program)  # cached in the program: a cache in this module would keep deleted programs alive
     if "names_given" not in remembered:
         own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
         doing = (one for one in program.statements if not declares(one))
@@ -192,7 +191,7 @@ def names_given_in(program: Program) -> frozenset[str]:
 
 def names_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables in the text of a program."""
-    remembered = vars(program)  # the result is stored in the program, as in `names_given_in`
+    remembered = vars(program)  # cached in the program, as in `names_given_in`
     if "names" not in remembered:
         remembered["names"] = frozenset(node.key for node in ast.nodes(program.steps) if isinstance(node, ast.Variable))
     return cast("frozenset[str]", remembered["names"])
@@ -224,8 +223,8 @@ def used_nowhere(program: Program, hints: Mapping[str, str], surroundings: Surro
 
 
 def _slip(name: str, other: str) -> bool:
-    """Return whether one of two similar names may be a typing mistake. Pairs such as p1 and p2, or x.min and y.min, are
-    intended."""
+    """Return whether one of two similar names may be a typing mistake. Pairs such as p1 and p2, or x.min and y.min,
+    count as intended."""
     same = re.findall(r"[\d#$]", name) == re.findall(r"[\d#$]", other)
     return same and (len(name) != len(other) or sorted(name) == sorted(other))
 
@@ -334,7 +333,7 @@ def breaks(program: Program, blocks: Collection[Block]) -> Iterator[Diagnostic]:
 
 
 def _may_move(statement: Statement | None) -> bool:
-    """Return whether a step is a motion, or calls a program that may have one."""
+    """Return whether a step is a motion, or calls a program that may contain a motion."""
     return isinstance(statement, ast.Instruction) and (
         statement.word in _MAY_MOVE
         or (INSTRUCTIONS[statement.word].route is Route.MOTION and statement.word != "BREAK")
@@ -505,7 +504,8 @@ def other_sigil(variable: ast.Variable, known: Container[str]) -> str:
 
 
 class _Steps(Expressions):
-    """Checks the steps of a program in one pass. `program` and `surroundings` are None for a line of the prompt."""
+    """A checker of the steps of a program, in one pass. `program` and `surroundings` are None for a line of the
+    prompt."""
 
     def __init__(
         self, known: Mapping[str, Kind], program: Program | None = None, surroundings: Surroundings | None = None
@@ -593,8 +593,9 @@ class _Steps(Expressions):
         """Report the mistakes that can only be found after all steps have been read, such as names without a value."""
         lines = [one.text for one in program.statements if isinstance(one, ast.BadLine)]
         meant = {name.lower()[:NAME_LENGTH] for text in lines for name in _meant_to_give(text)}
+        # an unreadable line may assign the value; so may another program, unless AUTO or LOCAL declares the variable
         nowhere = [
-            one  # unless AUTO or LOCAL declares it, another program may assign the value; so may an unreadable line
+            one
             for one in self.without_value()
             if one.key not in meant and (one.key in self.own or not around.given_elsewhere(one.key, program))
         ]

@@ -57,7 +57,7 @@ _STATES = ("ON", "OFF", "TRUE", "FALSE")
 
 
 class Expressions(NameFindings):
-    """Checks expressions one by one."""
+    """A checker of single expressions."""
 
     _program_keys: Container[str] = ()  # keys of the programs in memory
     compared: list[tuple[ast.Variable, ast.Binary]]  # variables that are compared with a number
@@ -410,7 +410,7 @@ _COMPARE = {"==": eq, "<>": ne, "<": lt, ">": gt, "<=": le, ">=": ge}
 _ANGLES = {
     **dict.fromkeys(("SIN", "COS", "TAN", "RX", "RY", "RZ", "#PPOINT"), 0),
     "TRANS": 3,
-}  # index of the first angle
+}  # index of the first argument that is an angle, by function
 
 
 _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {

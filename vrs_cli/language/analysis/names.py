@@ -165,7 +165,7 @@ _ARTICLES = {
 
 
 _SAMPLES = {Kind.REAL: "x", Kind.STRING: "$s", Kind.LOCATION: "p", Kind.PRECISION: "#p"}
-_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # by the kind of an expression and the kinds that are required
+_EXAMPLES: Mapping[tuple[Kind, Kinds], str] = {  # hints, by an expression's kind and the required kinds
     (Kind.REAL, STRING): "$ENCODE(NAME) is one",
     (Kind.REAL, PLACE): "TRANS(x, y, z) is one",
     (Kind.REAL, LOCATION): "TRANS(x, y, z) is one",
@@ -227,7 +227,7 @@ class Decision(NamedTuple):
 
 
 class NameFindings(DiagnosticCollector):
-    """Collects the names of a program. `step`: the index of the present step.
+    """A collector of the names of a program. `step`: the index of the present step.
 
     `known`: the kinds of variables that have a value. At the prompt these kinds are binding. A program may later run
     with other values, so there they only cause warnings. `kinds`: the kinds of bare names that their use decides.

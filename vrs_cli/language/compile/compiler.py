@@ -73,7 +73,7 @@ _LOAD_LEFT: py.stmt = tree.place(
 
 
 class ProgramCompiler(ExpressionCompiler):
-    """Makes the body of a program's Python function from the program's operations.
+    """A compiler of a program's operations to the body of a Python function.
 
     `_numbers`: the number of each block, by its first operation; `_here`: the blocks of the present function; `_inner`:
     the present block, if it is a `while True` of its own; `_silent_blocks`: the blocks without a counted operation;

@@ -77,8 +77,8 @@ def _fields(number: int) -> py.Tuple:
 
 
 class _DirectCompiler(ProgramCompiler):
-    """Makes the direct function. `_runs`: the number of steps in each straight run, by its first operation; `_needed`:
-    the number of steps until the next test of `n`, by the operation that this test precedes."""
+    """A compiler of one direct function. `_runs`: the number of steps in each straight run, by its first operation;
+    `_needed`: the number of steps until the next test of `n`, by the operation that this test precedes."""
 
     def direct(self) -> Direct:
         leaders, self._branches = lowering.leaders_of(self._lowered.ops, ())

@@ -69,7 +69,7 @@ Array = tuple[Kind, str]  # an array of the environment: its kind and its key
 
 
 class ExpressionCompiler:
-    """Compiles VAL-II expressions to Python expressions. `parameters`: the number of each parameter, by key.
+    """A compiler of VAL-II expressions to Python expressions. `parameters`: the number of each parameter, by key.
 
     The compiler collects the names that the Python function needs: `arrays`: the Python variable for each array of the
     environment; `namespace`: the globals. GETC sets `reads`; functions that read signals set `observes`.
@@ -107,7 +107,7 @@ class ExpressionCompiler:
         """Return where a variable is stored: the Python variable with its cells, the Python variable with the cells of
         the other kind that a bare name can have, and its key in both (None for a whole array).
 
-        The kind is the one that the program decides; if the program does not decide it, `kind`; by default a real.
+        The variable has the kind that the program decides, otherwise the given `kind`, otherwise REAL.
         """
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL

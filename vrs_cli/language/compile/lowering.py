@@ -178,12 +178,12 @@ def lower(analysis: Analysis) -> Lowered:
     return _Lowering(analysis).result()
 
 
-_TESTS = 1_000_000_000  # added to the step number of a VALUE, it denotes the test of the VALUE instead of the step
+_TESTS = 1_000_000_000  # offset of targets: `_TESTS` plus the step number of a VALUE denotes the VALUE's test
 
 
 class _Lowering:
-    """Lowers one program. Until `result` replaces them by operations, targets are step numbers, or `_TESTS` plus a step
-    number."""
+    """The lowering of one program. Until `result` replaces them by operations, targets are step numbers, or `_TESTS`
+    plus a step number."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._steps = analysis.program.steps
@@ -285,8 +285,7 @@ class _Lowering:
 
 
 def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction | None]:
-    """Lower GRASP: the hand closes, then a test follows whether the fingers are closer together than the given
-    width."""
+    """Lower GRASP: close the hand, then test whether the fingers are closer together than the given width."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
     gap = ast.Call("PARAMETER", (ast.BareWord("GRASP.WIDTH", span=span),), True, span=span)

@@ -76,8 +76,8 @@ def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None
 
 
 def make_function(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
-    """Compile a syntax tree to a Python function. The namespace does not keep the function: such a cycle would never be
-    freed on a server."""
+    """Compile a syntax tree to a Python function. The function is not stored in its own namespace, because a server
+    would never free this reference cycle."""
     module = py.Module([place(function)], [])
     exec(compile(module, FILE, "exec"), namespace)
     return cast("Callable[..., Any]", namespace.pop(function.name))

@@ -64,7 +64,7 @@ Given = Value | CallProgram | Gap | None
 
 
 class Constants(Struct, frozen=True):
-    """Tries constants in a separate environment. `context` and the robot of `perform` must not be used elsewhere.
+    """A trial of constants in a separate environment. `context` and the robot of `perform` must not be used elsewhere.
     `perform` raises VrsError."""
 
     context: Context

@@ -264,7 +264,7 @@ def by_task(context: Context, _left: int, _executable: Any, *given: Any) -> int:
     return 0
 
 
-not_bound = partial(by_task)  # a separate function, because it shows that the call is not bound yet
+not_bound = partial(by_task)  # `by_task` as a distinct object, which marks a call that is not bound yet
 NOT_BOUND: Bound = (not_bound, None)
 
 

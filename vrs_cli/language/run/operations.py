@@ -42,7 +42,7 @@ def square_root(x: float) -> float:
 _SINES: tuple[Callable[[float], float], ...] = (sin, cos, lambda x: -sin(x), lambda x: -cos(x))
 
 
-HALF_RIGHT_ANGLE = math.nextafter(45.0, 0.0)  # from this angle on `quadrant` rounds up
+HALF_RIGHT_ANGLE = math.nextafter(45.0, 0.0)  # [deg] `quadrant` rounds this and larger angles up to 90
 DEGREE = math.pi / 180.0
 
 
@@ -283,7 +283,7 @@ IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 
 
 def about_task(context: Context, select: float | None, task: float | None) -> float:
-    """Return what the function TASK says about a task, as a number."""
+    """Return the value of the function TASK for a task."""
     which, system = values.whole(_or(select, 0.0)), context.environment.system
     asked = {0: lambda _: system.task(), 1: system.run_state, 2: system.robot_of}
     if which not in asked:

@@ -31,11 +31,11 @@ HALF_TICK = 0.5 * TICK  # [s] tolerance between the clock and the time grid of e
 
 
 class ComputedSignals(Struct, frozen=True):
-    """Input signals that follow from a timeline by the cell's sensors and rules.
+    """Input signals that the cell's sensors and rules derive from a timeline.
 
-    `numbers`: the numbers of all these signals; `sensed`: the numbers of those that only sensors set. `state` returns
-    whether a signal is on at a time [s]. `next_change` returns the time of the first change after one time, up to
-    another. `changes` returns the signals that change at a time, with their new states.
+    `numbers`: the numbers of all these signals; `sensed`: the numbers of the signals that only sensors set. `state`
+    returns whether a signal is on at a time [s]. `next_change` returns the time of the first change between two times.
+    `changes` returns the signals that change at a time, with their new states.
     """
 
     numbers: frozenset[int]
@@ -210,8 +210,8 @@ class Signals:
         )
 
     def _change_at(self, timeline: Timeline, t: float) -> None:
-        """Change the signals to their states on the timeline at a time: first those with events, then those that are
-        computed."""
+        """Set the signals to their states on the timeline at a time: first signals with events, then computed
+        signals."""
         computed = self.cell_inputs
         for event in timeline.events_between(t, t):
             follows = computed is not None and event.channel in computed.numbers
@@ -364,7 +364,7 @@ class Cell(Struct, frozen=True):
     scene: CellScene = NO_SCENE
 
     def fill(self, variables: Variables) -> None:
-        """Assign the first row of each of the cell's tables to those of its variables that have no value."""
+        """Assign the first row of each table of the cell to the table's variables that have no value."""
         for follow in self.follows:
             for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
                 one = variables.reference(name)

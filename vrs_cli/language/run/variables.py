@@ -415,7 +415,7 @@ class Variables:
             yield from self._rows_named(kind, key)
 
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
-        """Yield at most `most` first rows of `variables` whose key begins with `begun`; only these rows are sorted."""
+        """Yield the first rows of `variables` whose key begins with `begun`, at most `most`; only these are sorted."""
         simple, arrays = self._named_by(kind)
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
         rows = chain.from_iterable(self._rows_named(kind, key) for key in nsmallest(most, keys))

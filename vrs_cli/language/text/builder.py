@@ -63,7 +63,7 @@ def number_value(text: str) -> float | None:
 
 
 def signed_number(text: str) -> float | None:
-    """Return the value of a constant with a sign before it, or None if the text is not such a constant."""
+    """Return the value of a constant with a sign before it, or None for any other text."""
     value = number_value(text.lstrip("+-"))
     return -value if value is not None and text[0] == "-" else value
 
@@ -306,7 +306,7 @@ N = TypeVar("N")
 
 
 class Grouping(Struct, Generic[N]):
-    """Makes a tree of a flat expression `PREFIX* value (INFIX PREFIX* value)*` by precedence climbing."""
+    """A converter of flat expressions `PREFIX* value (INFIX PREFIX* value)*` to trees, by precedence climbing."""
 
     order: Order
     unary: Callable[[Token, N], N]
@@ -358,7 +358,7 @@ def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Childre
 
 
 class Builder:
-    """Builds the nodes of a tree; its methods have the names of the grammar's rules."""
+    """A builder of tree nodes; its methods have the names of the grammar's rules."""
 
     def __init__(self) -> None:
         self._grouping: Grouping[Expression] = Grouping(ORDER, _unary, _binary)
@@ -532,7 +532,7 @@ class Builder:
 
 
 class ValBuilder(Builder):
-    """Builds trees with the order of operators of VAL-II.
+    """A builder of trees with VAL-II's order of operators.
 
     If V+ would group an expression differently, the tree gets parentheses, so that the tree and its text mean the same
     in every dialect.

@@ -123,7 +123,7 @@ def patterns_of(terminals: Mapping[str, str]) -> Patterns:
 
 
 class Lexer:
-    """Finds the tokens of one line from left to right. Its methods raise LineRefused.
+    """A lexer, which finds the tokens of one line from left to right. Its methods raise LineRefused.
 
     `_at`: the index of the next unread character; `_ends`: the types of tokens that end an expression; `_row`: the row
     of the first word, while its arguments are read.

@@ -152,7 +152,7 @@ def _terminals(lark: Any) -> dict[str, str]:
 
 
 class TableParser:
-    """Parses tokens by the table."""
+    """A parser of tokens that follows the parse table."""
 
     def __init__(self, table: Table, builder: object) -> None:
         self.table, self.terminals = table, table.terminals
@@ -222,7 +222,7 @@ def _with_children_of_helpers(build: Callable[[list[Any]], Any], helpers: tuple[
 
 
 class LarkParser:
-    """Parses tokens through `Lark.parse_interactive`, with the builder as Lark's transformer."""
+    """A parser of tokens that uses `Lark.parse_interactive`, with the builder as Lark's transformer."""
 
     def __init__(self, grammar: str, starts: tuple[str, ...], builder: object) -> None:
         self._lark = _lark(grammar, starts, builder)
@@ -262,7 +262,7 @@ def grammar_dir() -> Path:
 
 
 class LineParser:
-    """Parses lines. `builder`: makes the trees of lines, by default with the order of operators of V+."""
+    """A parser of lines. `builder`: makes the trees of lines, by default with the order of operators of V+."""
 
     def __init__(self, builder: Builder | None = None) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
@@ -382,8 +382,8 @@ _SECONDS = "a time is in seconds: AT 2 is a time of the clock, IN 2 is two secon
 
 
 class Complaint:
-    """Explains why a line does not fit the grammar. `token`: the first token that does not fit (None for the end of the
-    line); `accepted`: the terminals that would fit in its place."""
+    """The explanation why a line does not fit the grammar. `token`: the first token that does not fit (None for the end
+    of the line); `accepted`: the terminals that would fit in its place."""
 
     def __init__(self, tokens: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> None:
         self._before = before = tokens if token is None else tokens[: tokens.index(token)]

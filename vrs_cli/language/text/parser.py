@@ -153,8 +153,8 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 
 class FileReader(DiagnosticCollector):
-    """Reads a file line by line, and continues after each mistake. `remembered`: the parsed steps of the file stay in
-    memory."""
+    """A reader of one file, line by line, which continues after each mistake. `remembered`: the parsed steps of the
+    file stay in memory."""
 
     def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
@@ -201,7 +201,8 @@ class FileReader(DiagnosticCollector):
             stray = bool(text) and not text.startswith((";", "."))
 
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
-        """Report a line outside of programs, once for several such lines. `stray`: the line before was such a line."""
+        """Report a line outside of programs; consecutive lines are reported once. `stray`: the previous line was also
+        outside."""
         if line.directive == END:
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
@@ -550,7 +551,7 @@ def parse_prompt(
 
 
 def variables_in(lines: Iterable[str]) -> set[str]:
-    """Return the keys of those variables in the lines of a program that have the name of a function."""
+    """Return the keys of the variables in a program's lines that have the name of a function."""
     parameters: list[ast.Variable] = []
     statements: list[Statement | None] = []
     for line in lines:

@@ -178,8 +178,8 @@ def own_word(foreign: str) -> str:
 
 
 def own_function(foreign: str) -> str:
-    """Return a hint that shows how to write a function of another language in VAL-II, or "". Text before the last point
-    of its name is ignored."""
+    """Return a hint that shows how to write a function of another language in VAL-II, or "". Text before the last dot
+    of the name is ignored."""
     return FOREIGN_FUNCTIONS.get(foreign.upper().rpartition(".")[2], "")
 
 

@@ -71,7 +71,7 @@ def replay_of(exercise: Exercise, grading: Grading, runs: Sequence[Evidence | No
 
 
 class Pages:
-    """Writes pages into a folder: `add` writes the page of a student; `finish` writes the common files and the
+    """A writer of pages into a folder: `add` writes the page of a student; `finish` writes the common files and the
     teacher's page."""
 
     def __init__(self, folder: Path, exercise: Exercise) -> None:

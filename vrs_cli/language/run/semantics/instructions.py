@@ -282,7 +282,7 @@ def _acceleration(
 ) -> Iterable[effects.Event]:
     """Set the profile, the acceleration and the deceleration; omitted values do not change."""
     if profile is not None:
-        # profile 0 is a square wave of acceleration, also in place of a profile that the robot does not define (V+
+        # profile 0 is a square wave of acceleration; a profile that the robot does not define acts as profile 0 (V+
         # Language Reference Guide, ACCEL)
         names = dict(enumerate(one.name for one in Profile))
         number = integer_between(profile, 0, LAST_PROFILE, "a profile of")
