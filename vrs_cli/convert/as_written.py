@@ -53,7 +53,7 @@ EMPTY = {
     Kind.PRECISION: f"[[0, 0, 0, 0, 0, 0], {external()}]",
 }
 HERES = {Kind.LOCATION: "CRobT(\\Tool:=held\\WObj:=world)", Kind.PRECISION: "CJointT()"}
-SIGNALS = {  # forms for an output, an input, and a signal above 2000
+SIGNALS = {  # RAPID text for an output, an input, and a signal above 2000
     "SIG": ("DOutput(do{0}) = {1:d}", "DInput(di{0}) = {1:d}", "soft{0} = {2}"),
     "SIGNAL": ("SetDO do{0}, {1:d};", "", "soft{0} := {2};"),
 }
@@ -261,9 +261,9 @@ class RapidTranslator:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
         self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in one routine; in all routines
-        self.arrays = dict[Datum, list[int]]()  # sizes of arrays, as far as constant indexes show them
+        self.arrays = dict[Datum, list[int]]()  # largest constant index of each dimension of an array; -1: none
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
-        self.changing = set[tuple[str, int]]()  # parameters that a program, or one that it calls, changes
+        self.changing = set[tuple[str, int]]()  # parameters (program, place) that the program or its callees change
         self.temporary = 0
         self._learn_from_calls()
 
@@ -461,7 +461,7 @@ class RapidTranslator:
             self.say(f"{kind}{block.opener}:")
 
     def _for(self, it: ast.For) -> None:
-        """Write a FOR loop. RAPID's FOR has its own variable and always runs once with the first value (from memory of
+        """Write a FOR loop. RAPID's FOR has its own variable and always runs once with the first value (recalled from
         the manual), so most loops are written as WHILE."""
         step = 1.0 if it.step is None else ast.plain_number(it.step)
         if not step:
@@ -798,7 +798,7 @@ def _minus(it: ast.Expression | None) -> ast.Expression:
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """Return an identifier based on a name that is not in use and is neither a word of RAPID nor the name of a
+    """Return an identifier made from a name. It is not in use, and is neither a word of RAPID nor the name of a
     routine."""
     plain = identifier(name.lower(), 28)
     while plain in TAKEN or plain in taken or NUMBERED.fullmatch(plain):

@@ -28,8 +28,8 @@ SAMPLES = 9  # number of samples in a segment for the maximum speeds
 
 
 class RunStep(Struct, frozen=True, kw_only=True):
-    """A step that happened at `time` [s]. `late` [s]: the time of the step relative to a motion that is under way:
-    positive after the start of the next motion, negative before the end of the last motion."""
+    """A step that happened at `time` [s]. `late`: for a step during a motion, its time relative to the motion [s]:
+    positive after the start of the next motion, negative before the end of the last motion; 0 for other steps."""
 
     time: float
     late: float = 0.0
@@ -115,7 +115,7 @@ def executed_run(arm: RobotArm, timeline: Timeline) -> ExecutedRun:
     initial, *motions = (list(found) for _, found in groupby(timeline, key=lambda segment: segment.motion.number))
     builder = StepBuilder(arm, timeline, motions, initial[0].motion.frames)
     inputs, on = list[tuple[float, int, bool]](), dict[int, bool]()
-    for event in timeline.events:  # sensors of a cell have no events; recorded readings show their states
+    for event in timeline.events:  # sensors of a cell make no events, but recorded readings show their states
         if event.channel >= FIRST_INPUT and on.get(event.channel, False) is not event.value > 0.0:
             on[event.channel] = event.value > 0.0
             inputs.append((event.time, event.channel, event.value > 0.0))
@@ -261,7 +261,7 @@ class StepBuilder:
 
 
 def _without_polling(steps: Iterator[RunStep]) -> Iterator[RunStep]:
-    """Yield the steps. Repeated readings of one input become a single step: the last reading, with the time waited
+    """Yield the steps, with repeated readings of one input merged into one step: the last reading, with the time waited
     since the first."""
     held: list[RunStep] = []  # a reading of an input, and the waits after it
     for step in steps:

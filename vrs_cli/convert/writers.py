@@ -181,7 +181,7 @@ class StepWriter:
         self.lines.append(line.replace("\n", " "))
 
     def setting(self, name: str, line: str, request: commands.Request | None = None) -> None:
-        """Write a setting unless it was the last one written."""
+        """Write a setting, unless it equals the last one written under this name."""
         if self.told.get(name) != line:
             self.told[name] = line
             self.do(line, request)
@@ -394,7 +394,7 @@ class RapidWriter(StepWriter):
         "RAPID: the mass of each tool is written as 1 kg at its flange: give its own",
     )
     states = ("0", "1")
-    words: ClassVar[Mapping[str, str]] = {  # each RAPID motion names its tool and its work object
+    words: ClassVar[Mapping[str, str]] = {  # without TOOL and BASE, which each motion of RAPID names
         "wait": "WaitTime {};",
         "in": "WaitDI di{2}, {0};",
         "out": "SetDO do{2}, {0};",
@@ -428,7 +428,7 @@ class RapidWriter(StepWriter):
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{1 + sum(known == kind for known, _ in self.data)}")
 
 
-SHORT = {  # types of data, in the order in which they are declared
+SHORT = {  # beginnings of the names of data, by type, in the order in which the types are declared
     "tooldata": "tool",
     "wobjdata": "frame",
     "speeddata": "speed",
@@ -473,13 +473,13 @@ def confdata(arm: RobotArm, joints: Joints) -> tuple[int, int, int, int]:
 
 
 def speeddata(tip_speed: float, turn_speed: float) -> str:
-    """Return the speed of the tip and the angular speed of the tool [m/s, rad/s]; RAPID has no other speeds for a joint
-    motion."""
+    """Return a speeddata with the tip's speed [m/s] and the tool's angular speed [rad/s]; RAPID has no other speeds for
+    a joint motion."""
     return f"[{number(max(1000.0 * tip_speed, 1.0), 1)}, {number(max(degrees(turn_speed), 1.0), 1)}, 5000, 1000]"
 
 
 def zonedata(blend: float) -> str:
-    """Return a zone with a radius [m]. Its other values have the same ratios to the radius as in z1 to z200."""
+    """Return a zonedata with a radius [m]. Its other values have the same ratios to the radius as in z1 to z200."""
     r = 1000.0 * blend
     return f"[FALSE, {numbers((r, 1.5 * r, 1.5 * r, 0.15 * r, 1.5 * r, 0.15 * r), 2)}]"
 
@@ -496,7 +496,7 @@ def wobjdata(T: Transform) -> str:
 
 
 class PythonWriter(StepWriter):
-    """A writer of Python programs for the robot of `vrs_cli`. The Python interface has no continuous path, but it has
+    """Writes a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but it has start
     times: a motion that rounds a corner begins when the previous motion slows down. `engine` executes the written
     motions to find these times."""
 
@@ -559,7 +559,8 @@ class PythonWriter(StepWriter):
         self.say(f"robot.{'moves' if step.straight else 'move'}({', '.join([*target, *how])})")
 
     def _stamp(self, step: MoveStep) -> float | None:
-        """Return when a motion begins that interrupts the previous one [s]; None if it does not interrupt any."""
+        """Return the start time of a motion that interrupts the previous motion [s]; None if it does not interrupt
+        it."""
         before, slowing = self.before, slowing_segments(self.engine.timeline)
         if before is None or not (before.rounded or before.cut):
             return None
@@ -567,7 +568,7 @@ class PythonWriter(StepWriter):
         return rounding_begins(self.arm, slowing, step.motion.rounding) if rounds else step.time + self.later
 
     def _tell_inputs(self, until: float) -> None:
-        """Add the changes of inputs up to a time of the run [s] to the arguments."""
+        """Add the changes of inputs up to a time of the run [s] to the arguments of Robot."""
         while self.inputs and self.inputs[0][0] <= until:
             t, signal, on = self.inputs.pop(0)
             self.signals.append(f"({number(t + self.later, 9)}, {signal}, {on})")
@@ -619,8 +620,8 @@ class PythonWriter(StepWriter):
             self.do(f"{word}I{how_far} AT {number(self._begins(following) + step.late, 9)}")
 
     def _time(self, step: RunStep, following: MoveStep | None) -> float | None:
-        """Return the time to write for an event, as far from its motion as in the run; None (now) if the robot is at
-        rest."""
+        """Return the time of an event in the written program, with the same offset from its motion as in the run; None
+        (now) if the robot is at rest."""
         if step.late or (following is not None and self._stamp(following) is not None):
             return max(self._begins(following) + step.late, 0.0)
         if self.engine.now < self.engine.end:

@@ -1,4 +1,4 @@
-"""Colour VAL-II for Pygments, and so for documentation tools and rich, with the pieces of `render.colours.scan`."""
+"""Colour VAL-II in Pygments, and so in documentation tools and rich, using `render.colours.scan`."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ TOKENS: Mapping[Ink, Any] = {
 }
 
 
-class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
-    """A lexer for programs, files and lines of the prompt."""
+class Val2Lexer(Lexer):  # type: ignore[misc]  # Lexer has no types
+    """A Pygments lexer for programs, files and lines of the prompt."""
 
     name = "VAL-II"
     aliases: ClassVar[list[str]] = ["val2", "val-ii", "vplus"]
@@ -34,7 +34,7 @@ class Val2Lexer(Lexer):  # type: ignore[misc]  # of an untyped package
     url = "https://en.wikipedia.org/wiki/Variable_Assembly_Language"
 
     def get_tokens_unprocessed(self, text: str, *_: Any) -> Iterator[tuple[int, Any, str]]:
-        """Yield the index, token and text of each piece. Together the pieces are the text."""
+        """Yield the index, token and text of each piece. Joined, the pieces give the text."""
         at = 0
         variables = variables_in(text.splitlines())
         for line in text.splitlines(keepends=True):

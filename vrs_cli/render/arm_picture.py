@@ -92,8 +92,8 @@ SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1
 
 
 class ViewFrame(NamedTuple):
-    """The frame of a view: its upper left corner [m] and its scale in cells per metre across. A cell is twice as high
-    as it is wide. `size`: half the extent of the arm [m]."""
+    """The frame of a view: its upper left corner [m] and its horizontal scale in cells per metre. A cell is twice as
+    high as it is wide. `size`: half the extent of the arm [m]."""
 
     view: View
     left: float
@@ -139,13 +139,13 @@ class ArmDrawing:
             yield TextLine(
                 tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row))
             )
-        metres = round_step(4.0 / frames[0].scale)  # the scale has a round length, at least four cells
+        metres = round_step(4.0 / frames[0].scale)  # the scale bar has a round length of at least four cells
         cells = round(metres * frames[0].scale) - 2
         bar = f"├{'─' * cells}┤" if fine else f"|{'-' * cells}|"
         yield _fit_pieces(((f"{bar} {1e3 * metres:g} mm", Ink.NOTE), *_legend(picture, fine)), width)
 
     def _row(self, view: int, canvas: Canvas, row: int) -> tuple[Piece, ...]:
-        """Return the pieces of one row of a view. A row with background only is taken from the last picture."""
+        """Return the pieces of one row of a view. A row that shows only background is taken from the last picture."""
         kept = self._rows.get((view, row)) if canvas.shared[row] else None
         if kept is None:
             kept = (*canvas.pieces(row, lambda part: LOOKS[part][:2]), (" " * GAP, Ink.TEXT))

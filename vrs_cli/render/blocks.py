@@ -1,5 +1,4 @@
-"""Define blocks of text, which replies are laid out in before they are drawn: lines of coloured pieces, and grids of
-cells."""
+"""Define the blocks into which replies are laid out before drawing: lines of coloured pieces, and grids of cells."""
 
 from __future__ import annotations
 
@@ -36,7 +35,8 @@ def line(text: str = "", ink: Ink = Ink.TEXT) -> TextLine:
 class Column(Struct, frozen=True):
     """A column of a grid. `width`: its minimum number of characters.
 
-    If the grid is too wide, one column becomes narrower: `fold` wraps its long text below, `cut` truncates it.
+    If the grid is too wide, one column becomes narrower: `fold` wraps its long texts over several rows, `cut` truncates
+    them.
     """
 
     heading: str
@@ -58,7 +58,7 @@ def number_columns(*headings: str, width: int = 10) -> tuple[Column, ...]:
 
 class Grid(Struct, frozen=True):
     """A table. `tight`: columns have no space between them, because their widths include it. `boxed`: a terminal may
-    draw rules.
+    draw a line below the headings.
 
     A grid that is too wide is split into grids below each other, which repeat the first `keys` columns. `latex`: the
     same grid as LaTeX, if it is a row of matrices.
@@ -160,7 +160,7 @@ def shorten(text: str, room: int) -> str:
 
 
 def grid_lines(grid: Grid) -> tuple[TextLine, ...]:
-    """Yield a grid as lines: first the headings, then the rows."""
+    """Return the lines of a grid: first the headings, then the rows."""
     widths = grid.widths()
     rows = [[(cell, column.ink) for cell, column in zip(row, grid.columns, strict=True)] for row in grid.rows]
     if any(column.heading for column in grid.columns):

@@ -18,7 +18,7 @@ FINE, PLAIN = (2, 4), (1, 1)  # number of dots in a cell, across and down
 Dot = tuple[float, float]  # a point on a canvas: x to the right and y down, in dots
 Cell = tuple[int, int, int]  # a cell of a canvas: its row, its column, and its dots as bits
 
-HEIGHT = 16  # rows of the drawing, unless the page is lower
+HEIGHT = 16  # rows of the drawing, unless the page is shorter
 WIDTH = 64  # columns of the drawing, unless the page is narrower
 LABEL = 11  # columns of the numbers to the left of the curves
 MIN_WIDTH, MIN_HEIGHT = 16, 6
@@ -143,8 +143,8 @@ class Canvas:
 
 
 def round_figures(first: float, last: float, size: int, count: float) -> dict[int, str]:
-    """Return about `count` round numbers, by their row or column on a scale from `first` to `last` over `size` rows or
-    columns."""
+    """Return about `count` round numbers from `first` to `last`: a dict from the row or column (of `size`) of a number
+    to its text."""
     step = round_step(abs(last - first) / max(count, 1.0))
     decimals, slack = max(0, -floor(log10(step) + 1e-9)), 1e-9 * step
     least, most = ceil((min(first, last) - slack) / step), floor((max(first, last) + slack) / step)
@@ -182,7 +182,7 @@ def chart(plot: replies.Plot, page: Page) -> Iterator[TextLine]:
 
 
 def _draw_curves(curves: Sequence[replies.Curve], low: float, high: float, canvas: Canvas) -> Canvas:
-    """Draw all curves. Coinciding curves share the columns of a cell in turn, so that each stays visible."""
+    """Draw all curves. Where curves coincide, they take turns every SPAN columns, so that each stays visible."""
     shared: dict[tuple[int, int], list[int]] = {}
     for number, curve in enumerate(curves):
         alone = canvas.empty()

@@ -117,7 +117,7 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
-_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # what follows the name in an assignment
+_TARGET = re.compile(r"\s*(?:\[[^\]]*\]\s*)?=(?!=)")  # indexes and equals sign after the name in an assignment
 
 _FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Z][\w.]*)", re.IGNORECASE)  # the first word of a line, after its label
 

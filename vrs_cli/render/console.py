@@ -1,4 +1,4 @@
-"""Draw replies and lessons on a terminal with rich, with colours, and with rules for the large tables."""
+"""Draw replies and lessons on a terminal with rich, in colours, with a line below the headings of large tables."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ PROMPT_ROWS = 8  # number of rows that the next prompt needs for its toolbar and
 def has_unicode(environ: Mapping[str, str]) -> bool:
     """Return whether the terminal can show Unicode, according to the environment.
 
-    A locale with another encoding cannot, nor can the Linux console, whose fonts have 512 characters. Without such
-    settings, assume that it can.
+    The result is False for a locale with another encoding, and for the Linux console, whose fonts have 512 characters.
+    It is True if the environment says nothing.
     """
     locale = next((value for name in ("LC_ALL", "LC_CTYPE", "LANG") if (value := environ.get(name))), "")
     encoding = locale.partition(".")[2].partition("@")[0].replace("-", "").lower()
@@ -63,8 +63,9 @@ class TerminalRenderer:
 
 
 def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
-    """Yield grids that fit the page; on a page without rules, yield their lines."""
-    rules = len(grid.columns) if grid.boxed else 0  # width of a rule: one character between two columns
+    """Yield grids that fit the page. Without Unicode, and for grids that are not boxed, yield their lines of text
+    instead."""
+    rules = len(grid.columns) if grid.boxed else 0  # rich separates the columns by one more character
     for part in split(grid, None if page.width is None else page.width - rules):
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 

@@ -42,7 +42,7 @@ def _options(
     rows: Iterable[tuple[results.Option, tuple[str, ...]]], joints: int, units: JointUnits, more: Sequence[str] = ()
 ) -> blocks.Grid:
     """Return a grid with the configurations, their reach and their joints. `more`: the headings of additional columns,
-    whose numbers come with each option."""
+    whose cells are in `rows`."""
     columns = (
         blocks.Column("Configuration", Ink.NAME),
         blocks.Column("Reach", width=8),
@@ -62,8 +62,8 @@ def _options(
 
 
 def verdict(option: results.Option, units: JointUnits) -> str:
-    """Say that a location is in reach; or by how much which joints leave their ranges; or how far away the location
-    is."""
+    """Return "in reach", or which joints leave their ranges and by how much, or how much too far or too close a
+    location is."""
     if option.usable:
         return "in reach"
     if option.joints is not None:
@@ -74,7 +74,8 @@ def verdict(option: results.Option, units: JointUnits) -> str:
 
 
 def _overruns(overruns: Sequence[results.Overrun], units: JointUnits) -> str:
-    """Describe by how much joints leave their range; neighbouring joints with equal units share one unit."""
+    """Describe by how much joints leave their ranges. Of neighbouring joints with equal units, only the last shows the
+    unit."""
     parts = []
     for this, after in zip_longest(overruns, overruns[1:]):
         unit = units.unit(this.joint)
@@ -120,8 +121,8 @@ PLAIN_WIDTH = 100  # number of characters per row of matrices, if the page has n
 
 
 def formula(text: str, written: str = "") -> blocks.TextLine:
-    """Return a line with a formula. `written`: the formula as LaTeX, which must be given if it contains names of a
-    user."""
+    """Return a line with a formula. `written`: the formula as LaTeX, which must be given if the formula contains names
+    that a user chose."""
     return blocks.TextLine(((f"    {text}", Ink.TEXT),), written or latex(text))
 
 

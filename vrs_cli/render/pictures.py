@@ -1,9 +1,9 @@
 """Write a timeline as files that show the robot: HTML pages that play without a server, and pictures and films of the
 page.
 
-A page file contains the script for recordings, which computes the robot at each time, and the recording as JSON. Its
-security policy allows only this script, identified by its hash, and no network address. Many recordings of one robot
-can share a viewer.
+A page file contains a recording as JSON, and the script that computes the state of the robot at each time. Its security
+policy allows only this script, identified by its hash, and no network address. Many recordings of one robot can share
+one viewer file.
 
 The pictures come from the Chromium, Chrome or Edge of this machine, which runs without a window and is controlled over
 the DevTools protocol. It renders in software, so the pictures are the same on every machine.
@@ -62,8 +62,8 @@ def page(data: Mapping[str, Any]) -> str:
 
 
 def viewer(robot: Mapping[str, Any]) -> str:
-    """Return an HTML file that plays the file `replays/NAME.js` beside it when opened as `viewer.html#NAME`; `replay`
-    makes such files for the same `robot`. Raises PageError if the page is not built."""
+    """Return an HTML file that plays the file `replays/NAME.js` of its folder when opened as `viewer.html#NAME`;
+    `replay` makes such files for the same `robot`. Raises PageError if the page is not built."""
     return _html(robot["model"]["title"], "robot", robot, " 'self' file:")
 
 
@@ -96,8 +96,8 @@ def in_script(data: Mapping[str, Any]) -> str:
 
 @cache
 def _page_code() -> tuple[str, str]:
-    """Return the script and the style sheet in a form that can be embedded in HTML. Both are in ASCII with the same
-    meaning, because a notebook may be read in another encoding."""
+    """Return the script and the style sheet in a form that can be embedded in HTML. Both are converted to ASCII,
+    because a notebook may be read in another encoding."""
 
     def escape_sign(found: re.Match[str]) -> str:
         units = found[0].encode("utf-16-be").hex()
@@ -139,7 +139,7 @@ FLAGS = (
     "--hide-scrollbars",
     "--no-first-run",
     "--remote-debugging-port=0",
-    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the browser itself also connects to no other host
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # the browser itself cannot connect to other hosts
 )
 
 
@@ -166,7 +166,7 @@ class BrowserPage:
         self._socket, self._id, self._session = socket, 0, ""
 
     def open(self, url: str, size: tuple[int, int]) -> None:
-        """Open a page whose view has `width` times `height` pixels."""
+        """Open a page. `size`: width and height of its view [px]."""
         target = self._call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
@@ -240,7 +240,7 @@ SIZE, FILM_SIZE, GIF_SIZE = (960, 640), (1280, 720), (640, 420)  # [px] sizes of
 FINE, FAST = 1, 3  # quality of the page: FINE has shadows, FAST has none
 FRAMES_A_SECOND = 10.0  # [1/s] frame rate of a film
 MAX_FRAMES = 600  # maximum number of frames of a film; drawing one takes 0.1 s to 1 s
-# number of steps per second of the time in a caption; finer digits would be unreadable in a film
+# resolution of the time in a caption [1/s]; finer digits would be unreadable in a film
 TIME_STEPS_A_SECOND = 10
 JPEG = {"quality": 92, "optimizeForSpeed": True}
 H264 = ("-c:v", "libx264", "-preset", "fast", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")
@@ -256,7 +256,7 @@ def write_page(
 
 def _recorded(arm: RobotArm, timeline: Timeline, world: World | None, **more: Any) -> str:
     """Return the HTML file that plays a timeline."""
-    from vrs_cli.net.page_data import recorded_page  # here because exports of numbers do not need it
+    from vrs_cli.net.page_data import recorded_page  # imported here, because exports of numbers do not need it
 
     return page(recorded_page(arm, timeline, cell=None if world is None else world.cell, **more))
 
@@ -273,12 +273,12 @@ def write_still(
 def write_gif(
     stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None, title: str = ""
 ) -> None:
-    """Write an endless animation with `rate` frames per second. Raises PictureError."""
+    """Write an endlessly repeated animation with `rate` frames per second. Raises PictureError."""
     from PIL import Image
 
     def in_few_colours(frame: bytes) -> Image.Image:
-        """Return a picture with few colours. An octree keeps the colours of thin lines; the median cut would give them
-        to large surfaces."""
+        """Return a frame with 256 colours. An octree keeps the colours of thin lines; median cut would spend its
+        colours on large surfaces."""
         picture = Image.open(BytesIO(frame)).convert("RGB")
         return picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
@@ -354,8 +354,8 @@ def _picture_script(arm: RobotArm, timeline: Timeline, t: float, title: str) -> 
 
 
 def caption(arm: RobotArm, timeline: Timeline, t: float, title: str) -> str:
-    """Return a caption such as `PUMA 560 3.2 s MOVES part`. The caption contains the command only while the command
-    moves the robot."""
+    """Return a caption such as `PUMA 560 3.2 s MOVES part`. It shows the command only while the command moves the
+    robot."""
     here = position_at(arm, timeline, t)
     shown = floor(t * TIME_STEPS_A_SECOND + 1e-6) / TIME_STEPS_A_SECOND
     return f"{title}   {shown:.1f} s   {here.text if here.moving else ''}".rstrip()

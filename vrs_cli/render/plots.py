@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vrs_cli.values.replies import Plot
 
 TIME = "t [s]"
-SAMPLES = 2000  # number of even samples, in addition to those at the borders of segments
+SAMPLES = 2000  # number of equidistant samples, in addition to those at the borders of segments
 SIZE = (9.0, 8.0)  # [inch] size of a picture
 STYLE = {"svg.hashsalt": "vrs", "svg.fonttype": "none", "font.size": 9.0}
 
@@ -78,8 +78,8 @@ def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: s
 
 
 def trajectory_panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
-    """Return panels with the joints, their velocities and the tool. The samples are at even steps and at the borders of
-    segments, where curves bend."""
+    """Return panels with the joints, their velocities and the tool. The samples are equidistant; further samples are at
+    the borders of segments, where curves bend."""
     import numpy as np
 
     from vrs_cli.engine.position import positions_at
@@ -135,7 +135,7 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 900, 210, 64, 70, 22, 26  # [px] size 
 CURVE_COLOURS = ("#1a5fb4", "#b3201b", "#14692d", "#8a4b08", "#6b3fa0", "#00697a", "#a3246b")
 TICKS = 6  # approximate maximum number of ticks along an axis
 HALO = "paint-order:stroke;stroke:#fff;stroke-width:3px"  # white outline that keeps a name readable on a curve
-FLAT = 1e-9  # half the height of a panel whose curves are constant, in the unit of the curves
+FLAT = 1e-9  # minimum margin above and below constant curves, in their unit
 
 
 def curves_svg(panels: Sequence[Curves], along: str) -> str:
@@ -203,7 +203,7 @@ def _panel(panel: Curves, top: float) -> str:
 
 
 def _points(places: Sequence[tuple[float, float]]) -> str:
-    """Return the points of a line in tenths of a pixel, without repeated points and without points inside a level
+    """Return the points of a line in tenths of a pixel, without repeated points and without points inside a horizontal
     stretch."""
     rounded = [(f"{x:.1f}", f"{y:.1f}") for x, y in places]
     kept = rounded[:1]

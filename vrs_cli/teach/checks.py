@@ -58,8 +58,8 @@ class PlacesCheck(BaseCheck, frozen=True, tag="places"):
 
 
 class PathCheck(BaseCheck, frozen=True, tag="path"):
-    """Requires that the tip moves on the straight line from one place to another, or (`via`) on the arc through a
-    third.
+    """Requires that the tip moves on the straight line from one place to another or, with `via`, on the arc through
+    that place.
 
     `deg`: maximum rotation of the tool from the orientation of the first place; None: any orientation.
     """
@@ -150,7 +150,7 @@ class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
 
 
 class SignalChange(Struct, frozen=True):
-    """A change of an output: on, or off if the number is negative.
+    """A required change of an output: on, or off if the number is negative.
 
     It must occur between `after` and `before` [s], counted from the start of the run or from the time when the input
     `since` first turned on. `near`: the tip must be within `mm` of this place.
@@ -231,7 +231,7 @@ class Named(Struct, frozen=True):
 
 class JointsCheck(BaseCheck, frozen=True, tag="joints"):
     """Requires joint values [deg, mm]; None: any value. `time`: check them at this time [s] instead of `when`. `count`:
-    the number of motions at whose ends they must hold."""
+    the minimum number of motions that must end with these values."""
 
     at: tuple[float | None, ...]
     deg: float
@@ -274,8 +274,8 @@ class MotionCheck(BaseCheck, frozen=True, tag="motion"):
     """Requires one motion of the step with all given properties. `last`: only the motion commanded last counts.
 
     `seconds`: its duration. `mm`: the distance between its ends. `joints`: the minimum number of joints that turn.
-    `begins` [s]. `lead`: from its command to its start [s]. `displaced`: whether it starts at another time than
-    requested.
+    `begins`: its start [s]. `lead`: the minimum time from its command to its start [s]. `displaced`: whether it starts
+    at another time than requested.
     """
 
     last: bool = False
@@ -290,7 +290,7 @@ class MotionCheck(BaseCheck, frozen=True, tag="motion"):
 
 
 class PhasesCheck(BaseCheck, frozen=True, tag="phases"):
-    """Requires phases of consecutive segments of the timeline. `only`: there must be no other phases."""
+    """Requires consecutive segments of the timeline with these phases. `only`: there must be no other phases."""
 
     order: tuple[Phase, ...]
     only: bool = False
@@ -304,7 +304,7 @@ class PassesCheck(BaseCheck, frozen=True, tag="passes"):
 
 
 class UndoneCheck(BaseCheck, frozen=True, tag="undone"):
-    """Requires a number of undone commands, which REDO would repeat."""
+    """Requires a minimum number of undone commands, which REDO would repeat."""
 
     commands: int
 

@@ -1,7 +1,7 @@
 """Provide the robot of a lesson, and rehearse lessons.
 
-The robot runs in this process, is served to a browser beside the prompt, or is served behind a delay. A rehearsal tries
-each step three times: without lines, with its wrong lines, and with its model lines.
+The robot runs in this process, is served to a browser beside the prompt, or is served behind a delay line. A rehearsal
+tries each step three times: without lines, with its wrong lines, and with its model lines.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ CLOSING = 5.0  # [s] maximum time to open or close a delay line
 class Classroom:
     """The robot of one lesson; it runs until the stack is closed.
 
-    `page`: the files of its page; None: no page. `attended`: whether a person uses it. `rate`: robot seconds per second
-    of wall time, for a robot in real time.
+    `page`: the files of its web page; None: no web page. `attended`: whether a person uses the robot. `rate`: robot
+    seconds per second of wall time, for a robot in real time.
     """
 
     def __init__(
@@ -125,8 +125,8 @@ def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
 
 
 class LessonPlace:
-    """The robot and the learner of a lesson, as a shell starts them. `first`: whether it is the first lesson of the
-    process."""
+    """The place (robot and learner) of a lesson, from which a shell makes its front end. `first`: whether it is the
+    first lesson of the process."""
 
     waits = True
 
@@ -142,11 +142,11 @@ class LessonPlace:
         return front_end
 
 
-HURRY = 4.0  # in a rehearsal, a robot behind a delay and its delays run this many times as fast as in the lesson
+HURRY = 4.0  # a rehearsal speeds up robots behind a delay line by this factor, and shortens their delays by it
 
 
 class Hurried(Struct, frozen=True):
-    """Delays that are shortened for a robot that runs HURRY times as fast."""
+    """Delays divided by HURRY, for a robot that runs HURRY times as fast."""
 
     delays: Delays
 
@@ -192,7 +192,7 @@ def _failed_marks(marks: Iterable[Mark]) -> list[Mark]:
 def _try_marks(
     lesson: Lesson, step: LessonStep, before: list[str], tries: Iterable[tuple[str, ...]]
 ) -> Iterator[tuple[Mark, ...]]:
-    """Yield the marks of a step after each try, which runs the model lines of all earlier steps and then its own
+    """Yield the marks of a step for each try. A try runs the model lines of all earlier steps, and then its own
     lines."""
     for lines in tries:
         with ExitStack() as stack:

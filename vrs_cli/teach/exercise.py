@@ -63,9 +63,9 @@ class Exercise(Struct, frozen=True):
     """An exercise, or a variant of it.
 
     `seed`: the seed of the variant; None if nothing was moved. `robot`: the model of the robot. `program`: the program
-    to run; None: the first program of a submission. `cell`, `inputs`, `given`: the cell, the changes of inputs, and the
-    given values of this variant. `solution`: the text of the model solution. `similar`: the minimum similarity (0 to 1)
-    of submissions that are listed as similar; None: none are listed.
+    to run; None: the first program of a submission. `cell`, `inputs`, `given`: the cell, the timed changes of inputs,
+    and the given programs and values of this variant. `solution`: the text of the model solution. `similar`: the
+    minimum similarity (0 to 1) of submissions that are listed as similar; None: no submissions are listed.
     """
 
     name: str
@@ -107,8 +107,8 @@ class Exercise(Struct, frozen=True):
         return any(check.needs_model for check in self.checks)
 
     def variant(self, seed: int | None) -> Exercise:
-        """Return the variant of the exercise that belongs to a seed; None: the exercise unchanged. Raises KeyError for
-        an unknown seed."""
+        """Return the variant with a seed; for None, return the exercise unchanged. Raises KeyError for an unknown
+        seed."""
         if seed is None:
             return self
         variant = next((one for one in self.variants if one.seed == seed), None)
@@ -120,8 +120,8 @@ class Exercise(Struct, frozen=True):
     def give(self, station: Station) -> None:
         """Put the given programs and values into the memory of a station, replacing those with the same names.
 
-        Call it before a submission is loaded, so that the submission is analysed with them, and again afterwards.
-        Raises ProgramInterlocked.
+        Call it before a submission is loaded, so that the analyzer knows them, and again afterwards, so that the
+        submission cannot replace them. Raises ProgramInterlocked.
         """
         if self.given is not None:
             station.take(self.given)

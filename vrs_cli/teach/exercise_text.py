@@ -1,4 +1,4 @@
-"""Read what exercises and lessons share: values of checks.toml, places, the robot, the cell, and given programs.
+"""Read the common parts of exercises and lessons: values of checks.toml, places, the robot, the cell, given programs.
 
 Each mistake is recorded with its line and its correction.
 """
@@ -40,14 +40,14 @@ class FixedPlace(Struct, frozen=True, tag=True):
 
 
 class GivenPlace(Struct, frozen=True, tag=True):
-    """A location of `given.v2`, or a compound of several (`pallet:corner`). `text`: the place as written."""
+    """A location of `given.v2`, or a compound of several locations (`pallet:corner`). `text`: the place as written."""
 
     text: str
     items: tuple[Item, ...]
 
 
 class ModelPlace(Struct, frozen=True, tag=True):
-    """A place that the model solution reaches when it runs."""
+    """A place taken from the run of the model solution, such as the final pose of its tool."""
 
 
 Place = FixedPlace | GivenPlace | ModelPlace
@@ -61,10 +61,10 @@ _LOCATION = re.compile(r"(?i)\s*([A-Z][A-Z0-9._]*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+){
 
 
 class ExerciseText(CellText):
-    """A reader of values of checks.toml, which continues after a mistake.
+    """A reader of checks.toml that records mistakes and continues.
 
-    `table`: the content of the file. `locations`: the locations that the exercise gives. `parts`, `bodies`: names of
-    the parts, and of all bodies that an arm can touch.
+    `table`: the content of the file. `locations`: the locations that the exercise gives. `parts`: names of the parts
+    (workpieces). `bodies`: names of everything that the arm can touch.
     """
 
     def __init__(self, path: str, text: str) -> None:
@@ -81,8 +81,8 @@ class ExerciseText(CellText):
         return super().whole._replace(given=self.table)
 
     def optional_table(self, key: str, keys: Iterable[str], form: str) -> CellEntry | None:
-        """Return the table [key]; None if it is missing or is not a table. `form`: the content that belongs below its
-        heading."""
+        """Return the table [key]; None if it is missing or is not a table. `form`: the lines that belong below its
+        heading, for the message."""
         given = self.table.get(key)
         if isinstance(given, dict):
             return self.entry(key, given, keys)
@@ -216,13 +216,14 @@ program_text = partial(text_at, most=MAX_PROGRAM_BYTES)
 
 
 class SurroundingsReader:
-    """A reader of the files in the folder `around`, which collects their mistakes."""
+    """A reader of the files in the folder `around` that collects their mistakes."""
 
     def __init__(self, around: Path) -> None:
         self.around, self.wrong = around, list[str]()
 
     def robot(self, reader: ExerciseText) -> RobotModel | None:
-        """Load the robot, which is a built-in one or a file in the folder; return None if there is none."""
+        """Load the robot, which is built in or described by a file in the folder; return None if it cannot be
+        loaded."""
         given = reader.table.get("robot", "puma560")
         if not isinstance(given, str):
             reader.fault(reader.whole, "robot", 'the name of a robot, such as "puma560"')
@@ -246,7 +247,7 @@ class SurroundingsReader:
         return self.read_file(self.around / "cell.toml", read_cell, NO_CELL)
 
     def given(self, robot: RobotModel, dialect: Dialect) -> LoadedFile | None:
-        """Read given.v2: its programs and locations."""
+        """Read the programs and locations of given.v2; return None if the file is missing or unreadable."""
         path = self.around / "given.v2"
         text = self.read_file(path, program_text, None)
         if text is None:
@@ -259,7 +260,8 @@ class SurroundingsReader:
 
 
 def find_exercise(named: str) -> Path:
-    """Return the folder of an exercise, given as a folder or as the name of a shipped one. Raises NonexistentFile."""
+    """Return the folder of an exercise, given as that folder or as the name of a shipped exercise. Raises
+    NonexistentFile."""
     if Path(named).is_dir():
         return Path(named)
     exercises = shipped_folder("programs") / "exercises"

@@ -33,11 +33,12 @@ from vrs_cli.world.solids import overlap_by
 
 Run = Callable[[Exercise, str], Evidence]  # runs a submission in a variant; raises VrsError if it cannot run
 TOOL_REACH = 0.5  # [m] length of a long tool, added to the reach of the arm
-OVERLAP = 2e-3  # [m] maximum overlap of bodies that count as touching only
+OVERLAP = 2e-3  # [m] bodies that overlap by no more than this only touch each other
 
 
 class Finding(Struct, frozen=True):
-    """A fault of an exercise: where (a file and its line), what, and the remedy. `doubtful`: it may be intended."""
+    """A fault of an exercise: `where` it is (file and line), `what` it is, and the remedy. `doubtful`: the teacher may
+    have intended it."""
 
     where: str
     what: str
@@ -67,7 +68,7 @@ class _Inspection:
         }
         self.variants = [exercise.variant(seed) for seed in exercise.seeds]
         self.models: dict[int | None, Evidence] = {}
-        self.failed = dict[str, str]()  # by name of check: the file whose run failed it
+        self.failed = dict[str, str]()  # name of a check: a file whose run fails the check
         self.sound = True  # whether the model solution passes all checks
 
     def findings(self) -> Iterator[Finding]:
@@ -106,7 +107,7 @@ class _Inspection:
     # --- places and scenes ---
 
     def _places(self) -> Iterator[Finding]:
-        """Find places of checks, and given locations, that no arm can reach."""
+        """Find places of checks that the arm cannot reach, even with a long tool."""
         centre, (reach, *_) = levers(self.exercise.robot)
         for variant in self.variants:
             basis = Basis(variant.rounding, variant.locations)
@@ -150,7 +151,7 @@ class _Inspection:
         return mark(variant, evidence, self.models[variant.seed])
 
     def _model(self, variant: Exercise) -> Iterator[Finding]:
-        """Run the model solution; it must pass all checks."""
+        """Run the model solution, and find checks that it fails."""
         path = str(Path(variant.folder, "teacher", "model.v2"))
         try:
             evidence = self.models[variant.seed] = self._run(variant, variant.solution)
@@ -180,7 +181,8 @@ class _Inspection:
                 )
 
     def _wrong_submissions(self) -> Iterator[Finding]:
-        """Run the wrong submissions. Each must fail the checks that it lists, in any variant, and no others."""
+        """Run the wrong submissions. Each must fail exactly the checks that it lists, each of them in at least one
+        variant."""
         for wrong in self.exercise.wrong:
             failed = dict[str, str]()
             for variant in self.variants:
@@ -257,7 +259,7 @@ MAX_MUTANTS = 80
 SHIFT_MM = 50  # [mm] displacement of a location in a mutant
 MOTIONS = ("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY")
 OTHER_WORD = {"MOVES": "MOVE", "MOVE": "MOVES", "APPROS": "APPRO", "APPRO": "APPROS", "DEPARTS": "DEPART"}
-ANYWHERE = "MOVE TRANS(99999)"  # a location that no arm reaches
+ANYWHERE = "MOVE TRANS(99999)"  # a motion to a location that no arm reaches
 
 
 class Mutant(NamedTuple):
@@ -277,7 +279,7 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     whole = (*_ends(lines, programs[0]), *_begins(lines, programs[0], locations), *_stops(lines, programs))
     found = [*whole, *(mutant for program in programs for step in program.steps for mutant in _of_step(lines, step))]
-    if len(found) > MAX_MUTANTS:  # take mutants evenly from all parts of the program
+    if len(found) > MAX_MUTANTS:  # pick mutants evenly from the whole list
         found = [found[k * len(found) // MAX_MUTANTS] for k in range(MAX_MUTANTS)]
     return found
 

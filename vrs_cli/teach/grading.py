@@ -50,8 +50,8 @@ class NotExecuted(VrsError, text="Not executed"):
 
 
 class SubmissionRuns:
-    """A runner of one submission in the variants of an exercise. The runs share work: `checkers` holds contact checkers
-    by seed, which the first runs fill."""
+    """Runs one submission in the variants of an exercise. `checkers`: contact checkers by seed, shared with other
+    submissions; the first run with a seed adds its checker."""
 
     def __init__(self, submission: Submission, checkers: dict[int | None, Checker | None] | None = None) -> None:
         self._checkers = {} if checkers is None else checkers
@@ -107,7 +107,7 @@ class SubmissionRuns:
 
 
 def _station(exercise: Exercise) -> Station:
-    """Return a station with the cell and the inputs of a variant, and with nobody at its terminal."""
+    """Return a station with the cell and the inputs of a variant, and with a terminal that nobody uses."""
     terminal = Notes()
     terminal.begin(_nobody)
     station = Station(
@@ -186,7 +186,7 @@ class Grader:
             except NotExecuted as error:
                 path = Path(exercise.folder, "teacher", "model.v2")
                 raise FileDamaged(f"{path} is not executed: {error.detail}", "vrs check tells its mistakes") from None
-            mark(variant, model, model)  # fill caches, such as models of physics, before processes are forked
+            mark(variant, model, model)  # fill caches, such as models of physics, before processes fork
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle only the folder, so that another process reads the exercise again."""
@@ -195,7 +195,7 @@ class Grader:
     def runs(self, submission: Submission) -> tuple[Grading, tuple[Evidence | None, ...]]:
         """Run a submission in all variants, each in an empty subfolder of the current folder, and mark the runs.
 
-        Also return the evidence of each run, None if the submission did not run.
+        Also return the evidence of each run, or None for a run that did not start.
         """
         grading = lost_grading(submission, submission.unread)
         marks, evidences = list[VariantMarks](), list[Evidence | None]()

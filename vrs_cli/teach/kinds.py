@@ -32,7 +32,7 @@ WORDS = frozenset({*PROGRAM_WORDS, *FUNCTIONS, *OPERATORS, *LINKS})  # words of 
 
 
 class Key(NamedTuple):
-    """A key of a kind of check: the function that reads its value, and its meaning.
+    """A key that checks of a kind have in checks.toml: its name, the function that reads its value, and its meaning.
 
     `default`: the value if the key is missing; REQUIRED: the key must not be missing. `field`: the field of the check,
     if its name differs from the key.
@@ -46,8 +46,8 @@ class Key(NamedTuple):
 
 
 class CheckKind(NamedTuple):
-    """A kind of check: its class, and the function that judges a run by it. `what`: the subject of the check.
-    `partial`: how a result earns a part of the points; "": it earns all or none."""
+    """A kind of check: its class, and the function that judges a run. `what`: the subject of the check. `partial`:
+    which runs earn a part of the points; "": a run earns all points or none."""
 
     check: type[BaseCheck]
     judge: Callable[[Any, JudgedRun], Verdict]

@@ -1,6 +1,6 @@
 """Guide a learner at the prompt: check the current step after each line, and carry out HINT and other words of lessons.
 
-The robot may run in this process, be served, or be behind a delay; `AskRobot` hides the difference.
+The robot may run in this process, be served, or be behind a delay line; `AskRobot` hides the difference.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ WORDS = (
 
 
 class AskRobot(Protocol):
-    """Calls a function with the session of a lesson's robot, between two actions of the robot."""
+    """A function that calls `ask` with the session of a lesson's robot, between two actions of the robot."""
 
     def __call__(self, ask: Callable[[Session], T]) -> T: ...
 
@@ -55,7 +55,7 @@ class LessonPrompt(Protocol):
 
 
 class LessonStanding(Struct, frozen=True):
-    """The progress of a learner in a lesson: the number of passed steps."""
+    """The progress of a learner in a lesson: `passed` steps of `of`."""
 
     passed: int = 0
     of: int = 0
@@ -72,8 +72,8 @@ class LessonStanding(Struct, frozen=True):
 class LearnerRecord:
     """The progress of a user, kept in a JSON file: {"latest": NAME, "lessons": {NAME: {"passed": 2, "of": 6}}}.
 
-    Several shells may write the file; each changes only its own lesson. Without a file nothing is kept. Raises
-    FileDamaged for a file of another kind, and FileError.
+    Several shells may write the file; each changes only its own lesson. Without a path nothing is kept. Raises
+    FileDamaged for a file with other contents, and FileError.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -106,7 +106,7 @@ class LearnerRecord:
         try:
             self._read()
         except FileDamaged:
-            return  # the file was replaced by one of another kind
+            return  # another program has replaced the file: do not overwrite it
         self.latest, self._kept[lesson] = lesson, standing
         lessons = {name: {"passed": one.passed, "of": one.of} for name, one in self._kept.items()}
         try:
@@ -126,8 +126,8 @@ def _is_standing(found: Any) -> bool:
 
 
 class Learner:
-    """A user who works through a lesson. `show` shows Markdown. `course`: the folders of all lessons, with their
-    titles. `wanted`: the folder of the next lesson, for which the shell ends."""
+    """A guide that leads a user through a lesson. `show` displays Markdown. `course`: the folders and titles of all
+    lessons. `wanted`: the folder of the lesson that the user chose to start next, for which the shell ends."""
 
     def __init__(
         self,
@@ -144,7 +144,7 @@ class Learner:
         self._at, self._hints = min(at, len(lesson.steps)), 0
         self._started, self._told = 0.0, ""
         self._seen: object = None  # version of the timeline, and whether a program runs, at the last check
-        self._busy = False  # whether lines that the lesson itself sends are running
+        self._busy = False  # whether the lesson itself is sending lines
         self._front_end: LessonPrompt
         self._words: Mapping[str, Callable[[], None]] = {
             "HINT": self._hint,
@@ -171,7 +171,7 @@ class Learner:
         front_end.opening, front_end.taken, front_end.kept_up = begin, self.look, self._look_again
 
     def join(self, prompt: LessonPrompt) -> None:
-        """Start the lesson at a prompt that reports finished lines itself."""
+        """Start the lesson at a prompt; its owner must call `look` after each finished line."""
         self._front_end = prompt
         self._begin()
 
@@ -190,7 +190,7 @@ class Learner:
         return True
 
     def _hint(self) -> None:
-        """Show the next hint: a nudge first, then the idea, then the lines."""
+        """Show the next hint: first the nudge, then the idea, then the model lines."""
         step = self._step
         if step is None:
             self._show("Nothing is left to do here.")
@@ -257,7 +257,7 @@ class Learner:
         return self.lesson.steps[self._at] if self._at < len(self.lesson.steps) else None
 
     def _begin(self) -> None:
-        """Show the introduction, and bring the robot to the state after the steps that are already passed."""
+        """Show the introduction, and bring the robot to the state after the steps that the learner has passed."""
         lesson = self.lesson
         number = f"Lesson {lesson.number}: " if lesson.number else ""
         self._show(f"# {number}{lesson.title}\n\n{lesson.intro}\n\n{WORDS}")
@@ -288,12 +288,12 @@ class Learner:
 
     @property
     def _next_lesson(self) -> Path | None:
-        """Return the lesson after this one; None after the last."""
+        """Return the folder of the lesson after this one; None for the last lesson."""
         rest = dropwhile(lambda folder: progress_key(folder) != self.lesson.key, self._course)
         return next(islice(rest, 1, None), None)
 
     def look(self) -> None:
-        """Check the current step after a line, and the steps after it for as long as they pass."""
+        """Check the current step after a line. While the checked step passes, continue with the next step."""
         try:
             while not (self._busy or self._front_end.status().in_program) and (step := self._step):
                 marks = self._marks(step)
@@ -305,7 +305,8 @@ class Learner:
             self._front_end.terminal.show(internal_error(error))
 
     def _look_again(self) -> None:
-        """Check again if something other than a line of this prompt moved the robot, such as a program or the page."""
+        """Check the step again if something other than a line of this prompt, such as a program or the page, changed
+        the robot."""
         seen = self._look(lambda session: (session.engine.timeline.version, session.running))
         if seen != self._seen:
             self._seen = seen
@@ -318,7 +319,7 @@ class Learner:
         return marks_of(self.lesson, step, evidence, self._started)
 
     def _tell(self, step: LessonStep, marks: tuple[Mark, ...]) -> None:
-        """Show once what is missing, if some checks of the step pass or a wrong answer was given."""
+        """Show once why checks of the step fail, if others pass or if the learner gave a wrong answer."""
         values = {one.name: one.of.items[0] for one in step.checks if isinstance(one, VariableCheck)}
         given = self._look(lambda session: session.environment.values())
         answered = any(values.get(one.name) in given for one in marks if not one.passed)
@@ -335,7 +336,7 @@ class Learner:
         self._present()
 
     def _keep(self) -> None:
-        """Save the progress; a finished lesson stays finished. If saving fails, warn once and keep no progress."""
+        """Save the progress; a finished lesson stays finished. If saving fails, warn once and stop saving."""
         before = self._progress.of(self.lesson.key)
         try:
             self._progress.keep(self.lesson.key, before if before.is_finished else self.standing)

@@ -39,9 +39,9 @@ _TASK = re.compile(r"## +(.+?)\s*$")
 
 
 class LessonStep(Struct, frozen=True):
-    """A step. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass the step.
-    `wrong`: lines that do not pass it. `passed`: the message when the step is passed. `line`: the first line of the
-    step in checks.toml."""
+    """A step of a lesson. `task`: its text in Markdown. `nudge`, `idea`: the first two hints. `model`: lines that pass
+    the step. `wrong`: lines that do not pass it. `passed`: the message when the step is passed. `line`: the first line
+    of the step in checks.toml."""
 
     name: str
     task: str
@@ -56,7 +56,8 @@ class LessonStep(Struct, frozen=True):
 
 class Lesson(Struct, frozen=True):
     """A lesson. `name`: the name of its folder. `number`: its position in a course; 0 outside of courses. `delays`:
-    delays of commands and of answers, for a robot in real time behind a delay line; None: a robot of the shell."""
+    delays of commands and of answers, for a robot in real time behind a delay line; None: the robot runs in the shell's
+    process."""
 
     name: str
     number: int
@@ -138,7 +139,8 @@ def read_lesson(folder: str | Path) -> Lesson:
 
 
 def sections(text: str) -> tuple[str, str, dict[str, tuple[int, str]]]:
-    """Return the title and the introduction of a lesson.md, and for each step, by its name, its line and its task."""
+    """Return the title and the introduction of a lesson.md, and a dict from the name of each step to its line and
+    task."""
     title, parts, name = "", list[str](), ""
     found = dict[str, tuple[int, list[str]]]()
     fenced = False

@@ -1,7 +1,7 @@
 """Grade many submissions at the same time, each in its own process, or on a cluster.
 
-On one machine each item is processed in an empty folder, with limits of the system, by a process that is forked from
-this one, in which all modules and caches are already loaded. If forking is unsafe, each item gets a new process.
+On one machine a forked process handles each item, in an empty folder and with limits of the operating system. A fork
+already has all loaded modules and caches. Where forking is unsafe, each item gets a new process.
 
 On a Dask cluster each task grades a batch of submissions in its own process, which forks as on one machine: `python -m
 vrs_cli.teach.many FOLDER`.
@@ -49,8 +49,8 @@ Item = TypeVar("Item")
 
 
 class ProcessLimits(Struct, frozen=True):
-    """Limits of the system for one process: processor time and wall time [s], memory in addition to the parent's, and
-    size of a file [bytes]. They stop a process that the limits of the interpreter did not stop."""
+    """Limits of the operating system for one process: processor time and wall time [s], memory in addition to the
+    parent's, and size of a file [bytes]. They stop a process that the limits of the VAL-II interpreter did not stop."""
 
     cpu: float = 60.0
     wall: float = 300.0
@@ -59,7 +59,7 @@ class ProcessLimits(Struct, frozen=True):
 
 
 class Worked(NamedTuple):
-    """The result of an item, or the reason why there is none (`lost`). `number`: the index of the item, from 0."""
+    """The result of an item, or the reason why it has none (`lost`). `number`: the index of the item, from 0."""
 
     number: int
     result: bytes
@@ -200,7 +200,8 @@ def _run_apart(work: Callable[[Item], bytes], item: Item, sending: Any, folder: 
 
 
 def _confine(folder: Path, limits: ProcessLimits) -> None:
-    """Prepare this process: enter the folder, start a session without a terminal, and set the limits of the system."""
+    """Prepare this process: enter the folder, start a session without a terminal, and set the limits of the operating
+    system."""
     os.chdir(folder)
     os.umask(0o077)
     gc.set_threshold(100_000, 50, 100)  # collect garbage rarely, because the process ends soon
@@ -288,7 +289,7 @@ def grade_many(
 
 
 SCHEDULER_TIMEOUT_S = 15  # [s] maximum wait for the scheduler, and for its first worker
-MIN_BATCH, MAX_BATCH = 4, 32  # minimum and maximum number of submissions in a batch, for which one process is started
+MIN_BATCH, MAX_BATCH = 4, 32  # minimum and maximum number of submissions in a batch, which one process grades
 MAX_MESSAGE_CHARS = 500  # maximum characters of the message of a failed process
 
 
@@ -306,7 +307,7 @@ def grade_on_cluster(
     with _client(address) as client:
         size = max(MIN_BATCH, min(MAX_BATCH, len(readable) // (4 * _cores(client))))
         batches = [readable[first : first + size] for first in range(0, len(readable), size)]
-        folder = Path(exercise.folder)  # a worker may not have it, and gets the contents of its files
+        folder = Path(exercise.folder)  # a worker may not have this folder, so it gets the contents of the files
         paths = (path for part in ("exercise", "teacher") for path in sorted((folder / part).rglob("*")))
         contents = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths if path.is_file()}
         files = client.scatter(contents, broadcast=True, hash=False)

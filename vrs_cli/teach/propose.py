@@ -1,6 +1,6 @@
 """Propose an exercise from a solution.
 
-Measured results become checks with tolerances; the teacher then removes the checks that are not wanted.
+Measured results become checks with tolerances; the teacher then removes unwanted checks.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ MOVABLE = 0.4  # [m] maximum size of a fixture that variants move; a larger fixt
 CLOSE = 0.06  # [m] maximum distance between a location and the part to which it belongs
 OVER = 0.25  # [m] maximum height above a fixture at which a location belongs to the fixture
 MAX_PLACES, MAX_PATHS, MAX_LINES, MAX_CHANGES, MAX_WRONG = 12, 6, 50, 20, 5
-SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # factors from a measured value to its limit
+SPARE_SPEED, SPARE_TIME = 1.1, 1.25  # ratio of a proposed limit to the measured value
 NOTABLE = ("FRAME", "REACT", "REACTI", "WAIT", "CALL", "SHIFT", "FOR", "WHILE", "CASE")  # words that a task may require
 STEPS = (
     "[30, 30, 0]\nturn = 15",
     "[10, 10, 0]\nturn = 5",
 )  # shifts and turns of a variant, in the order in which they are tried
 SEEDS = (1, 2, 3)
-NUMBER = r"\s*-?\d+(\.\d+)?"  # the pattern of a number
+NUMBER = r"\s*-?\d+(\.\d+)?"  # pattern of a number, with the blanks before it
 
 
 class Proposed(NamedTuple):
@@ -179,8 +179,8 @@ class _Proposal:
             return SubmissionRuns(Submission("", "model.v2", text)).run(exercise)
 
     def _failing(self, checks: Sequence[Proposed]) -> tuple[tuple[Proposed, ...], list[tuple[str, str]]]:
-        """Return the checks that the solution passes and at least one mutant fails; and failing mutants, each as its
-        mistake and its text."""
+        """Return the checks that the solution passes and at least one mutant fails, and mutants (description and text)
+        that fail them."""
         exercise = self._read()
         model = self._run(exercise, exercise.solution)
         passed = {one.name for one in mark(exercise, model, model) if one.passed}
@@ -381,8 +381,8 @@ def _typed_lines(run: Evidence) -> Iterator[Proposed]:
 
 def _typed_line(line: str) -> str:
     """Return a typed line as a check requires it: as an exact text, or as a pattern if it contains numbers."""
-    words = re.split(NUMBER, line)[::2]  # without the group of each number
-    escaped = (re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", one) for one in words)  # blanks stay unchanged
+    words = re.split(NUMBER, line)[::2]  # [::2] drops the matches of the pattern's group
+    escaped = (re.sub(r"([\\^$.|?*+()\[\]{}])", r"\\\1", one) for one in words)  # unlike re.escape, keep blanks
     return f"{{pattern = {_quote(NUMBER.join(escaped))}}}" if len(words) > 1 else _quote(line)
 
 

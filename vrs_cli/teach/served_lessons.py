@@ -1,7 +1,7 @@
-"""Serve lessons to the browsers of a class: the second robot of each student has a lesson and a learner.
+"""Serve lessons to the browsers of a class, on the second robot of each student.
 
-Each lesson has its own robot, so the robot of another lesson replaces it under the same name. A learner waits for its
-robot, so each learner has a thread.
+Each lesson has its own robot, which replaces the robot of the previous lesson under the same name. A `Learner` blocks
+while its robot works, so each has its own thread.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ def student_of(robot: str) -> str | None:
 
 
 class ServedLessons:
-    """The lessons of all students. `folder`: where their progress is kept.
+    """The lessons of all students. `folder`: the folder with their progress.
 
     `begin_anew` restarts a robot with another lesson. `tell` takes messages for the person who runs the server.
     """
 
     def __init__(self, folder: Path, begin_anew: Callable[[str, str], None], tell: Callable[[str], None]) -> None:
         self._folder, self._begin_anew, self._tell = folder, begin_anew, tell
-        self._course = {  # robots of this server have no delay line
+        self._course = {  # no lessons on delays: this server has no delay lines
             one: lesson for one in lesson_folders(lessons_folder()) if (lesson := read_lesson(one)).delays is None
         }
         self._wanted: dict[str, Path] = {}
@@ -59,8 +59,8 @@ class ServedLessons:
     # --- robots ---
 
     def plan(self, robot: str, plan: Plan) -> Plan:
-        """Return the plan of a robot. A robot for lessons gets the plan of the wanted lesson or of the first unfinished
-        one."""
+        """Return the plan of a robot. A robot for lessons gets the plan of the lesson that its student chose, or else
+        of the first unfinished lesson."""
         student = student_of(robot)
         if student is None:
             return plan
@@ -93,8 +93,8 @@ class ServedLessons:
             return LearnerRecord(None)
 
     def _next(self, record: LearnerRecord) -> Path:
-        """Return the first unfinished lesson, searching from the latest one on; the first lesson if all are
-        finished."""
+        """Return the first unfinished lesson, searching from the latest lesson on and then from the start; the first
+        lesson if all are finished."""
         folders = {progress_key(one): one for one in self._course}
         keys = [*folders]
         start = keys.index(record.latest) if record.latest in keys else 0
@@ -129,7 +129,8 @@ class ServedLessons:
 
 
 class Tutor:
-    """A learner at a served robot, in its own thread. `goes` is called with a folder when its lesson is wanted next."""
+    """A `Learner` at a served robot, in its own thread. `goes` is called with the folder of the lesson that the student
+    chooses to start next."""
 
     def __init__(self, room: Room, lesson: Lesson, record: LearnerRecord, course: dict[Path, str]) -> None:
         self.lesson, self.begun = lesson, False
@@ -235,7 +236,7 @@ class _ServedPrompt:
         ended.wait(LINE_SECONDS)
 
     def status(self) -> PromptStatus:
-        """Return the texts around the prompt of a student who types a program, else of the lesson."""
+        """Return the state of the prompt: whether a student, or the lesson itself, is typing a program."""
         clients = tuple(self._room.clients.values())
         typing = any(client.conversation.in_program for client in clients) or self._user.conversation.in_program
         return PromptStatus(in_program=typing)

@@ -1,15 +1,14 @@
-"""Compute the path of the tool's tip over time, and search it for extremes, with bounds that prove the result between
-two samples.
+"""Compute the path of the tool's tip over time, and find its extremes, with bounds that also hold between samples.
 
 On each segment of the timeline the tip, its velocity and its acceleration are curves c(t). Their second derivatives
 have a bound M, so that a curve between two samples at t and t + h is within M h^2 / 8 of the straight line between
-them. On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated one M follows from
-the extremes of the joints' derivatives and the lengths of the links. If rotations turn a vector of length l, and the
-first, second, ... derivatives of their angles sum to at most x1, x2, ..., then the vector's n-th derivative is at most
-l B_n(x1, ..., xn), with the complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).
+them. On a straight-line segment the curves are polynomials, and M is exact. On a joint-interpolated segment M follows
+from the extremes of the joints' derivatives and the lengths of the links. If rotations turn a vector of length l, and
+the first, second, ... derivatives of their angles sum to at most x1, x2, ..., then the vector's n-th derivative is at
+most l B_n(x1, ..., xn), with the complete Bell polynomials B_n (Comtet, "Advanced Combinatorics", 1974, section 3.3).
 
-A measure is a convex function of a vector that changes by no more than the vector moves. A search halves the pieces
-with the best bounds first (branch and bound).
+A measure is a convex function of a vector with Lipschitz constant 1: it changes by no more than the vector moves. A
+search halves the pieces with the best bounds first (branch and bound).
 """
 
 from __future__ import annotations
@@ -72,8 +71,8 @@ def turning_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float) 
 
 
 def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float], Transform]:
-    """Return a function from the time since `first` in a segment [s] to T_world_tool. After the segment the tool is at
-    rest."""
+    """Return a function from s to T_world_tool at `first` + s seconds after the start of a segment. After the segment
+    the tool is at rest."""
     path, frames, lasting = segment.path, segment.motion.frames, segment.duration
     if not isinstance(path, JointPath) and arm.model.task is ArmTask.POSE:
         T_world_robot = inverse(frames.base)
@@ -89,8 +88,8 @@ def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, orde
 
 
 def stretches(timeline: Timeline, begin: float, end: float) -> Iterator[tuple[Segment, float, float]]:
-    """Yield each segment between two times, each with the time span in which it is valid [s]. In a gap the previous
-    segment stays valid: the robot rests at its end."""
+    """Yield the segments between two times, each with the time span in which it gives the position [s]. In a gap
+    between segments the robot rests at the end of the previous segment."""
     index, since = timeline.index_at(begin), begin
     while True:
         segment = timeline[index]
@@ -152,8 +151,8 @@ def _derive(a: Polynomial, order: int) -> Polynomial:
 
 
 def tip_bound(model: RobotModel, T_flange_tool: Transform, bounds: Sequence[Sequence[float]]) -> float:
-    """Return an upper bound of the highest derivative of the tip's position. `bounds`: for each order of derivative,
-    from 1 up, the bound of each joint [rad, m]."""
+    """Return an upper bound of the n-th derivative of the tip's position. `bounds`: for each order from 1 to n, the
+    bounds of all joints' derivatives of this order [rad, m]."""
     order, sums, total = len(bounds), [0.0] * len(bounds), 0.0
     for i, link in enumerate(model.links, 1):
         T = link_pose(model, i, 0.0)
@@ -196,7 +195,7 @@ def stops(timeline: Timeline, begin: float, end: float) -> list[tuple[float, flo
 
 
 def _add_interval(found: list[tuple[float, float]], since: float, until: float, gap: float = 0.0) -> None:
-    """Add an interval to sorted ones; merge it with the last interval if it begins at most `gap` after that interval
+    """Add an interval to a sorted list; merge it with the last interval if it begins at most `gap` after that interval
     ends."""
     if found and since <= found[-1][1] + gap:
         found[-1] = found[-1][0], max(until, found[-1][1])

@@ -1,4 +1,4 @@
-"""Compute variants of an exercise: what a seed moves, and by how much.
+"""Compute variants of an exercise: which things a seed moves, and by how much.
 
 A variant moves groups of things, each group as one rigid body: it shifts the group in the world, and turns it about
 the vertical through the first thing that the group names. All times of the group change by one amount, and all its
@@ -7,7 +7,7 @@ values by another.
 The amounts come from Python's `random.Random(seed)`: for each group, in the order of the file, six calls of `random()`
 give numbers from -1 to 1 for X, Y, Z, the turn, the time and the value. Shifts are rounded to 0.01 mm, turns to 0.01
 deg, times and values to 0.001. If a group shuffles, one more call for each part gives the order in which its feeders
-bring the parts.
+deliver the parts.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ class Group(Struct, frozen=True):
 
     `names`: names of locations, parts, fixtures, sensors, signals and reals. The maximum changes are `by` along X, Y, Z
     [m], `turn` about the vertical [rad], `later` [s], and `value`. `whole`: values change only by whole numbers.
+    `shuffle`: its feeders deliver their parts in another order.
     """
 
     names: tuple[str, ...]
@@ -219,7 +220,8 @@ def _moved_sensor(sensor: Sensor, T: transform.Transform) -> Sensor:
 
 
 def _changed_feeder(feeder: Feeder, names: frozenset[str], signals: frozenset[int], change: Change) -> Feeder:
-    """Return a feeder that brings its parts to the moved place, if one of its parts is in the group."""
+    """Return a feeder after the change of a group. It delivers to the moved place if one of its parts is in the group,
+    and later if its signal is."""
     place = feeder.T_world_part
     if place is not None and names & frozenset(feeder.parts):
         feeder = structs.replace(feeder, T_world_part=transform.compose(change.T, place))
@@ -298,7 +300,7 @@ def _group(text: ExerciseText, entry: CellEntry, around: Situation) -> Group:
     if (changes & {"by", "turn"} and not placed) or ("later" in changes and not timed):
         text.fault(entry, "move", "by and turn move what has a place, later is for signals, value for reals")
     return structs.replace(
-        group,  # the values are read in this order, so their mistakes are reported in it
+        group,  # reads the values, and reports their mistakes, in this order
         by=text.place(entry, "by") if "by" in given else group.by,
         turn=radians(text.number(entry, "turn", 0.0, 180.0, "deg")) if "turn" in given else 0.0,
         shuffle="shuffle" in given and _shuffles(text, entry, _signals(around.cell, group.keys), around.cell),

@@ -1,6 +1,6 @@
-"""Hold what checks judge: the evidence of a run, the rounding of measured values, and verdicts.
+"""Define the data of checks: the evidence of a run, the rounding of measured values, and verdicts.
 
-A value is rounded before it is compared, so that the last bits of a float decide nothing. It passes if it exceeds its
+A value is rounded before it is compared, so that the last bits of a float never decide. It passes if it exceeds its
 limit by at most one step of the rounding. Numbers here have the units of an exercise: mm, degrees, seconds.
 """
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Evidence(Struct, frozen=True):
-    """The records of a run, or of its part so far.
+    """The records of a run that has ended or still goes on.
 
     `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: typed lines, each with the time of
     its end. `course`: the states of parts, sensors and rules over time; None if the cell has none of these. `contacts`:
@@ -163,7 +163,7 @@ def figure(value: float, step: float) -> str:
 
 HALF = 0.5  # share of the points for a nearly correct result
 NEAR = 5.0  # a result is nearly correct up to this many times the allowed distance
-MORE = 1.1  # a result is nearly correct up to this factor beyond a limit of speed or time
+MORE = 1.1  # a result is nearly correct up to this multiple of a limit of speed or time
 PRECISION = 0.1  # precision of searches, as a fraction of the rounding step
 
 

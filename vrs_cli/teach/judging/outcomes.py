@@ -282,7 +282,7 @@ def _final_tool(evidence: basis.Evidence) -> Transform:
 
 
 def judge_part_at(check: checks.PartAtCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge where a part is at the end. A falling part counts where it comes to rest."""
+    """Judge where a part is at the end. For a falling part, the place where it comes to rest counts."""
     evidence, model = run.evidence, run.basis.model
     in_model = None if model is None else final_part(model, check.part)
     wanted = run.basis.place(check.at, None if in_model is None else in_model.pose)
@@ -402,7 +402,7 @@ def judge_contact(check: checks.ContactCheck, run: basis.JudgedRun) -> basis.Ver
     """Judge whether bodies touched that must not touch.
 
     Each motion was checked when it was commanded. If no contact was reported and no motion was inserted before another,
-    there was none. Otherwise the final run is checked again.
+    there was no contact. Otherwise the final run is checked again.
     """
     it = run.evidence
     found = None

@@ -130,7 +130,7 @@ def judge_motion(check: checks.MotionCheck, run: basis.JudgedRun) -> basis.Verdi
 
 
 def _wrong(check: checks.MotionCheck, one: CommandedMotion, run: basis.JudgedRun) -> str:
-    """Describe the requirements that a motion does not meet; return "" if it meets all."""
+    """Describe the first requirement that a motion does not meet; return "" if it meets all."""
     evidence, step = run.evidence, run.s
     if check.space not in (None, one.motion.kind):
         return f"{one.motion.text} is a motion in {one.motion.kind.value} space"
@@ -163,7 +163,7 @@ def _inside(value: float, span: checks.ValueRange, step: float) -> bool:
 
 
 def judge_phases(check: checks.PhasesCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge the phases of the segments, without segments of zero length."""
+    """Judge the phases of the timeline's segments, except those of zero duration."""
     phases = [one.phase for one in run.evidence.timeline if one.motion.number and one.duration > 0.0]
     order, length = list(check.order), len(check.order)
     right = phases == order if check.only else any(phases[at : at + length] == order for at in range(len(phases)))

@@ -1,4 +1,4 @@
-"""Write HTML pages: one for each student with marks, curves and a replay of the failed time, and one for teachers.
+"""Write HTML pages: one for each student with marks, curves and a replay of the failure, and one for teachers.
 
 The students' folder has one viewer for all, and one recording per student. Students get that folder; the teacher's
 page is beside it.
@@ -24,8 +24,8 @@ from vrs_cli.teach.grading import Grading, total_of
 from vrs_cli.teach.judging.basis import Evidence
 from vrs_cli.teach.reports.results import Likeness, ShownMark, file_stem, plain, points_text, shown_marks
 
-BEFORE, AFTER = 3.0, 1.0  # [s] length of a replay before and after its failed time
-MAX_REPLAY_S = 20.0  # [s] length of a replay of the end of the run, if there is no failed time
+BEFORE, AFTER = 3.0, 1.0  # [s] time that a replay shows before and after the failure
+MAX_REPLAY_S = 20.0  # [s] length of a replay of the end of the run, if the failure has no time
 STUDENTS, REPLAYS, VIEWER, TEACHER = "students", "replays", "viewer.html", "teacher.html"
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-src 'self' file:"
 STYLE = (

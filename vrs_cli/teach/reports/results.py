@@ -1,12 +1,14 @@
 """Write all results for teachers as JSON, CSV and JUnit's XML, find similar submissions, and show students their marks.
 
 Submissions are compared by their words without comments and blanks. Each run of `RUN` words is one unit; each name in
-it is replaced by its first position in the run, so that renaming changes nothing. Runs that the exercise gives do not
-count. Winnowing keeps some of the runs, always the same of equal runs (Schleimer, Wilkerson, Aiken, SIGMOD 2003). The
-similarity is twice the number of common runs divided by the sum of both numbers (Dice).
+it is replaced by a number in order of appearance, so that renaming changes nothing. Runs in the given texts of the
+exercise do not count. Winnowing keeps only some of the runs, and keeps the same ones from equal texts (Schleimer,
+Wilkerson, Aiken, SIGMOD 2003). The similarity is twice the number of common runs divided by the sum of both numbers
+(Dice).
 
-Students' marks are also written as JSON for Gradescope ("Autograder Specifications") and check50 ("JSON
-specification" of check50 3). Text from students is made harmless. Hidden checks show only their total points.
+Students' marks are also written as JSON for Gradescope ("Autograder Specifications") and check50 ("JSON specification"
+of check50 3). Control characters and spreadsheet formulas in texts of students are made harmless. Hidden checks show
+only their total points.
 """
 
 from __future__ import annotations
@@ -64,7 +66,7 @@ def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None)
 
 
 def _words(text: str) -> list[tuple[bool, str]]:
-    """Return the first words of a text, each with whether it is a name."""
+    """Return the words in the first MAX_CHARS of a text, each with whether it is a name."""
     lines = text[:MAX_CHARS].splitlines()
     variables = variables_in(lines)
     return [
@@ -242,8 +244,7 @@ def file_stem(name: str, taken: set[str]) -> str:
 
 
 def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
-    """Return a name that is not in `taken`, upper and lower case being equal, with a number if necessary; add it to
-    `taken`."""
+    """Return a name that is not in `taken`, regardless of case, with a number if necessary; add it to `taken`."""
     names = (f"{stem}{sign}{number}" if number > 1 else stem for number in count(1))
     found = next(name for name in names if name.casefold() not in taken)
     taken.add(found.casefold())
