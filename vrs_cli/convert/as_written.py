@@ -260,7 +260,7 @@ class RapidTranslator:
         for one in programs:
             self.named[one.program.key] = _free(one.program.name, {self.name, *self.named.values()})
         self.unsaid, self.traps = list[tuple[int, str]](), dict[str, str]()
-        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in one routine; in all routines
+        self.of_routine, self.shared = dict[Datum, str](), dict[Datum, str]()  # names in the routine; in the module
         self.arrays = dict[Datum, list[int]]()  # largest constant index of each dimension of an array; -1: none
         self.kinds = {one.program.key: dict(one.kinds) for one in programs}
         self.changing = set[tuple[str, int]]()  # parameters (program, place) that the program or its callees change

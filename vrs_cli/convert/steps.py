@@ -68,14 +68,14 @@ class FramesStep(RunStep, frozen=True):
 
 
 class SignalStep(RunStep, frozen=True):
-    """An output goes on or off."""
+    """A change of an output."""
 
     number: int
     on: bool
 
 
 class HandStep(RunStep, frozen=True):
-    """The hand begins to open or close to `opening` (0 closed, 1 open), and takes `duration` [s]."""
+    """A motion of the hand to `opening` (0 closed, 1 open), which takes `duration` [s]."""
 
     opens: bool
     opening: float
@@ -83,7 +83,7 @@ class HandStep(RunStep, frozen=True):
 
 
 class InputStep(RunStep, frozen=True):
-    """A program has read an input that was `on` or off. `waited`: how long the program had waited for the input [s]."""
+    """A reading of an input that was `on` or off. `waited`: how long the program had waited for the input [s]."""
 
     number: int
     on: bool
@@ -91,7 +91,7 @@ class InputStep(RunStep, frozen=True):
 
 
 class WaitStep(RunStep, frozen=True):
-    """The robot was at rest for `seconds`."""
+    """A time of `seconds` in which the robot was at rest."""
 
     seconds: float
 

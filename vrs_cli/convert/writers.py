@@ -496,8 +496,8 @@ def wobjdata(T: Transform) -> str:
 
 
 class PythonWriter(StepWriter):
-    """Writes a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but it has start
-    times: a motion that rounds a corner begins when the previous motion slows down. `engine` executes the written
+    """A writer of a Python program for the robot of `vrs_cli`. The Python interface has no continuous path, but it has
+    start times: a motion that rounds a corner begins when the previous motion slows down. `engine` executes the written
     motions to find these times."""
 
     title, remark, indent, says_times = "Python", "#", "", True

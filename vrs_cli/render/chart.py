@@ -29,8 +29,8 @@ ENTRY = 28  # columns of one legend entry
 
 
 class Canvas:
-    """Rows of cells, indexed by column. `owner`: the number of the object that was drawn last in each cell. `dots`: the
-    dots of each cell, as bits."""
+    """A canvas of cells. Each row has a dict from the column to the `owner` of a cell, which is the number of the
+    object drawn last there, and a dict to its `dots`, as bits."""
 
     def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
         self.width, self.height = width, height

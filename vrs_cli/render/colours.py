@@ -169,8 +169,8 @@ def _with_links() -> frozenset[str]:
 
 
 def _words_of(line: str) -> frozenset[str]:
-    """Return the linking words that are valid only in this kind of line: the relations in an IF of VAL, the type in a
-    declaration."""
+    """Return the linking words that are valid only in this kind of line: the relations (EQ, ...) in an IF of VAL, and
+    the type in a declaration."""
     from vrs_cli.language.text.lexer import SORT, VAL_IF
     from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
     from vrs_cli.language.words.word import rows_for

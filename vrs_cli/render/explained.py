@@ -113,7 +113,7 @@ def _way_out(out: results.WayOut) -> str:
 
 BINDS = 0.95  # fraction of a limit above which the limit counts as binding, because lines are planned with a margin
 ROUNDING = 1e-9  # [rad] tolerance of an angle
-NEAR_END = 1.0  # [deg, mm] distance from the end of its range below which a joint counts as at the end
+NEAR_END = 1.0  # [deg, mm] a joint that is closer than this to an end of its range counts as at the end
 SCALES = {"mm": 1e3, "mm2": 1e6, "deg": degrees(1.0), "": 1.0}
 NOTHING = 5e-4  # fraction of a limit below which a load is shown as zero, without a time
 ENTRY = 9  # number of characters of a matrix element

@@ -73,7 +73,7 @@ def replay(moments: Mapping[str, Any]) -> str:
 
 
 def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> str:
-    """Return the page with its data. `scripts`: another source of scripts that the policy allows."""
+    """Return the page with its data. `scripts`: additional sources of scripts that the policy allows."""
     script, sheet = _page_code()
     title = escape(title).encode("ascii", "xmlcharrefreplace").decode()
     policy = POLICY.format(script=b64encode(sha256(script.encode()).digest()).decode(), more=scripts)
@@ -124,7 +124,7 @@ USUAL_PATHS = (  # usual paths of browsers that are not on PATH
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
 BROWSER_TIMEOUT_S = 90.0  # [s] maximum wait for a browser; a slow machine draws the first picture in 10 s
-POLL_PERIOD_S = 0.05  # [s] between two checks whether the browser has started
+POLL_PERIOD_S = 0.05  # [s] time between two checks of whether the browser has started
 PORT_FILE = "DevToolsActivePort"  # file in the browser's profile with the port and the path of its DevTools address
 FLAGS = (
     "--headless=new",
@@ -209,7 +209,7 @@ def browser_page() -> Iterator[BrowserPage]:
     from websockets.sync.client import connect
 
     browser, none = find_browser(), subprocess.DEVNULL
-    # Chromium has no sandbox if root starts it
+    # Chromium's sandbox does not work if root starts it
     root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = (browser, *FLAGS, *root, f"--user-data-dir={profile}", "about:blank")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 DELAY = 0.5  # [s] minimum duration of a run before the line is shown
-PERIOD = 0.1  # [s] between two updates
+PERIOD = 0.1  # [s] time between two updates of the line
 
 
 class RunProgress(AbstractContextManager["RunProgress"]):

@@ -1,4 +1,5 @@
-"""Kinds of checks, one frozen value each. Lengths are in mm, angles in degrees, times in seconds, as in checks.toml."""
+"""Define the kinds of checks, one frozen struct each. Lengths are in mm, angles in degrees, times in seconds, as in
+checks.toml."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ Pair = tuple[str, str]  # names of two bodies that may touch
 
 
 class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
-    """Requires that the tool's tip ends at `at`, moved by `offset` [m]. `deg` None: any orientation."""
+    """A check that the tool's tip ends at `at`, shifted by `offset` [m]. If `deg` is None, any orientation passes."""
 
     at: Place
     mm: float
@@ -32,7 +33,8 @@ class ToolAtCheck(BaseCheck, frozen=True, tag="tool_at"):
 
 
 class PartAtCheck(BaseCheck, frozen=True, tag="part_at"):
-    """Requires that a part ends with its centre at `at`, moved by `offset` [m]. `deg` None: any orientation."""
+    """A check that a part ends with its centre at `at`, shifted by `offset` [m]. If `deg` is None, any orientation
+    passes."""
 
     part: str
     at: Place
@@ -42,7 +44,7 @@ class PartAtCheck(BaseCheck, frozen=True, tag="part_at"):
 
 
 class HeldCheck(BaseCheck, frozen=True, tag="held"):
-    """Requires that the hand holds `part` at the end; "": nothing."""
+    """A check that the hand holds `part` at the end; "": that it holds nothing."""
 
     part: str = ""
 
@@ -51,15 +53,14 @@ class HeldCheck(BaseCheck, frozen=True, tag="held"):
 
 
 class PlacesCheck(BaseCheck, frozen=True, tag="places"):
-    """Requires that the tool's tip passes these places in this order, each within the tolerance `mm`."""
+    """A check that the tool's tip passes these places in this order, each within the tolerance `mm`."""
 
     places: tuple[Place, ...]
     mm: float
 
 
 class PathCheck(BaseCheck, frozen=True, tag="path"):
-    """Requires that the tip moves on the straight line from one place to another or, with `via`, on the arc through
-    that place.
+    """A check that the tip moves from one place to another on a straight line or, with `via`, on the arc through `via`.
 
     `deg`: maximum rotation of the tool from the orientation of the first place; None: any orientation.
     """
@@ -72,7 +73,7 @@ class PathCheck(BaseCheck, frozen=True, tag="path"):
 
 
 class NoStopCheck(BaseCheck, frozen=True, tag="no_stop"):
-    """Requires that the arm moves from one place to another, each passed within `mm`, without a stop between them."""
+    """A check that the arm moves from one place to another, each passed within `mm`, without a stop between them."""
 
     begin: Place
     end: Place
@@ -80,21 +81,21 @@ class NoStopCheck(BaseCheck, frozen=True, tag="no_stop"):
 
 
 class KeepOutCheck(BaseCheck, frozen=True, tag="keep_out"):
-    """Requires that the tool's tip does not enter a box around `at` with edges of `size` [m]."""
+    """A check that the tool's tip does not enter a box around `at` with edges of `size` [m]."""
 
     at: Place
     size: Vector
 
 
 class ContactCheck(BaseCheck, frozen=True, tag="contact"):
-    """Requires that nothing in the cell touches anything else. `allow`: pairs of bodies that may touch."""
+    """A check that nothing in the cell touches anything else. `allow`: pairs of bodies that may touch."""
 
     allow: tuple[Pair, ...] = ()
 
 
 class ClearanceCheck(BaseCheck, frozen=True, tag="clearance"):
-    """Requires a distance of at least `mm` between the arm (with the part that it holds) and everything else. `allow`:
-    pairs of bodies that may be closer."""
+    """A check that the arm (with the part that it holds) keeps a distance of at least `mm` from everything else.
+    `allow`: pairs of bodies that may be closer."""
 
     mm: float
     allow: tuple[Pair, ...] = ()
@@ -112,19 +113,19 @@ class StretchCheck(BaseCheck, frozen=True):
 
 
 class SpeedCheck(StretchCheck, frozen=True, tag="speed", kw_only=True):
-    """Requires that the speed of the tip never exceeds `mm_s`."""
+    """A check that the speed of the tip never exceeds `mm_s`."""
 
     mm_s: float
 
 
 class AccelerationCheck(StretchCheck, frozen=True, tag="acceleration", kw_only=True):
-    """Requires that the acceleration of the tip never exceeds `mm_s2`."""
+    """A check that the acceleration of the tip never exceeds `mm_s2`."""
 
     mm_s2: float
 
 
 class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
-    """Requires that the tip follows the path of the model solution. `times`: it must also be at the same positions at
+    """A check that the tip follows the path of the model solution. `times`: it must also be at the same positions at
     the same times, with the same orientation within `deg`."""
 
     mm: float
@@ -141,7 +142,7 @@ class LikeModelCheck(BaseCheck, frozen=True, tag="like_model"):
 
 
 class CycleTimeCheck(BaseCheck, frozen=True, tag="cycle_time"):
-    """Requires that the run, or the motion from `begin` to `end`, takes at least `least` and at most `most` seconds."""
+    """A check that the run, or the motion from `begin` to `end`, takes at least `least` and at most `most` seconds."""
 
     most: float
     least: float = 0.0
@@ -165,7 +166,7 @@ class SignalChange(Struct, frozen=True):
 
 
 class SignalsCheck(BaseCheck, frozen=True, tag="signals"):
-    """Requires that outputs change in this order. `only`: these outputs must not change at other times."""
+    """A check that outputs change in this order. `only`: these outputs must not change at other times."""
 
     changes: tuple[SignalChange, ...]
     only: bool = False
@@ -181,7 +182,7 @@ class TypedText(Struct, frozen=True):
 
 
 class TypedCheck(BaseCheck, frozen=True, tag="typed"):
-    """Requires that TYPE shows these lines in this order. A single ModelPlace means the lines that the model solution
+    """A check that TYPE shows these lines in this order. A single ModelPlace means the lines that the model solution
     types. `only`: the program may type no other lines."""
 
     lines: tuple[TypedText | ModelPlace, ...]
@@ -189,20 +190,20 @@ class TypedCheck(BaseCheck, frozen=True, tag="typed"):
 
 
 class WordsCheck(BaseCheck, frozen=True, tag="words"):
-    """Requires that the submission uses some words, and does not use others."""
+    """A check that the submission uses some words, and does not use others."""
 
     use: tuple[str, ...] = ()
     avoid: tuple[str, ...] = ()
 
 
 class DialectCheck(BaseCheck, frozen=True, tag="dialect"):
-    """Requires that the submission uses only words of a dialect."""
+    """A check that the submission uses only words of a dialect."""
 
     dialect: Dialect
 
 
 class NoErrorCheck(BaseCheck, frozen=True, tag="no_error"):
-    """Requires that the program ends without an error."""
+    """A check that the program ends without an error."""
 
 
 # --- the state of the robot ---------------------------------------------------------------------------------------
@@ -230,8 +231,8 @@ class Named(Struct, frozen=True):
 
 
 class JointsCheck(BaseCheck, frozen=True, tag="joints"):
-    """Requires joint values [deg, mm]; None: any value. `time`: check them at this time [s] instead of `when`. `count`:
-    the minimum number of motions that must end with these values."""
+    """A check of the joints [deg, mm]; None: any value passes. `time`: check them at this time [s] instead of `when`.
+    `count`: the minimum number of motions that must end with these values."""
 
     at: tuple[float | None, ...]
     deg: float
@@ -241,7 +242,7 @@ class JointsCheck(BaseCheck, frozen=True, tag="joints"):
 
 
 class VariableCheck(BaseCheck, frozen=True, tag="variable"):
-    """Requires a value of a real or string variable."""
+    """A check of the value of a real or string variable. `within`: maximum error of a real."""
 
     of: Named
     value: float | str
@@ -249,7 +250,8 @@ class VariableCheck(BaseCheck, frozen=True, tag="variable"):
 
 
 class LocationCheck(BaseCheck, frozen=True, tag="location"):
-    """Requires a value of a location, or of a compound such as `table:corner`. `deg` None: any orientation."""
+    """A check of the value of a location, or of a compound such as `table:corner`. If `deg` is None, any orientation
+    passes."""
 
     of: Named
     at: Place
@@ -258,20 +260,20 @@ class LocationCheck(BaseCheck, frozen=True, tag="location"):
 
 
 class ConfigurationCheck(BaseCheck, frozen=True, tag="configuration"):
-    """Requires words that describe the arm's configuration at the end."""
+    """A check of the words that describe the arm's configuration at the end."""
 
     words: tuple[str, ...]
 
 
 class SettingCheck(BaseCheck, frozen=True, tag="setting"):
-    """Requires a switch to be ON or OFF, or a parameter to have a value."""
+    """A check that a switch is ON or OFF, or that a parameter has a value."""
 
     of: str
     value: float | str
 
 
 class MotionCheck(BaseCheck, frozen=True, tag="motion"):
-    """Requires one motion of the step with all given properties. `last`: only the motion commanded last counts.
+    """A check that one motion of the step has all given properties. `last`: only the motion commanded last counts.
 
     `seconds`: its duration. `mm`: the distance between its ends. `joints`: the minimum number of joints that turn.
     `begins`: its start [s]. `lead`: the minimum time from its command to its start [s]. `displaced`: whether it starts
@@ -290,27 +292,27 @@ class MotionCheck(BaseCheck, frozen=True, tag="motion"):
 
 
 class PhasesCheck(BaseCheck, frozen=True, tag="phases"):
-    """Requires consecutive segments of the timeline with these phases. `only`: there must be no other phases."""
+    """A check that consecutive segments of the timeline have these phases. `only`: there must be no other phases."""
 
     order: tuple[Phase, ...]
     only: bool = False
 
 
 class PassesCheck(BaseCheck, frozen=True, tag="passes"):
-    """Requires that the tool passes near a place in the step."""
+    """A check of the smallest distance between the tool and a place in the step."""
 
     at: Place
     mm: ValueRange
 
 
 class UndoneCheck(BaseCheck, frozen=True, tag="undone"):
-    """Requires a minimum number of undone commands, which REDO would repeat."""
+    """A check of the minimum number of undone commands, which REDO would repeat."""
 
     commands: int
 
 
 class ProgramCheck(BaseCheck, frozen=True, tag="program"):
-    """Requires a program in memory."""
+    """A check that a program is in memory."""
 
     of: str
 

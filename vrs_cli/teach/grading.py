@@ -50,8 +50,8 @@ class NotExecuted(VrsError, text="Not executed"):
 
 
 class SubmissionRuns:
-    """Runs one submission in the variants of an exercise. `checkers`: contact checkers by seed, shared with other
-    submissions; the first run with a seed adds its checker."""
+    """The runs of one submission in the variants of an exercise. `checkers`: contact checkers by seed, shared with
+    other submissions; the first run with a seed adds its checker."""
 
     def __init__(self, submission: Submission, checkers: dict[int | None, Checker | None] | None = None) -> None:
         self._checkers = {} if checkers is None else checkers
@@ -256,8 +256,8 @@ POINT_STEP = 0.01
 
 
 class Mark(Struct, frozen=True):
-    """The mark of one check: it earned `points` of `of` points for a reason. `at`: the time [s] in the run that shows
-    the reason; None: no single time. `hint`: empty if all points were earned."""
+    """The mark of one check: it earned `points` of `of` points for a reason. `at`: the time in the run at which the
+    reason can be seen [s]; None if there is no single time. `hint`: empty if all points were earned."""
 
     name: str
     points: float

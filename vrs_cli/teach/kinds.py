@@ -1,4 +1,4 @@
-"""The table of the kinds of checks: their classes, their judges, and their keys in checks.toml."""
+"""Define the kinds of checks in a table: their classes, their judges, and their keys in checks.toml."""
 
 from __future__ import annotations
 

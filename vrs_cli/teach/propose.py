@@ -262,7 +262,7 @@ NO_ERROR = Proposed("no error", "The program ends without an error.", ('kind = "
 
 
 def proposed_checks(exercise: Exercise, run: Evidence) -> Iterator[Proposed]:
-    """Yield checks that a run passes. They are made from measured values with a tolerance."""
+    """Yield checks that a run passes. Their limits are measured values with a tolerance."""
     judged = JudgedRun(run, Basis(exercise.rounding, exercise.locations, run))
     passed = list(_passed_places(exercise, run))
     names = list(dict.fromkeys(name for name, _ in passed))[:MAX_PLACES]

@@ -82,7 +82,7 @@ def _pose_of(arm: RobotArm, segment: Segment, first: float) -> Callable[[float],
 
 def tip_pieces(arm: RobotArm, timeline: Timeline, begin: float, end: float, order: int = 0) -> list[Piece]:
     """Return the position of the tool's tip in the world [m] between two times [s]; with `order` 1 or 2 its velocity
-    [m/s] or acceleration [m/s2], in directions of the robot's frame.
+    [m/s] or acceleration [m/s2], along the axes of the robot's frame.
     """
     return [_piece(arm, segment, since, until, order) for segment, since, until in stretches(timeline, begin, end)]
 
@@ -114,7 +114,7 @@ def _piece(arm: RobotArm, segment: Segment, since: float, until: float, order: i
 
 
 def _curve(arm: RobotArm, segment: Segment, order: int) -> tuple[Callable[[float], Vector], float]:
-    """Return the curve of a segment with motion, and an upper bound of its second derivative."""
+    """Return the curve of a segment in which the arm moves, and an upper bound of its second derivative."""
     path, tool = segment.path, segment.motion.frames.tool
     if not isinstance(path, JointPath):
         rows = [_derive(a, order) for a in path.position]

@@ -121,8 +121,8 @@ class Rounding(Struct, frozen=True):
 
 
 class Verdict(Struct, frozen=True):
-    """The result of a check. `share`: the earned share of the points, from 0 to 1. `at`: the time [s] in the run that
-    shows the reason."""
+    """The result of a check. `share`: the earned share of the points, from 0 to 1. `at`: the time in the run at which
+    the reason can be seen [s]."""
 
     share: float
     reason: str
@@ -168,7 +168,8 @@ PRECISION = 0.1  # precision of searches, as a fraction of the rounding step
 
 
 def share_within(value: float, most: float, step: float, nearly: float = NEAR) -> float:
-    """Return the earned share for a value that should not exceed `most`: HALF up to `nearly` times `most`."""
+    """Return the earned share for a value that should not exceed `most`: 1 up to `most`, HALF up to `nearly` times
+    `most`."""
     if not exceeds(value, most, step):
         return 1.0
     return 0.0 if exceeds(value, nearly * most, step) else HALF

@@ -353,7 +353,8 @@ def stopped_early(evidence: basis.Evidence, step: float) -> str | None:
 
 
 def judge_cycle_time(check: checks.CycleTimeCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge how long a run took until the arm came to rest, or the fastest motion from one place to another."""
+    """Judge how long a run took until the arm came to rest, or how long the fastest motion from one place to another
+    took."""
     if check.begin is not None and check.end is not None:
         a, b = run.basis.point(check.begin), run.basis.point(check.end)
         if not (found := windows(run, a, b, PASSED_MM)):

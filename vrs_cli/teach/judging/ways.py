@@ -52,7 +52,7 @@ def judge_places(check: checks.PlacesCheck, run: basis.JudgedRun) -> basis.Verdi
 
 
 def windows(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, mm: float) -> list[Window]:
-    """Return the intervals in which the tip moves from one place to another: from its last time at the first place to
+    """Return the intervals in which the tip moves from one place to another: from its departure from the first place to
     its arrival at the second.
     """
     left, came = (tip.within(run.tip, place, _reach(mm, run), run.precision) for place in (a, b))

@@ -41,8 +41,8 @@ STYLE = (
 class Replay(Struct, frozen=True):
     """The run that a page shows.
 
-    The fields are its variant (0: nothing was moved), the time [s] that shows why points were lost or None, curves as
-    SVG, and the recording for the viewer.
+    The fields are its variant (0: nothing was moved), the time at which the first lost mark can be seen [s] or None,
+    curves as SVG, and the recording for the viewer.
     """
 
     variant: int
@@ -104,7 +104,7 @@ class Pages:
 
 
 def student_page(exercise: Exercise, grading: Grading, replay: Replay | None, stem: str) -> str:
-    """Return the page of a student. Of hidden checks it shows only the total points."""
+    """Return the page of a student. It shows only the total points of hidden checks."""
     title = f"{plain(exercise.title)}: {plain(grading.student)}"
     if grading.lost:
         why = f'<p class="lost">Not graded: {escape(plain(grading.lost))}.</p><p>This is no mark.</p>'

@@ -34,7 +34,7 @@ from vrs_cli.teach.judging.basis import round_to
 
 RUN = 8  # number of consecutive words that are compared as one unit
 WINDOW = 4  # winnowing keeps one run of this many consecutive runs
-LEAST_RUNS = 5  # minimum number of runs of a submission that is compared
+LEAST_RUNS = 5  # a submission with fewer runs is not compared
 MAX_CHARS = 20_000  # maximum number of characters that are compared, from the start of the text
 
 
@@ -79,7 +79,7 @@ def _words(text: str) -> list[tuple[bool, str]]:
 
 
 def _runs(words: Sequence[tuple[bool, str]]) -> list[int]:
-    """Return a number for each run of words. Runs that differ only in names have equal numbers."""
+    """Return a hash of each run of words. Runs that differ only in names have equal hashes."""
     found = []
     for begin in range(len(words) - RUN + 1):
         names = dict[str, str]()
@@ -252,8 +252,8 @@ def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
 
 
 class ShownMark(Struct, frozen=True):
-    """A mark as its student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time [s] in
-    the run that shows the reason."""
+    """A mark as its student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time in the
+    run at which the reason can be seen [s]."""
 
     name: str
     points: float
