@@ -125,7 +125,7 @@ class Run(RunResult, frozen=True):
 
 
 class ProgramFailed(VrsError):
-    """A program has stopped with an error. `result` is the Run up to the error."""
+    """The error that a program has stopped with an error. `result`: the Run up to this error."""
 
     def __init__(self, result: Run) -> None:
         fault = result.fault
@@ -207,15 +207,15 @@ class Change(Struct, frozen=True):
 
 
 def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change], object]) -> Callable[[], None]:
-    """Call `callback` for every change, in a new thread. Return a function that stops the calls, after those for all
-    changes so far.
+    """Call `callback` for every change, in a new thread. Return a function that stops the calls; it first waits until
+    the changes so far are handled.
 
     If the callback raises an error, the thread reports the error and ends.
     """
 
     def listen() -> None:
         timeline: Timeline | None = None
-        while (event := subscription.take()) is not None:  # waiting events arrive after the end
+        while (event := subscription.take()) is not None:  # queued events arrive even after end()
             if isinstance(event, MissedEvents):
                 continue  # the next event contains the whole timeline
             if isinstance(event, TimelineDelta):

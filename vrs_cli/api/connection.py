@@ -1,12 +1,13 @@
 """Connect robots in Python: `connect` to a server, `%%vrs` in a notebook, `LeRobotArm` for policies of LeRobot.
 
-After `%load_ext vrs_cli` the text of a cell that begins with `%%vrs` goes to the prompt of the robot `robot`, which is
-made if there is none. `%%vrs r` is for the Robot `r`, `%vrs LINE` for one line. The replies appear below the cell.
+After `%load_ext vrs_cli` the text of a notebook cell that begins with `%%vrs` goes to the prompt of the Robot `robot`,
+which is created if it does not exist. `%%vrs r` is for the Robot `r`, `%vrs LINE` for one line. The replies appear
+below the cell.
 
-Nothing of LeRobot is imported. Names and units are LeRobot's (https://huggingface.co/docs/lerobot). The value of a
-motor goes from -100 to 100 over its range, or is in degrees from the middle of the range (`use_degrees` of an SO-100).
-The gripper's value goes from 0 (closed) to 100. Action k of a chunk is due k / rate seconds after the observation that
-the policy has seen.
+LeRobot itself is not imported. Names and units are LeRobot's (https://huggingface.co/docs/lerobot). The value of a
+motor ranges from -100 to 100 over its range, or is in degrees from the middle of the range (`use_degrees` of an
+SO-100). The gripper's value ranges from 0 (closed) to 100. Action k of a chunk is due k / rate seconds after the
+observation from which the policy computed the chunk.
 """
 
 from __future__ import annotations
@@ -50,10 +51,10 @@ def connect(
     `token`: identifies you to the server; if it is left out, the environment variable VRS_TOKEN is used. `name`: your
     name as other users see it, if the server has no tokens. `ca`: a file with the certificate of the server, or of the
     authority that signed it. `behind`: a motion with `at=t` begins this many seconds after t, so that a command that
-    takes at most this long to arrive is never too late. `window`: how many seconds of the robot's past are kept here
-    (`math.inf`: all); older times are requested from the server. A lost connection is made again, and the logger
-    "vrs_cli" reports this; requests in between are refused. Raises NotPossible if `url` is no address, RequestRefused
-    if no robot answers, and the errors of the server.
+    takes at most this long to arrive is never too late. `window`: how many seconds of the robot's past are kept in this
+    process (`math.inf`: all); older times are requested from the server. A lost connection is restored, and the logger
+    "vrs_cli" reports this; requests in between are refused. Raises NotPossible if `url` is not an address,
+    RequestRefused if no robot answers, and the errors of the server.
     """
     with hints_for_python():
         hello = hello_of(os.environ.get("VRS_TOKEN", "") if token is None else token, name=name, behind=behind)
@@ -98,17 +99,17 @@ def _timeline_html(timeline: Timeline) -> str:
 
 MOTORS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")  # motors of an SO-100
 GRIPPER = "gripper"
-FULL_RANGE = 100.0  # value of a motor at the upper end of its range, and of an open gripper
+FULL_RANGE = 100.0  # the value of a motor at the upper end of its range, and of an open gripper
 RATE = 30.0  # [1/s] actions per second, as LeRobot's own clients send them
-HAND_LEAD_S = 0.05  # [s] from the start of a chunk to the first command of the hand, to be in time
+HAND_LEAD_S = 0.05  # [s] minimum delay of hand commands after the start of a chunk, so that they are in time
 
 
 class LeRobotArm:
     """A robot with the names and units of a LeRobot arm; the Robot `robot` itself is not changed.
 
     `motors`: a name for each joint, from base to hand; `degrees`: values are in degrees, as with `use_degrees` of
-    LeRobot; `reversed_motors`: motors that turn against the joint in the robot's file; `rate`: actions a second. Raises
-    UsageError if the number of motors is not that of the joints, or if a reversed motor is not among the motors.
+    LeRobot; `reversed_motors`: motors that turn opposite to the joint in the robot's file; `rate`: actions per second.
+    Raises UsageError if the numbers of motors and joints differ, or if a reversed motor is not among the motors.
     """
 
     def __init__(
@@ -147,9 +148,9 @@ class LeRobotArm:
     ) -> FollowReport:
         """Follow a chunk: `actions` are (N, motors), (N, motors + gripper), or N mappings of names to values.
 
-        `observed`: the robot's time of the observation [s]. Actions whose time has passed are left out. In virtual time
-        the robot does not wait for a policy: give the time at which the chunk comes as `arrival` [s]. The gripper opens
-        or closes when its value passes the half. The errors in the report are in radians (metres).
+        `observed`: the time of the observation by the robot's clock [s]. Actions whose time has passed are left out. In
+        virtual time the robot does not wait for a policy: give the time at which the chunk arrives as `arrival` [s].
+        The gripper opens or closes when its value crosses 50. The errors in the report are in radians (metres).
 
         Raises UsageError if a motor is missing, ValueError, TypeError, and the errors of `Robot.follow`.
         """

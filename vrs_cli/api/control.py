@@ -64,7 +64,7 @@ def conditions_of(
 
 
 def _folder(path: Path) -> Folder:
-    """Return a folder as the root of a program's files. Raises FileError if the path is no folder."""
+    """Return a folder as the root of a program's files. Raises FileError if the path is not a folder."""
     if not path.is_dir():
         raise FileError(f"{path} is no folder", "folder= names a folder that is there")
     return structs.replace(CURRENT_FOLDER, root=path.resolve())
@@ -76,9 +76,8 @@ def local_port(
     start: Joints | None = None,
     clock: RobotClock | None = None,
 ) -> LocalPort:
-    """Make a robot in this process. By default its programs have finite limits, and use files in the current folder.
-    `start`: joints [rad, m].
-    """
+    """Create a robot in this process. By default its programs have finite limits, and use files in the current folder.
+    `start`: joints [rad, m]."""
     given = conditions or Conditions()
     console = Console()
     session = Session(
@@ -102,15 +101,15 @@ def _advice(option: str) -> str:
 
 
 class ProgramFolders(Struct):
-    """Keeps for each program the folder of the file that it was loaded from. `fixed`: all programs use the folder of
-    the robot instead."""
+    """Remembers for each program the folder of the file from which it was loaded. `fixed`: all programs use the folder
+    of the robot instead."""
 
     fixed: bool
     _folders: dict[str, Folder] = field(default_factory=dict)
 
     def put(self, programs: Iterable[str], folder: Path | None) -> None:
-        """Record the folder of the file from which these programs were loaded; None: they come from no file. Raises
-        FileError."""
+        """Record the folder of the file from which these programs were loaded; None: they were not loaded from a file.
+        Raises FileError."""
         for name in programs:
             self._folders.pop(name.lower(), None)
             if folder is not None:
@@ -233,16 +232,16 @@ class Streams:
 
 # --- streams in chunks, over delays -----------------------------------------------------------------------------------
 
-CHUNK_S = 0.25  # [s] duration of the part of a stream that is sent in one chunk
+CHUNK_S = 0.25  # [s] duration of a chunk of the stream
 
 
 class FollowedChunks(Struct):
     """Statistics on how a served robot follows a stream.
 
-    `targets`, `late`, `held`, `lost`: numbers of targets that were sent, that arrived too late, that were held at the
-    end of a joint's range, and that were lost without a connection. `chunks`, `samples`: numbers of chunks that were
-    sent, and of samples at which errors were measured. `turning`, `sliding`: for turning and for sliding joints the sum
-    of the errors at these samples, and the largest error [rad, m].
+    `targets`, `late`, `held`, `lost`: numbers of targets that were sent, that arrived too late, that were held at a
+    joint limit, and that were lost because there was no connection. `chunks`, `samples`: numbers of chunks that were
+    sent, and of samples at which errors were measured. `turning`, `sliding`: for revolute and for prismatic joints the
+    sum of the errors at these samples, and the largest error [rad, m].
     """
 
     targets: int = 0
@@ -278,15 +277,14 @@ def _add_errors(
 
 
 class ChunkSteering:
-    """Sends targets to a served robot, in chunks of time-stamped joints. A target is due `lead` [s] after its time, so
-    that it arrives in time in spite of delays. A thread waits for the answers; `refused` is the first error that ends
-    the stream.
-    """
+    """Sends targets to a served robot, in chunks of time-stamped joints. The robot reaches a target `lead` [s] after
+    the target's time in the stream, so that the target arrives in time despite delays. A thread waits for the answers;
+    `refused` is the first error that ends the stream."""
 
     def __init__(self, robot: Supervisor, lead: float, *, speed: float = 1.0) -> None:
         self.robot, self.lead, self.speed = robot, lead, speed
         self.followed = FollowedChunks()
-        self._shift: float | None = None  # [s] what to add to times of the stream to get the robot's clock
+        self._shift: float | None = None  # [s] the robot's clock minus the time of the stream
         self._times: list[float] = []
         self._joints: list[Joints] = []
         self._new = 0  # number of targets that were not sent yet

@@ -30,7 +30,7 @@ class Units(Enum):
 
     @classmethod
     def of(cls, given: str | Units) -> Units:
-        """Return the units with a name. Raises ValueError for an unknown name."""
+        """Return the units of this name. Raises ValueError for an unknown name."""
         try:
             return cls(given)
         except ValueError:
@@ -108,9 +108,8 @@ class Location:
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike, units: str | Units = Units.VAL) -> Location:
-        """Make locations from homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError if one of them is
-        no rigid motion.
-        """
+        """Make locations from homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError if a matrix is not
+        a rigid transformation."""
         M = numbers(matrix, "matrix", 4, 4)
         R = M[..., :3, :3]
         rigid = np.allclose(R @ R.swapaxes(-1, -2), np.eye(3), atol=1e-6) and (np.linalg.det(R) > 0.0).all()
@@ -142,19 +141,20 @@ class Location:
 
     @property
     def transform(self) -> Transform:
-        """Return the one location as a Transform [m]. Raises ValueError for an array of locations."""
+        """Return a single location as a Transform [m]. Raises ValueError for an array of locations."""
         if self.shape:
             raise ValueError(f"location: one is wanted, not an array of shape {self.shape}")
         return Transform(*self.rows.ravel().tolist())
 
     def __matmul__(self, other: Location) -> Location:
-        """Return `a @ b`, VAL-II's `a:b`: the location b, given in the frame a. Arrays (N,) are joined row by row."""
+        """Return `a @ b`, VAL-II's `a:b`: the location b, given in the frame a. Arrays (N,) are multiplied row by
+        row."""
         if not isinstance(other, Location):
             return NotImplemented
         return Location(compose_batch(self.rows, other.rows), self.units)
 
     def inverse(self) -> Location:
-        """Return the inverse location: `a @ a.inverse()` neither turns nor moves."""
+        """Return the inverse location: `a @ a.inverse()` is the identity."""
         R = self.rows[..., :3].swapaxes(-1, -2)
         return Location(np.concatenate((R, -R @ self.rows[..., 3:]), axis=-1), self.units)
 
@@ -208,8 +208,8 @@ def trans(
 ) -> Location:
     """Return the location with these coordinates [mm] and angles [degrees], or [m] and [rad] with `units="SI"`.
 
-    Numbers give one location, arrays (N,) give N locations, as numpy broadcasts them. Without angles the tool is not
-    turned, as in VAL-II. Raises TypeError, ValueError.
+    Numbers give one location, arrays (N,) give N locations, as numpy broadcasts them. Without angles there is no
+    rotation, as in VAL-II. Raises TypeError, ValueError.
     """
     asked = Units.of(units)
     given = {name: part for name, part in zip("xyzoat", (x, y, z, o, a, t), strict=True) if part is not None}

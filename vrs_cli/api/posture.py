@@ -1,6 +1,5 @@
 """Define the values that describe a robot in Python: postures at one time or many, previews, parts of the cell, joint
-solutions for a location, reports of a body, and the model.
-"""
+solutions for a location, measured joints, and the model."""
 
 from __future__ import annotations
 
@@ -33,11 +32,11 @@ from vrs_cli.values.results import Position
 
 
 class Posture(Struct, frozen=True, eq=False, dict=True):
-    """The robot at one time, or at N times: then every array has N rows, as `joints` (N, n).
+    """The state of the robot at one time or at N times. For N times every array has N rows, such as `joints` (N, n).
 
-    `t` [s]; `joints` (n,) in degrees (mm if a joint slides), `velocity` and `acceleration` (n,) per second and second
-    squared; all of them SI with `units="SI"`; `location`: the tool tip in the world (BASE) frame; `hand`: 1 open, 0
-    closed.
+    `t` [s]; `joints` (n,) in degrees (mm for prismatic joints), `velocity` (n,) per second, `acceleration` (n,) per
+    second squared; all are in SI units with `units="SI"`; `location`: the tool tip in the world (BASE) frame; `hand`: 1
+    open, 0 closed.
     """
 
     t: Floats
@@ -132,7 +131,7 @@ class Preview(Struct, frozen=True, eq=False):
     sending: `text`, `issued`, `begin` (the time from which it changes the timeline, or None), `refused` (why the robot
     will refuse it, or None), `planned`. `arrives`: the time of the robot's clock at which a command sent now will
     arrive; `round_trip`: the measured delay there and back. `flagged`: pairs of times between which this client has
-    shown a wrong position, because a command was not known here yet.
+    shown a wrong position, because it did not know of a command yet.
     """
 
     arm: RobotArm
@@ -164,8 +163,7 @@ class Preview(Struct, frozen=True, eq=False):
 
 class PartPlace(NamedTuple):
     """A part of the cell at a time [s]. `location`: None if the part is absent; `held`: the hand holds the part; `on`:
-    the name of the body that the part stands on, empty in the air and in the hand.
-    """
+    the name of the part or fixture on which the part rests, empty in the air and in the hand."""
 
     name: str
     time: float
@@ -180,7 +178,7 @@ class PartPlace(NamedTuple):
 
 
 class CellPart:
-    """One part of a robot's cell."""
+    """A part (workpiece) in a robot's cell."""
 
     def __init__(self, name: str, look: Callable[[float | None], PartPlace]) -> None:
         self.name, self._look = name, look
@@ -289,9 +287,9 @@ def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:
 
 
 class Measured(Struct, frozen=True, eq=False):
-    """All reports of a body up to now; later reports do not change this value. Joints are in degrees (mm if a joint
-    slides), or SI; times are in seconds. `timeline`: the same reports in radians and metres.
-    """
+    """All joints that the real or simulated arm has reported up to now; later reports do not change this value. Joints
+    are in degrees (mm for prismatic joints), or SI; times are in seconds. `timeline`: the same reports in radians and
+    metres."""
 
     timeline: MeasuredTimeline
     model: RobotModel
@@ -332,12 +330,12 @@ class Measured(Struct, frozen=True, eq=False):
 
     @property
     def velocity(self) -> Floats:
-        """Return the velocities of all reports (N, n), NaN if a report had none."""
+        """Return the velocities of all reports (N, n); NaN for reports without velocities."""
         return freeze(self.timeline.arrays().velocity * self._scales)
 
     @property
     def effort(self) -> Floats:
-        """Return the efforts of all reports (N, n) [N m, N], NaN if a report had none."""
+        """Return the efforts of all reports (N, n) [N m, N]; NaN for reports without efforts."""
         return freeze(self.timeline.arrays().effort.astype(float))
 
     @property
@@ -354,7 +352,7 @@ class Measured(Struct, frozen=True, eq=False):
 
 
 class Model(Struct, frozen=True, eq=False):
-    """The data of a robot: joints with their limits, and poses. Joints are in degrees (mm if a joint slides), or in
+    """The data of a robot: joints with their limits, and poses. Joints are in degrees (mm for prismatic joints), or in
     radians and metres.
 
     `dof`: the number n of joints; `names` (n): jt1, jt2, ...; `lower`, `upper` (n,): the range of each joint;

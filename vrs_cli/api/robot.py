@@ -69,25 +69,28 @@ from vrs_cli.wire.messages import LeaseAct
 MIN_SPEED, MAX_SPEED = 0.01, 327.0  # [%] minimum and maximum speed of all motions
 LEASE_ACTS = ("acquire", "ask", "give", "release")
 BRANCH_NAME = re.compile(r"[a-z][a-z0-9._]*", re.IGNORECASE)
-MAX_METRES = 3.0  # [mm] maximum distance from the origin of a target that was probably meant in metres
-MAX_SMALL_TURN = 10.0  # [degrees] maximum change of the joints that does not suggest radians
+MAX_METRES = 3.0  # [mm] a target this close to the origin was probably given in metres
+MAX_SMALL_TURN = 10.0  # [degrees] warn about radians only if a joint would turn by more than this
 MAX_SAMPLES = 5_000_000  # maximum number of samples; each needs 256 bytes
 
 
 class Robot:
-    """One robot, by name ("puma560") or from a .toml or .urdf file. It begins at READY, or at the joints `start`.
+    """One robot, given by its name ("puma560") or by a .toml or .urdf file. It starts at READY, or at the joints
+    `start`.
 
-    Joints are in degrees (mm if a joint slides), locations in mm and degrees; with `units="SI"` all are in radians and
-    metres. Times are in seconds, speeds in percent of nominal. `realtime`: False for virtual time, True for real time,
-    or how many seconds of the robot pass in a second. `base`, `tip`: the first and last link of the arm in a URDF file.
+    Joints are in degrees (mm for prismatic joints), locations in mm and degrees; with `units="SI"` all are in radians
+    and metres. Times are in seconds, speeds in percent of nominal. `realtime`: False for virtual time, True for real
+    time, or the number of seconds by which the robot's clock advances per second. `base`, `tip`: the first and last
+    link of the arm in a URDF file.
 
     `limits`: the maximum time, steps and memory that a program or a line may use. `folder`: the only folder in which
-    programs and lines find and write files; without it a program has the folder of its own file, and a line the current
-    folder. `cell`: a file with the surroundings of the robot. `signals`: the changes of inputs, as a file or a list of
-    (time [s], signal, state). `run`, `execute` and `do` take these four options for one call.
+    programs and lines may read and write files; by default this is the folder of the program's own file, and the
+    current folder for a line. `cell`: a file with the surroundings of the robot. `signals`: the changes of inputs, as a
+    file or a list of (time [s], signal, state). `run`, `execute` and `do` take these four options for one call.
 
-    Methods raise TypeError or ValueError for values that are no numbers or have another shape. They raise VrsError with
-    the message of VAL-II, if the robot refuses a command. A shape (N, ...) means that arrays of N rows are taken too.
+    Methods raise TypeError or ValueError for values that are not numbers or have a wrong shape. They raise VrsError,
+    with the message of VAL-II, if the robot refuses a command. A shape (N, ...) means that arrays of N rows are also
+    accepted.
     """
 
     def __init__(
@@ -115,7 +118,7 @@ class Robot:
 
     @classmethod
     def of(cls, port: Port, units: str | Units = Units.VAL) -> Robot:
-        """Return the robot behind a port: in this process, or served."""
+        """Return the robot that a port is connected to, in this process or on a server."""
         robot = cls.__new__(cls)
         robot._robot = Supervisor(port)
         robot.units, robot._model = Units.of(units), robot._robot.arm.model
@@ -123,7 +126,7 @@ class Robot:
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
-        """Return the same robot with methods in other units: "VAL" or "SI"."""
+        """Return the same robot, whose methods use other units: "VAL" or "SI"."""
         other = copy(self)
         other.units = Units.of(units)
         return other
@@ -131,20 +134,21 @@ class Robot:
     # --- motions ---
 
     def move(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go to joints or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`. A
-        matrix (4, 4) [m] may stand for a Location. Warns if radians or metres seem to be given for degrees or mm.
+        """Move to joints or to a Location, joint-interpolated: `move(0, -45, 180, 0, 45, 0)`, `move(trans(...))`. A
+        matrix (4, 4) [m] can be given instead of a Location. Warns if numbers seem to be in radians or metres instead
+        of degrees or mm.
 
-        The motion begins after the last one, or `at` a time [s], also in the middle of another motion. `speed`: percent
-        of nominal, up to 100, for this motion alone. Raises MotionError, IllegalValue, ValueError, TypeError.
+        The motion begins after the last one, or `at` a time [s], even in the middle of another motion. `speed`: percent
+        of nominal, up to 100, for this motion only. Raises MotionError, IllegalValue, ValueError, TypeError.
         """
         return self._go("MOVE", to, at, speed)
 
     def moves(self, *to: ArrayLike | Location, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go to joints or to a Location on a straight line of the tool tip. Otherwise as `move`."""
+        """Move the tool tip on a straight line to joints or to a Location. Otherwise like `move`."""
         return self._go("MOVES", to, at, speed)
 
     def ready(self, *, at: float | None = None, speed: float | None = None) -> Robot:
-        """Go to the ready position. Otherwise as `move`."""
+        """Move to the ready position. Otherwise like `move`."""
         return self._command(NamedTarget("ready"), "READY", at, speed)
 
     def _go(self, word: str, to: tuple[ArrayLike | Location, ...], at: float | None, speed: float | None) -> Robot:
@@ -203,13 +207,14 @@ class Robot:
         return bool((np.abs(np.round(row, 3) - row) > 1e-9).any() and np.abs(row - here).max() > MAX_SMALL_TURN)
 
     def follow(self, times: ArrayLike, joints: ArrayLike, *, speed: float | None = None) -> FollowReport:
-        """Follow a chunk of joints (N, n) at increasing `times` (N,) [s of the robot's clock], as a policy sends them.
+        """Follow a chunk of joints (N, n) at increasing `times` (N,) of the robot's clock [s], for example from a
+        policy.
 
-        The chunk replaces everything from `times[0]` on. It continues the motion at that time, and ends at rest at the
-        last sample. Velocity, acceleration and jerk stay within their limits; a sample that these limits do not allow
-        is approached. In real time samples that come too late are left out. `speed`: percent of full speed, up to 100.
-        The errors in the report are in the units of this robot. Raises MotionError, IllegalValue, ValueError,
-        TypeError.
+        The chunk replaces all motions after `times[0]`. It continues smoothly from the motion at that time, and ends at
+        rest at the last sample. Velocity, acceleration and jerk stay within their limits; if the limits do not allow a
+        sample, the robot comes as near as they allow. In real time, samples that arrive too late are left out. `speed`:
+        percent of nominal, up to 100. The errors in the report are in the units of this robot. Raises MotionError,
+        IllegalValue, ValueError, TypeError.
         """
         instants, rows = numbers(times, "times"), numbers(joints, "joints", self._model.joint_count) / self._scales
         if instants.ndim != 1 or rows.ndim != 2:
@@ -221,14 +226,14 @@ class Robot:
         return structs.replace(found, mean=mean, worst=worst)
 
     def steer(self, *joints: ArrayLike, rate: float = 50.0, speed: float | None = None) -> Robot:
-        """Send joints (n,) as one target of a stream, from a joystick, a leader arm or a policy. The robot goes there
-        at once, also from the middle of a motion. Each target replaces the previous one; `wait()` ends at the last
+        """Send joints (n,) as one target of a stream, from a joystick, a leader arm or a policy. The robot moves there
+        at once, even from the middle of a motion. Each target replaces the previous one; `wait()` ends at the last
         target.
 
         The robot follows the line through the last two targets, within its limits of velocity, acceleration and jerk.
-        `rate`: targets a second, 2 to 1000. In virtual time each call advances the clock by 1 / rate s; in real time it
-        waits until 1 / rate s after the previous call. Without further targets the robot brakes; after 0.5 s without a
-        target the next one begins a new stream. `speed`: percent of nominal, up to 100.
+        `rate`: targets per second, 2 to 1000. In virtual time each call advances the clock by 1 / rate s; in real time
+        it waits until 1 / rate s after the previous call. Without further targets the robot brakes; after 0.5 s without
+        a target the next one begins a new stream. `speed`: percent of nominal, up to 100.
 
         Raises JointOutOfRange, LeaseHeld, IllegalValue, ValueError, TypeError; and RequestRefused once if something
         else has stopped the robot since the last target. An error ends the stream.
@@ -243,13 +248,13 @@ class Robot:
         return self
 
     def drag(self, location: Location | ArrayLike) -> Dragged:
-        """Pull the tool towards a Location, or a matrix (4, 4) [m], as one target of a stream, as from a mouse. Each
-        target replaces the previous one; `wait()` ends as near to the last target as the arm can come.
+        """Pull the tool towards a Location, or a matrix (4, 4) [m], as one target of a stream, for example from a
+        mouse. Each target replaces the previous one; `wait()` ends as near to the last target as the arm can come.
 
         Any location may be given. If the arm cannot reach it, or not so fast, the tool stays as near as possible, and
         the result names the limits. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each call advances
-        the clock by 0.02 s; in real time it waits until 0.02 s after the previous call. A served robot follows by
-        itself for 0.6 s after the last call; a robot of this process takes a step with each call.
+        the clock by 0.02 s; in real time it waits until 0.02 s after the previous call. A served robot continues to
+        follow for 0.6 s after the last call; a robot in this process moves one step per call.
 
         Raises LeaseHeld, TypeError; RequestRefused once if something else has stopped the robot since the last call.
         """
@@ -259,8 +264,7 @@ class Robot:
     @contextmanager
     def without_waiting(self) -> Iterator[Robot]:
         """Send motions, and targets of `steer`, without waiting for the answer to each: `with r.without_waiting():
-        r.move(...).moves(...)`. At the end wait for all answers. Raises the first error among them.
-        """
+        r.move(...).moves(...)`. At the end of the block, wait for all answers. Raises the first error."""
         with self._robot.without_waiting():
             yield self
 
@@ -292,10 +296,9 @@ class Robot:
         return self
 
     def lease(self, act: str, to: str = "") -> Robot:
-        """Change who drives a robot that several users are connected to: "acquire" the lease or "ask" for it, "give" it
-        `to` another user by name, "release" it. The first user who commands a motion gets the lease without asking.
-        Raises LeaseHeld if another user drives, ValueError.
-        """
+        """Change the driver of a robot to which several users are connected: "acquire" the lease or "ask" for it,
+        "give" it `to` another user by name, "release" it. The first user who commands a motion gets the lease without
+        asking. Raises LeaseHeld if another user drives, ValueError."""
         if act not in LEASE_ACTS:
             raise ValueError(f"act: {', '.join(LEASE_ACTS)} are known, not {act!r}")
         self._robot.drive(LeaseAct(act), to)
@@ -303,9 +306,8 @@ class Robot:
 
     @property
     def held(self) -> Supervisor:
-        """Return the Supervisor of the robot, which works in metres, radians and seconds; `Observer` and viewers take
-        it.
-        """
+        """Return the Supervisor of the robot, which works in metres, radians and seconds, for use with `Observer` and
+        viewers."""
         return self._robot
 
     # --- positions ---
@@ -332,16 +334,15 @@ class Robot:
         return posture_at(self._robot, t, self._model, self.units)
 
     def preview(self) -> Preview:
-        """Return a preview of the robot's motion, including the commands that have not arrived yet. A robot of this
-        process has no such commands.
-        """
+        """Return a preview of the robot's motion, including the commands that have not arrived yet. A robot in this
+        process has no such commands."""
         return Preview.of(self._robot.preview_now(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
-        """Return the posture of the robot `rate` times a second, from the first motion to the exact end of the last, or
-        between two times [s].
+        """Return the posture of the robot `rate` times per second, from the first motion to the exact end of the last,
+        or between two times [s].
 
-        Raises ValueError for a rate that is not above 0 or gives too many samples, and for an end before the start.
+        Raises ValueError if the rate is not positive or gives too many samples, or if the end is before the start.
         """
         timeline, asked = self.timeline, number(rate, "rate")
         begin = timeline.start if start is None else number(start, "start")
@@ -354,9 +355,8 @@ class Robot:
         return self.where(np.append(times[times < last], last))
 
     def watch(self, rate: float = 25.0) -> Iterator[Posture]:
-        """Yield the present posture of the robot `rate` times a second, without end. Raises IllegalValue for a bad
-        rate.
-        """
+        """Yield the present posture of the robot `rate` times per second, without end. Raises IllegalValue for a bad
+        rate."""
         audience = Audience(self._robot, time.monotonic)
         audience.join(number(rate, "rate"))
         while True:
@@ -368,9 +368,8 @@ class Robot:
 
     @property
     def measured(self) -> Measured:
-        """Return the reports of a body (a real arm, or a simulated one) up to now: `measured.at(2.5)`, `.joints`,
-        `.unknown_since`.
-        """
+        """Return the joints that the real or simulated arm has reported up to now: `measured.at(2.5)`, `.joints`,
+        `.unknown_since`."""
         return Measured(self._robot.followed.measured, self._model, self.units)
 
     def report(
@@ -382,11 +381,11 @@ class Robot:
         *,
         mode: str = "follows",
     ) -> Robot:
-        """Add a report of a body to the record of this robot: joints (n,), velocity (n,) and effort (n,) [N m, N] at a
-        time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches do not change the record.
+        """Add a measurement of the arm to the record of this robot: joints (n,), velocity (n,) and effort (n,) [N m, N]
+        at a time [s]. `mode`: "follows", "holds" or "stopped". UNDO and branches do not change the record.
 
-        Raises NotPossible for a served robot, whose body is a client (`vrs body`). Raises IllegalValue, ValueError,
-        TypeError for an invalid report.
+        Raises NotPossible for a served robot, whose measurements come from a client (`vrs body`). Raises IllegalValue,
+        ValueError, TypeError for an invalid measurement.
         """
         port = self._robot.port
         if not isinstance(port, LocalPort):
@@ -407,8 +406,9 @@ class Robot:
         return self
 
     def resync(self, *, stop: bool = False) -> ResyncReport:
-        """Make the body and the timeline agree. The body holds, the timeline goes within its limits to the measured
-        joints and then on to the target (with `stop` it ends at the measured joints), and the body follows again.
+        """Resynchronise the timeline with the measured arm. The arm holds still, the timeline moves within its limits
+        to the measured joints and then on to the target (with `stop` it ends at the measured joints), and the arm
+        follows again.
 
         The distances in the report are in the units of this robot. Raises MotionError, RequestRefused if there are no
         measured joints.
@@ -451,8 +451,7 @@ class Robot:
     @property
     def tool(self) -> Location:
         """Return the tool tip in the frame of the flange. Assign a Location or a matrix (4, 4) [m] to change the tool
-        after the motions that are commanded already.
-        """
+        after all motions commanded so far."""
         return Location.of(self._robot.frames.tool, self.units)
 
     @tool.setter
@@ -462,9 +461,8 @@ class Robot:
 
     @property
     def speed(self) -> float:
-        """Return the speed of all motions [% of full], like the dial of a controller; the speed of a single motion is a
-        fraction of this speed. Assign 0.01 to 327 to change the speed of later motions. Raises IllegalValue.
-        """
+        """Return the speed of all motions [% of nominal], like the dial of a controller; the speed of a single motion
+        is a fraction of this speed. Assign 0.01 to 327 to change the speed of later motions. Raises IllegalValue."""
         return float(str(self["SPEED(1)"]))
 
     @speed.setter
@@ -532,9 +530,8 @@ class Robot:
         cell: str | Path | Cell | None = None,
         signals: Signals | None = None,
     ) -> Replies:
-        """Carry out one line of the shell: `do("SPEED 50")`. `answers`: answers to its questions. `limits`, `folder`,
-        `cell`, `signals`: for this line; times of `signals` count from its beginning. Raises VrsError.
-        """
+        """Execute one line of the shell: `do("SPEED 50")`. `answers`: the answers to its questions. `limits`, `folder`,
+        `cell`, `signals`: for this line only; times of `signals` count from the start of the line. Raises VrsError."""
         if not isinstance(line, str):
             raise TypeError(f"line: a text is wanted, not {line!r}")
         if "\n" in line.strip() or line.lstrip().upper().startswith(".PROGRAM"):
@@ -542,11 +539,11 @@ class Robot:
         return Replies(self._under(conditions_of(limits, folder, cell, signals)).say(line.strip(), _in_order(answers)))
 
     def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
-        """Carry out several lines of the shell, also the lines of programs. Errors are among the replies."""
+        """Execute several lines of the shell, including lines of programs. Errors are among the replies."""
         return Replies(self._robot.type(text, answer))
 
     def define(self, text: str) -> tuple[str, ...]:
-        """Put programs and variables in memory from the text of a file (.PROGRAM to .END). Return the names of the
+        """Store the programs and variables of the text of a file (.PROGRAM to .END) in memory. Return the names of the
         programs.
 
         Raises ProgramNotExecutable for a text with mistakes.
@@ -568,8 +565,8 @@ class Robot:
         cell: str | Path | Cell | None = None,
         signals: Signals | None = None,
     ) -> Run:
-        """Load a file of programs and execute one of them, by default the first. Otherwise as `execute`. If neither the
-        robot nor the call has a cell, the file may name one (`; cell: FILE`), or be accompanied by NAME.toml beside
+        """Load a file of programs and execute one of them, by default the first. Otherwise like `execute`. If neither
+        the robot nor the call has a cell, the file may name one (`; cell: FILE`), or be accompanied by NAME.toml beside
         NAME.v2.
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
@@ -602,7 +599,7 @@ class Robot:
         signals: Signals | None = None,
     ) -> Run:
         """Execute a program in memory, and wait for its end. `answers`: the answers to its PROMPTs. `limits`, `folder`,
-        `cell`, `signals`: for this run; times of `signals` count from its beginning.
+        `cell`, `signals`: for this run only; times of `signals` count from the start of the run.
 
         Raises UndefinedName; ProgramFailed if the program stops with an error. With `check=False` the error is the
         `fault` of the Run instead.
@@ -619,7 +616,7 @@ class Robot:
         return run
 
     def _under(self, conditions: Conditions | None) -> Supervisor:
-        """Return the robot with the conditions of one call. Raises NotPossible for a served robot."""
+        """Return the robot with the conditions of one call applied. Raises NotPossible for a served robot."""
         if conditions is None:
             return self._robot
         port = self._robot.port
@@ -651,12 +648,12 @@ class Robot:
         return self._robot.act(acts.ListCommands()).commands
 
     def undo(self, count: int = 1) -> Robot:
-        """Take back the last `count` motion commands. Raises NotPossible if there are fewer."""
+        """Undo the last `count` motion commands. Raises NotPossible if there are fewer."""
         self._robot.act(acts.Undo(count))
         return self
 
     def redo(self, count: int = 1) -> Robot:
-        """Repeat the commands that `undo` has taken back."""
+        """Redo the last `count` undone commands."""
         self._robot.act(acts.Redo(count))
         return self
 
@@ -672,10 +669,10 @@ class Robot:
 
     @contextmanager
     def what_if(self, name: str) -> Iterator[Robot]:
-        """Try commands on a branch: `with r.what_if("fast"): r.move(...)`. A branch that does not exist is made.
-        Afterwards the robot is on the previous branch again.
+        """Try commands on a branch: `with r.what_if("fast"): r.move(...)`. The branch is created if it does not exist.
+        After the block the robot is on the previous branch again.
 
-        Raises ValueError for a name that no branch can have, NotPossible in real time and while a program runs.
+        Raises ValueError for an invalid name, NotPossible in real time and while a program runs.
         """
         if not isinstance(name, str) or not BRANCH_NAME.fullmatch(name):
             raise ValueError(f"name: a letter, and then letters, digits, points and underscores, not {name!r}")
@@ -701,8 +698,8 @@ class Robot:
         self._robot.save(Path(path))
 
     def export(self, path: str | Path, rate: float = 100.0) -> None:
-        """Write `rate` samples a second to a file, as `vrs export` does: .csv or .json in mm and degrees, .npz or .mcap
-        in metres and radians; .mcap has the frames of all links.
+        """Write `rate` samples per second to a file, as `vrs export` does: .csv or .json in mm and degrees, .npz or
+        .mcap in metres and radians; .mcap has the frames of all links.
 
         Raises ValueError for another ending and for an impossible rate, NotPossible if a package is missing, FileError.
         """
@@ -740,8 +737,8 @@ class Robot:
         self, timeline: Timeline | None = None, *, height: int = 420, cell: str | Path | Cell | None = None
     ) -> Scene:
         """Return the moving arm as a page: a notebook plays it below the cell, `.open()` shows it in a browser, and
-        `.save("a.html")` writes it. `timeline`: another timeline than the robot's own; `height`: of the page in a
-        notebook [px]; `cell`: a file with other surroundings than the robot's own.
+        `.save("a.html")` writes it. `timeline`: shown instead of the robot's own timeline; `height`: the height of the
+        page in a notebook [px]; `cell`: a file with surroundings, shown instead of the robot's own.
 
         Raises NotPossible if the page is not built, FileError if the cell cannot be read.
         """
@@ -753,9 +750,8 @@ class Robot:
         return Scene(self._robot.arm, timeline or self.timeline, height, world)
 
     def leave(self) -> None:
-        """End the use of the robot; all later calls are refused. A served robot stays as it is for other users. A robot
-        of this process closes the files of its programs.
-        """
+        """End the use of the robot; all later calls are refused. A served robot stays unchanged for other users. A
+        robot in this process closes the files of its programs."""
         self._robot.close()
 
     def __enter__(self) -> Robot:
@@ -778,8 +774,8 @@ class Robot:
         return self.units.scales(self._model.units, self._model.joint_count)
 
     def _joints(self, given: object, what: str) -> Joints:
-        """Check one set of joints, and return it in [rad, m]. Degrees are converted to exactly the bits that VAL-II
-        computes."""
+        """Check one set of joints, and return it in [rad, m]. Degrees are converted as in VAL-II, to exactly the same
+        bits."""
         row = numbers(given, what, self._model.joint_count)  # type: ignore[arg-type]
         if row.ndim != 1:
             raise ValueError(f"{what}: one set of joints is wanted, not {row.shape}")
@@ -813,8 +809,8 @@ def load(
     """Return the robot of a trajectory file (.vrst), at the end of its timeline. `limits`, `folder`, `cell` and
     `signals` are as for `Robot`.
 
-    Raises NonexistentFile, FileDamaged, FileError. Warns if an older file has motions that the robot cannot do now, and
-    if the last line is incomplete.
+    Raises NonexistentFile, FileDamaged, FileError. Warns if an older file has motions that the robot can no longer do,
+    and if the last line is incomplete.
     """
     with hints_for_python():
         recording = read_trajectory(path)

@@ -1,9 +1,9 @@
-"""Convert a timeline to messages for joint_trajectory_controller of ros2_control. Pure.
+"""Convert a timeline to messages for joint_trajectory_controller of ros2_control, without input or output.
 
 Between two points with positions and velocities the controller follows the cubic through them; if both have
 accelerations too, the quintic ("Trajectory Representation" in its documentation). A segment of LSPB or SCURVE in joint
 space is a cubic, so points at its boundaries suffice. Straight lines of the tool and segments of a higher degree get a
-point every 20 ms. A point has no accelerations where these jump: then the splines beside it are cubics.
+point every 20 ms. Where accelerations jump, a point has none, so the splines on both sides of it are cubics.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.timeline import Timeline
 
-LINE_PERIOD = 0.02  # [s] time between two points where the path is no cubic
+LINE_PERIOD = 0.02  # [s] time between two points where the path is not a cubic
 CUBIC = 3
-MIN_STEP = 1e-6  # [s] minimum time between two points, because controllers want rising times in nanoseconds
+MIN_STEP = 1e-6  # [s] minimum time between two points, because controllers require increasing times [ns]
 JUMP = 1e-6  # [rad/s2, m/s2] minimum change of an acceleration that counts as a jump
 MIN_LENGTH = 0.5  # [s] minimum duration of a trajectory, because controllers refuse one that has ended
-PAST = 0.05  # [s] age of the stamp of an immediate trajectory, so that no controller waits for it
+PAST = 0.05  # [s] age of the stamp of an immediate trajectory, so that the controller begins at once
 MARGIN = 0.2  # [s] maximum time for a trajectory to arrive
 NANOSECONDS = 1_000_000_000
 
@@ -47,10 +47,10 @@ class TrajectoryPoint(Struct, frozen=True):
 
 
 def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float, horizon: float = inf) -> list[TrajectoryPoint]:
-    """Return the points of a timeline from `begin` [s] until it rests for ever, or rests `horizon` [s] later or more.
+    """Return the points of a timeline from `begin` [s] until its end, or until a rest at least `horizon` [s] later.
 
-    There are points at the boundaries of segments, and every LINE_PERIOD in segments that are no cubics. The first
-    point is at `begin`; the last one rests, at least MIN_LENGTH later.
+    There are points at the boundaries of segments, and every LINE_PERIOD in segments that are not cubics. The first
+    point is at `begin`; the last one is at rest, at least MIN_LENGTH later.
     """
     state = joint_state_at(arm, timeline, begin)
     points = [TrajectoryPoint(begin, *state)]
@@ -70,8 +70,8 @@ def trajectory_points(arm: RobotArm, timeline: Timeline, begin: float, horizon: 
 
 
 def _times(arm: RobotArm, timeline: Timeline, begin: float) -> Iterator[tuple[float, Joints | None]]:
-    """Yield the times of the points after `begin` [s]. Each has the acceleration just before it if the acceleration
-    jumps there, else None."""
+    """Yield the times of the points after `begin` [s], each with the acceleration just before this time; None where the
+    acceleration cannot jump."""
     for index in range(timeline.index_at(begin), len(timeline)):
         segment = timeline[index]
         if segment.finish <= begin:
@@ -88,18 +88,19 @@ def _times(arm: RobotArm, timeline: Timeline, begin: float) -> Iterator[tuple[fl
 
 
 def standing_points(joints: Joints, begin: float) -> list[TrajectoryPoint]:
-    """Return the points of an arm that stays at its joints [rad, m] from `begin` [s] on."""
+    """Return the points of an arm that stays at its joints [rad, m], beginning at `begin` [s]."""
     still = (0.0,) * len(joints)
     return [TrajectoryPoint(t, joints, still, still) for t in (begin, begin + MIN_LENGTH)]
 
 
 def trajectory_begins(now: float, cut: float, waiting: float | None, *, replaces: bool) -> list[float]:
-    """Return the start times [s] of the trajectories that give a controller a change of the timeline from `cut` on.
+    """Return the start times [s] of the trajectories that tell a controller about a change of the timeline at `cut`
+    [s].
 
     `replaces`: the controller has `allow_trajectory_replacement`. Then it keeps one trajectory with a future stamp
-    until its time; `waiting` is the start time of that one. A newer trajectory with a future stamp replaces it; an
-    immediate one does not. So if time is short, one trajectory starts immediately, and a second one replaces the
-    waiting one. Without the setting each trajectory immediately replaces the last one, whatever its stamp, so it has to
+    until this time; `waiting` is its start time. A newer trajectory with a future stamp replaces the waiting one; an
+    immediate trajectory does not. So if time is short, one trajectory starts immediately, and a second one replaces the
+    waiting one. Without the setting each trajectory replaces the last one immediately, whatever its stamp, so it has to
     start now.
     """
     if not replaces:
@@ -122,9 +123,8 @@ class RosJoint(Struct, frozen=True):
 
 
 def read_joints(text: str | None, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]:
-    """Read the option `--joints`: names with commas between, or a file NAME.toml; None: joint_1, joint_2 and so on.
-    Raises IllegalValue if they are not one for each joint, and FileError for files.
-    """
+    """Read the option `--joints`: names separated by commas, or a file NAME.toml; None: joint_1, joint_2 and so on.
+    Raises IllegalValue if there is not one name for each joint, and FileError for files."""
     if text is None:
         found = tuple(RosJoint(f"joint_{number}") for number in range(1, len(kinds) + 1))
     elif text.endswith(".toml"):
@@ -162,10 +162,10 @@ def _load_joints(path: Path, kinds: Sequence[JointKind]) -> tuple[RosJoint, ...]
 def trajectory_message(
     points: Sequence[TrajectoryPoint], joints: Sequence[RosJoint], offset: float | None, begin: float | None = None
 ) -> Mapping[str, Any]:
-    """Return a trajectory_msgs/msg/JointTrajectory as values of JSON. `begin`: the time of its stamp [s]; None: the
-    time of the first point. If the stamp is earlier than the first point, the controller follows a spline from its
-    state at the stamp to the first point. `offset` [s]: the clock of ROS minus the robot's clock; None: no stamp, so
-    the trajectory starts on arrival."""
+    """Return a trajectory_msgs/msg/JointTrajectory as JSON values. `begin`: the time of its stamp [s]; None: the time
+    of the first point. If the stamp is earlier than the first point, the controller follows a spline from its state at
+    the stamp to the first point. `offset` [s]: the clock of ROS minus the robot's clock; None: no stamp, so the
+    trajectory starts on arrival."""
     first = points[0].t if begin is None else begin
     return {
         "header": {"stamp": ros_time(0.0 if offset is None else first + offset), "frame_id": ""},

@@ -1,9 +1,9 @@
-"""Simulate a body: an arm of MuJoCo with its own drives, encoders, controller and clock.
+"""Simulate an arm in MuJoCo, with its own drives, encoders, controller and clock.
 
-`MujocoArm.advance(until, setpoint)` steps the arm to a time and returns its reports. The arm uses no network and no
-clock of the machine. Its joints are the joints of the robot model, so g gives the position of its flange; its masses
-come from `twin.dynamics`. The controller reads the encoders at 1 kHz. It uses computed torque (Luh, Walker and Paul,
-1980), or a proportional-derivative law for each joint.
+`MujocoArm.advance(until, setpoint)` steps the arm to a time and returns its reports. The simulation uses no network and
+no system clock. The joints are those of the robot model, so the flange is where the timeline's g says; the masses come
+from `twin.dynamics`. The controller reads the encoders at 1 kHz. It uses computed torque (Luh, Walker and Paul, 1980),
+or a proportional-derivative law for each joint.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from vrs_cli.values.measured import BodyMode, Report
 
 STEP = 1e-3  # [s] time step of the controller and of the simulation
 TICKS = 8  # number of simulation steps between two set points, which a quintic interpolates
-SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a sliding joint to those of a turning joint
-MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo moves no body without mass
+SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a prismatic joint to those of a revolute joint
+MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo requires a mass for each moving body
 END_STOP = 0.02  # [rad, m] distance from the end of a joint's range to its mechanical stop (our choice)
 STILL = 1e-2  # [rad/s, m/s] maximum speed of a joint at which its brake holds it
 BRAKE = 1.5  # ratio of a brake's torque to the maximum torque of its motor (our choice)
@@ -52,9 +52,9 @@ class Controller(Enum):
 
 
 class ArmSettings(Struct, frozen=True):
-    """Settings of an arm: the `bandwidth` of the controller [rad/s], critically damped; the rate of reports [1/s]; the
-    `resolution` and the `noise` (standard deviation) of the encoders [rad]. Sliding joints have a tenth of these
-    values, in metres."""
+    """Settings of an arm: the `bandwidth` of the critically damped controller [rad/s]; the rate of reports [1/s]; the
+    `resolution` and the `noise` (standard deviation) of the encoders [rad]. For prismatic joints both are a tenth of
+    these values, in metres."""
 
     controller: Controller = Controller.COMPUTED
     bandwidth: float = 40.0
@@ -116,8 +116,9 @@ AT_BEGIN: Floats = _powers(STEP * np.arange(TICKS, dtype=np.float64)) @ np.linal
 
 
 class MujocoArm:
-    """An arm that follows set points and reports its joints. `seed`: seed of the noise of its encoders. `joints`: its
-    joints at `start` [s] of the robot's clock; None: READY. Raises NotAvailable for a robot with unknown masses."""
+    """An arm that follows set points and reports its joints. `seed`: the seed of the noise of its encoders. `joints`:
+    its joints at the time `start` of the robot's clock [s]; None: READY. Raises NotAvailable for a robot with unknown
+    masses."""
 
     def __init__(
         self,
@@ -160,7 +161,7 @@ class MujocoArm:
         self._offset: _Quintic | None = None  # the offset from the set point, which fades
         self._since = start
         self._arrives = True  # whether the next set point is the first one to follow
-        self._clock = (start, start, 0.0)  # times of the robot's clock and of this clock, and its gain [s/s]
+        self._clock = (start, start, 0.0)  # times of the robot's and the arm's clock, and the gain of the latter [s/s]
         self._waiting = sorted((one for one in disturbances if one.at is not None), key=_begin)
         self._active = list[tuple[float, scenario.Disturbance]]()  # end times [s] and disturbances that act now
         for one in disturbances:
@@ -185,8 +186,8 @@ class MujocoArm:
         return own + (1.0 + rate) * (t - begin)
 
     def order(self, mode: BodyMode) -> None:
-        """Follow the set points, or hold still, as the server orders. After an emergency stop the arm follows again
-        only when the stop was released and the next order says so."""
+        """Follow the set points, or hold still, as the server orders. After an emergency stop the arm does not follow
+        again until the stop has been released and a new order to follow arrives."""
         if mode is BodyMode.STOPPED or self.mode is BodyMode.STOPPED or mode is self.mode:
             return
         self.mode, self._since = mode, self.time
@@ -196,7 +197,7 @@ class MujocoArm:
             self._arrives = True
 
     def disturb(self, disturbance: scenario.Disturbance | scenario.Release) -> None:
-        """Begin a disturbance, now or at its time, or end the present disturbances of a kind."""
+        """Begin a disturbance, now or at its own time; or end the present disturbances of a kind."""
         if isinstance(disturbance, scenario.Release):
             self._end([one for _, one in self._active if isinstance(one, disturbance.kind or scenario.Disturbance)])
         elif disturbance.at is not None and disturbance.at > self.time:
@@ -209,8 +210,8 @@ class MujocoArm:
     def advance(self, until: float, setpoint: SetPoint) -> list[Report]:
         """Step to the time `until` of the robot's clock [s], and return the reports, stamped by the arm's own clock.
 
-        `setpoint` returns joints, velocities and accelerations at a time of the arm's own clock. The arm does TICKS
-        steps at a time, after requesting the set point at their end; so it may end up to TICKS steps after `until`.
+        `setpoint` returns joints, velocities and accelerations at a time of the arm's own clock. The arm requests the
+        set point TICKS steps ahead, and then does these TICKS steps; so it may end up to TICKS steps after `until`.
         """
         found = list[Report]()
         while self.time < until - 1e-9:
@@ -243,7 +244,7 @@ class MujocoArm:
         return wanted
 
     def _steps_to(self, target: State, found: list[Report]) -> None:
-        """Do TICKS steps of the controller and of the arm, towards a reference."""
+        """Do TICKS steps of the controller and of the arm, towards the reference `target`."""
         joints, velocities, accelerations = AT_BEGIN @ np.concatenate([self._reference, target])
         stiffness, damping = self._gains
         wanted = stiffness * joints + damping * velocities
@@ -299,7 +300,7 @@ class MujocoArm:
         rate += (BETA / STEP) * missed
 
     def _report(self) -> Report:
-        """Return a report of the encoders, and of the controller's velocities and torques."""
+        """Return a report of the encoder readings, and of the controller's velocities and torques."""
         noise = self._noise * self._random.standard_normal(len(self._noise))
         read = np.rint((self._d.qpos + noise) / self._resolution) * self._resolution
         rate, effort = tuple(self._rate.tolist()), tuple(self._effort.tolist())
@@ -402,7 +403,7 @@ def _standing(joints: Floats) -> State:
 
 
 def compile_arm(model: RobotModel, inertial: InertialModel) -> tuple[Any, Any]:
-    """Return a model of MuJoCo and its data: links, drives, and an open lock for each joint."""
+    """Return a MuJoCo model and its data: links, drives, and an open lock for each joint."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.timestep, spec.option.gravity = STEP, GRAVITY

@@ -1,8 +1,9 @@
-"""Let an arm of ros2_control be the body: send each change of the timeline to joint_trajectory_controller, and report
-joint_states. Both go over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
+"""Let an arm of ros2_control follow the timeline: send each change of the timeline to joint_trajectory_controller, and
+report joint_states. Both go over a rosbridge server (RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md).
 
-The arm follows the timeline only if it is near it. Otherwise the body holds until RESYNC has brought the timeline to
-the measured joints. If the server has restarted, its timeline may be a different one; then the body starts again.
+The arm follows the timeline only if its joints are near the timeline. Otherwise the arm holds still until RESYNC has
+brought the timeline to the measured joints. If the server has restarted, its timeline may be a different one; then all
+state of the connection is discarded.
 """
 
 from __future__ import annotations
@@ -38,18 +39,18 @@ CONTROLLER_STATE = "control_msgs/msg/JointTrajectoryControllerState"
 ACTION = "control_msgs/action/FollowJointTrajectory"
 GET_TIME = "/rosapi/get_time"
 ABORTED = 6  # status of a goal (action_msgs/msg/GoalStatus)
-NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] maximum distance from the timeline
+NEAR = {JointKind.REVOLUTE: 0.1, JointKind.PRISMATIC: 0.02}  # [rad, m] maximum error of a joint that follows
 MAX_AGE_S = 1.0  # [s] maximum age of a measurement of the arm's position
 HORIZON = 10.0  # [s] minimum length of the timeline in a trajectory; it ends where the robot rests
 MIN_JOIN, MAX_JOIN = 0.1, 0.5  # [s] minimum and maximum time in which the arm joins a changed timeline
 SHARE = 0.5  # fraction of the joint limits used to join the timeline (our choice)
 AHEAD = 2.0  # [s] time before the end of a trajectory at which the next one is sent
-FIRST_ASKED, ASKED = 0.1, 5.0  # [s] between two requests for the time of ROS: for the first ones, and for later ones
+FIRST_ASKED, ASKED = 0.1, 5.0  # [s] interval between the first, and between later requests for the time of ROS
 FIRST_ANSWERS = 4
 EARLIER, LATER = 60.0, 1.0  # [s] maximum age of a measurement, and maximum lead of its clock
 SET_BACK = 1.0  # [s] if stamps go back by more than this, the clock of ROS was set
-SETTLING = 2.0  # [s] maximum wait for the first answers before the arm follows
-SILENT = 3.0  # [s] time without joint_states after which a message says so
+SETTLING = 2.0  # [s] maximum wait for the first answers; then the arm follows without them
+SILENT = 3.0  # [s] time without joint_states after which the user gets a message
 STATE_PERIOD_MS = 200  # [ms] period of the states that an active controller publishes
 MAX_STATE_GAP_S = 1.0  # [s] maximum gap between states; after a longer one the arm counts as stopped
 OPENING = 10.0  # [s] maximum time to open a connection
@@ -57,7 +58,7 @@ MAX_TOLD = 5  # maximum number of different rosbridge messages shown in one conn
 
 
 class Trajectory(NamedTuple):
-    """A trajectory: the time of its stamp [s], and its points. `at_once`: it has no stamp, and begins on arrival."""
+    """A trajectory: the time of its stamp [s], and its points. `at_once`: it has no stamp, and starts on arrival."""
 
     begin: float
     points: list[joint_trajectory.TrajectoryPoint]
@@ -65,10 +66,11 @@ class Trajectory(NamedTuple):
 
 
 class RosSettings(Struct, frozen=True):
-    """Settings for reaching the arm: the address of rosbridge, joints, the controller, and the topic of joint_states.
+    """Settings of the connection to the arm: the address of rosbridge, joints, the controller, and the topic of
+    joint_states.
 
-    `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: trajectories are goals of its action,
-    not messages of its topic.
+    `replaces`: the controller has `allow_trajectory_replacement`. `by_action`: send trajectories as goals of its action
+    instead of messages on its topic.
     """
 
     url: str
@@ -82,9 +84,9 @@ class RosSettings(Struct, frozen=True):
 class RosArm:
     """The protocol with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
 
-    `mode`: the mode in reports. If the arm cannot follow, it also holds until RESYNC. The arm counts as stopped
-    while its controller, which was active before, publishes no state. `tell`: takes messages for the user, each kind
-    once per connection.
+    `mode`: the mode in reports. If the arm cannot follow, it holds still until RESYNC. The arm counts as stopped while
+    its controller, which was active before, publishes no state. `tell`: takes messages for the user, each kind once per
+    connection.
     """
 
     def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
@@ -163,7 +165,7 @@ class RosArm:
         return found + [self._message(one) for one in trajectories]
 
     def _trajectories(self, now: float) -> list[Trajectory]:
-        """Return the trajectories that are due now."""
+        """Return the trajectories to send now."""
         order = self.body.order
         ordered = order is not self._order and order.at <= now
         if self._starts or ordered:
@@ -198,9 +200,9 @@ class RosArm:
     def _along(self, timeline: Timeline, now: float, cut: float) -> list[Trajectory]:
         """Return the trajectories for a timeline that has changed at `cut` [s].
 
-        If `cut` has passed, the arm is elsewhere by now. It then gets enough time to join the timeline that no joint
-        needs more than SHARE of its limits. A quintic over the way s in T seconds has the peak velocity 15/8 s / T and
-        the peak acceleration 5.8 s / T^2.
+        If `cut` has passed, the arm is no longer on the timeline. It then gets so much time to join the timeline that
+        no joint needs more than SHARE of its limits. A quintic over a distance s in T seconds has the peak velocity
+        15/8 s / T and the peak acceleration 5.8 s / T^2.
         """
         arm, begins = self.body.mirror.arm, self._begins(now, cut)
         assert self._measured is not None, "it is called only with a measurement"
@@ -231,7 +233,7 @@ class RosArm:
         return begins
 
     def change(self, cut: float) -> None:
-        """Record that the timeline has changed from `cut` [s] on."""
+        """Record that the timeline has changed after `cut` [s]."""
         self._cut, self._retried = min(self._cut, cut), False
 
     def _message(self, one: Trajectory) -> Mapping[str, Any]:
@@ -280,15 +282,15 @@ class RosArm:
         return [{"op": "call_service", "id": id, "service": GET_TIME}]
 
     def _offset(self, now: float) -> float:
-        """Return the clock of ROS minus the robot's clock [s], from the requests, or else from the stamps of
-        joint_states."""
+        """Return the clock of ROS minus the robot's clock [s], estimated from the requests if they were answered,
+        otherwise from the stamps of joint_states."""
         estimate = self._sync.estimate or self._stamps.estimate
         return 0.0 if estimate is None else estimate.there(now) - now
 
     # --- messages from rosbridge ---
 
     def hear(self, text: str | bytes) -> None:
-        """Take a message of rosbridge."""
+        """Process a message from rosbridge."""
         now = self.body.now()
         try:
             message = reports.read_message(text)
@@ -378,7 +380,7 @@ def brake_timeline(model: RobotModel, timeline: Timeline, t: float) -> Timeline:
 
 async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:
     """Let an arm of ROS execute the motions until another client replaces it; reconnect after a cut. Raises
-    RequestRefused if rosbridge does not answer at first, or if another client is the body."""
+    RequestRefused if rosbridge does not answer at first, or if another client already executes the motions."""
     arm, random, attempt, begun = RosArm(body, settings, tell), Random(), 0, False
 
     async def hear_changes() -> None:
@@ -409,7 +411,7 @@ async def follow(body: BodyClient, settings: RosSettings, tell: Callable[[str], 
 
 
 async def _wait(body: BodyClient, seconds: float) -> None:
-    """Wait for some seconds. Raises an error that ends the body during this time."""
+    """Wait for some seconds. Raises the error, if one ends the client `body` meanwhile."""
     loop = asyncio.get_running_loop()
     due = loop.time() + seconds
     async for _ in body.ticks():

@@ -1,7 +1,8 @@
-"""Disturbances of a simulated body, scenario files that list them, and a body without MuJoCo (`ServoArm`).
+"""Define disturbances of a simulated arm, read the scenario files that list them, and simulate an arm without MuJoCo
+(`ServoArm`).
 
 A scenario is a TOML file of [[push]], [[payload]], [[block]], [[slip]], [[stop]] and [[drift]] tables. The same words
-are typed while a body runs: `push force = [0, 40, 0] for = 0.2`.
+can be typed while the arm is simulated: `push force = [0, 40, 0] for = 0.2`.
 """
 
 from __future__ import annotations
@@ -70,14 +71,14 @@ class EmergencyStop(Disturbance, frozen=True, tag="stop"):
 
 
 class ClockDrift(Disturbance, frozen=True, tag="drift"):
-    """An error of the body's clock: it gains `rate` [s/s], and jumps by `jump` [s] at the start."""
+    """An error of the arm's clock: it gains `rate` [s/s], and jumps by `jump` [s] at the start."""
 
     rate: float = 0.0
     jump: float = 0.0
 
 
 class Release(Struct, frozen=True):
-    """The end of all disturbances of a kind; None: of all kinds."""
+    """A command that ends all disturbances of a kind; None: of all kinds."""
 
     kind: type[Disturbance] | None = None
 
@@ -99,7 +100,7 @@ PAIR = re.compile(r"(\w+)\s*=\s*(\[[^\]]*\]|\S+)")
 
 
 class Scenario(NamedTuple):
-    """The disturbances of a body, and the seed of its noise."""
+    """The disturbances of a simulated arm, and the seed of its noise."""
 
     disturbances: tuple[Disturbance, ...] = ()
     seed: int = 0
@@ -218,18 +219,18 @@ SetPoint = Callable[[float], tuple[Sequence[float], Sequence[float], Sequence[fl
 STEP = 0.008  # [s] time between two reports
 BANDWIDTH = 30.0  # [rad/s] bandwidth of the servos
 VISCOUS, COULOMB = 0.3, 0.2  # [1/s], [rad/s2 or m/s2] viscous and Coulomb friction of the servos
-STICKS_BELOW = 1e-3  # [rad/s, m/s] speed scale at which Coulomb friction reaches its full size
+STICKS_BELOW = 1e-3  # [rad/s, m/s] speed at which Coulomb friction nearly reaches its full size
 MISSED = 0.1  # fraction of an acceleration that the servos do not compensate
-MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] mass that a joint moves at the flange, and its inertia [kg m2]
+MASS, LEAST_INERTIA = 10.0, 0.1  # [kg] mass at the flange that a joint moves; [kg m2] minimum inertia of a joint
 NOISE, ENCODER = 2e-5, 1e-4  # [rad, m] standard deviation of the noise, and resolution of the encoders
 
 
 class ServoArm:
     """An arm that follows set points and reports its joints, with the same methods as `bodies.mujoco_arm.MujocoArm`.
 
-    `seed`: seed of the noise of its encoders. It is at READY at 0 s. Each joint is a critically damped servo under
+    `seed`: the seed of the noise of its encoders. At 0 s it is at READY. Each joint is a critically damped servo under
     friction, loads and pushes. We chose the masses so that errors have a plausible size. Raises NotAvailable for a
-    brake that slips.
+    slipping brake.
     """
 
     def __init__(self, arm: RobotArm, *, seed: int = 0, disturbances: Sequence[Disturbance] = ()) -> None:
@@ -258,13 +259,13 @@ class ServoArm:
         return tuple(self._joints.tolist())
 
     def own_time(self, t: float) -> float:
-        """Return the time of the body's own clock at a time of the robot's clock [s]."""
+        """Return the time of the arm's own clock at a time of the robot's clock [s]."""
         drifts = (one for one in self._on(t) if isinstance(one, ClockDrift))
         return t + sum(one.jump + one.rate * (t - (one.at or 0.0)) for one in drifts)
 
     def advance(self, until: float, setpoint: SetPoint) -> list[Report]:
-        """Go to a time of the robot's clock [s], and return a report of each step, stamped by the body's own clock.
-        `setpoint` returns joints, velocities and accelerations at a time of this clock."""
+        """Simulate up to a time of the robot's clock [s], and return a report for each step, stamped by the arm's own
+        clock. `setpoint` returns joints, velocities and accelerations at a time of this clock."""
         found = []
         while self.time < until - 1e-9:
             self._steps += 1
@@ -274,7 +275,7 @@ class ServoArm:
         return found
 
     def _on(self, t: float) -> list[Disturbance]:
-        """Return the disturbances that act at a time."""
+        """Return the disturbances that act at a time [s]."""
         return [
             one
             for one in self._disturbances

@@ -1,23 +1,25 @@
 """Detect that the measured robot differs from its timeline by more than healthy noise explains, and name the cause.
 
-Each report is compared with g at the report's own time. Residuals are averaged over 50 ms and divided by what a healthy
-body would show (`twin/healthy.py`). For each joint, and for the place of the tool, their squares less an allowance are
-summed up: Page's cumulative sum (Continuous inspection schemes, Biometrika 41, 1954). It is never negative, and raises
-an alarm at a threshold h. For normal noise the probability that an excursion which begins at a given block reaches h is
-at most exp(-lambda h), where lambda > 0 solves E exp(lambda x) = 1 for an increment x (Wald's bound). `threshold`
-computes h for a stated rate of false alarms.
+Each report is compared with g, the commanded position, at the time of the report. Residuals are averaged over 50 ms,
+and the residual of a healthy arm is subtracted; then they are divided by its standard deviation (`twin/healthy.py`).
+For each joint, and for the position of the tool, their squares minus an allowance are summed: Page's cumulative sum
+(Continuous inspection schemes, Biometrika 41, 1954). The sum never falls below zero, and raises an alarm when it
+exceeds a threshold h. For normal noise, an excursion that begins at a given block reaches h with a probability of at
+most exp(-lambda h), where lambda > 0 solves E exp(lambda x) = 1 for an increment x (Wald's bound). `threshold` computes
+h for a stated rate of false alarms.
 
-A payload that the controller does not know bends several joints a little, and back again later in the motion, so that
-no sum of one joint grows far. But its torques on the joints are known: a generalised likelihood ratio (Willsky and
-Jones, IEEE Transactions on Automatic Control 21, 1976) tests whether the joints have given way to them for the last
-0.05 to 0.4 s.
+A payload that the controller does not know deflects several joints a little, in changing directions during the motion,
+so that the sum of no single joint grows large. But the torques of a payload on the joints are known: a generalised
+likelihood ratio (Willsky and Jones, IEEE Transactions on Automatic Control 21, 1976) tests whether the joints have
+yielded to such torques for the last 0.05 to 0.4 s.
 
-The healthy model learns from no seconds around an alarm: a second is used three seconds later, if nothing was found.
+The healthy model does not learn from data around an alarm: it learns from a second of data three seconds later, if no
+divergence was found until then.
 
-Each cause predicts the measured joints. After a lost command they follow the timeline before that; with a delay they
-follow the timeline later; a blocked joint stands while others move; a payload bends all joints by its weight and
-inertia, which is a regression over all joints. A cause is named if it explains enough of the squared residuals, each in
-units of its joint's noise.
+Each possible cause predicts the measured joints. If a command was lost, they follow the timeline without this command;
+with a delay, they follow the timeline later; a blocked joint stands still while others move; a payload deflects all
+joints by its weight and inertia (tested by a regression over all joints). A cause is named if it explains enough of the
+squared residuals, each in units of its joint's noise.
 """
 
 from __future__ import annotations
@@ -39,17 +41,17 @@ from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, 
 
 EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
 KICKED = 0.6  # the same fraction for a joint blocked in full motion, which disturbs the other joints
-WAY = 10.0  # minimum displacement that counts as motion, in units of the noise
-LATELY = 0.15  # [s] length of the last part of the evidence, in which joints may be at rest
+WAY = 10.0  # minimum displacement that counts as motion [standard deviations of the noise]
+LATELY = 0.15  # [s] duration of the latest samples, from which present errors are judged
 MAX_DELAY = 1.5  # [s] maximum delay
 MAX_GROWTH = 0.5  # [s/s] maximum growth of a delay
-SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which a controller may yield to a load, tried one by one
+SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle, tried one by one
 OTHER_SPEED = 0.02  # [rad/s, m/s] minimum rate of a growing residual: another commander moves the arm
 Likely = tuple[DivergenceCause, str]
 
 
 class Sample(NamedTuple):
-    """A report of a body: its joints at time t [s]."""
+    """A report of the arm: its joints at time t [s], and its mode."""
 
     t: float
     joints: Joints
@@ -57,11 +59,11 @@ class Sample(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """Samples from shortly before the onset `since` [s] on.
+    """The samples from which the cause is inferred. They begin shortly before the onset of the divergence, `since` [s].
 
-    `measured` (N, n): the joints. `residuals`: the differences between a `healthy` body and g at the same times (N, n),
-    with their standard deviations by joint (n,): `noise` includes the errors of a healthy model that has learned
-    little, `pure_noise` does not. `befores`: the timelines before the last changes, the newest first.
+    `measured` (N, n): the joints. `g`: the commanded positions at the same times. `healthy` (N, n): the residuals of a
+    healthy arm, with their standard deviations by joint (n,): `noise` includes the errors of a healthy model that has
+    learned little, `pure_noise` does not. `befores`: the timelines that the last changes replaced, the newest first.
     """
 
     arm: RobotArm
@@ -113,7 +115,7 @@ def likely_cause(it: Evidence) -> Likely:
 
 
 def _lost_or_late(it: Evidence) -> Likely | None:
-    """Test for a command that never reached the body, and for a delay that may grow."""
+    """Test for a command that never reached the arm, and for a delay, which may grow."""
     delay, growth, late_share = _delay(it)
     now = it.times[-1]
     for before in it.befores:
@@ -121,8 +123,8 @@ def _lost_or_late(it: Evidence) -> Likely | None:
         if begins > it.times[-1] or begins < it.since - 1.0:
             continue
         share = it.share(it.measured - positions_at(it.arm, before, it.times).joints - it.healthy)
-        # a body at rest since the command began might be late by that whole time, but delays do not jump
-        # so far
+        # an arm that has rested since the command began might also be late by this whole time, but real delays do
+        # not grow this suddenly
         if share >= EXPLAINED and not (late_share > share and delay < 0.7 * (now - begins)):
             number = it.timeline.locate(now)[0].motion
             said = f"the joints follow the timeline as it was before {number.text or 'the last command'}"
@@ -134,9 +136,8 @@ def _lost_or_late(it: Evidence) -> Likely | None:
 
 
 def _delay(it: Evidence) -> tuple[float, float, float]:
-    """Fit a delay that grows evenly to all joints by Gauss-Newton steps. Return the delay at the end [s], its growth
-    [s/s], and the explained share.
-    """
+    """Fit one delay, which may grow linearly, to all joints by Gauss-Newton steps. Return the delay at the end [s], its
+    growth [s/s], and the explained share."""
     since, a, b = it.times - it.times[-1], 0.0, 0.0
     best = (0.0, 0.0, it.share(it.error))
     for _ in range(8):
@@ -174,8 +175,8 @@ def _standing(it: Evidence) -> Likely | None:
 
 
 def _payload(it: Evidence) -> Likely | None:
-    """Test for a mass at the flange: fit all residuals by the torques of this mass on the joints. A joint yields by
-    torque times compliance. The compliance is unknown but not negative; all joints settle at the same rate."""
+    """Test for a mass at the flange: fit all residuals by the torques of this mass on the joints. The deflection of a
+    joint is torque times compliance. The compliance is unknown but not negative; all joints settle at the same rate."""
     rows = zip(it.g.joints.tolist(), it.g.velocity.tolist(), it.g.acceleration.tolist(), strict=True)
     torque = np.array([load_torque(it.arm, *map(tuple, row)) for row in rows])
     after = np.maximum(it.times - it.since, 0.0)[:, None]
@@ -196,8 +197,8 @@ def _payload(it: Evidence) -> Likely | None:
 
 
 def _growing(it: Evidence) -> float:
-    """Return the share explained by residuals that grow with the square of time, as they do if two commanders move the
-    arm."""
+    """Return the fraction of the squared residuals explained by residuals that grow with the square of time, as they do
+    if two commanders move the arm."""
     best = 0.0
     for begin in np.linspace(it.times[0], it.since, 4):
         square = np.maximum(it.times - begin, 0.0)[:, None] ** 2
@@ -233,19 +234,18 @@ TOOL_ALLOWANCE = 14.0  # as JOINT_ALLOWANCE, for the squared error of the tool's
 LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
 SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
 DECIDE = 0.2  # [s] from detection to the alarm, to collect more evidence of the cause
-SECOND = round(1.0 / BLOCK)  # number of blocks in a second
+SECOND = round(1.0 / BLOCK)  # number of blocks per second
 WAITS = 3  # [s] age of a second of data when the healthy model learns from it
 CALM = 25.0  # a robot whose squared residuals stay below this for a second has recovered
 BEFORE = 0.1  # [s] length of the evidence before the onset
 SAMPLE_NOISE = 2.0  # ratio of the noise of one sample to that of a block, which averages five reports
 MEMORY = 3.0  # [s] length of the reports that are kept as evidence
-EDITS = 10.0  # [s] time for which the timeline before a change is kept
+EDITS = 10.0  # [s] time for which a replaced timeline is kept
 
 
 def exponent(allowance: float, freedoms: int) -> float:
-    """Return lambda > 0 with E exp(lambda (x - allowance)) = 1 for x chi-square distributed: the root of
-    -freedoms / 2 log(1 - 2 lambda) = lambda allowance below 1/2.
-    """
+    """Return lambda > 0 with E exp(lambda (x - allowance)) = 1, where x is chi-square distributed with `freedoms`
+    degrees of freedom: the root below 1/2 of -freedoms / 2 log(1 - 2 lambda) = lambda allowance."""
     low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # below `low` the two sides come close to each other again
     for _ in range(100):
         middle = 0.5 * (low + high)
@@ -274,7 +274,8 @@ def load_threshold(joints: int, an_hour: float) -> float:
 
 
 class DivergenceWatch:
-    """A detector for one body. `diverged`: an alarm was raised, and the robot has not recovered since then."""
+    """A detector of divergence for one arm. `diverged`: an alarm was raised, and the arm has not recovered since
+    then."""
 
     def __init__(self, arm: RobotArm) -> None:
         n = arm.model.joint_count
@@ -296,7 +297,7 @@ class DivergenceWatch:
         self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # evidence for a load by block, the newest first
         self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
         self._waiting: deque[list[Blocks]] = deque()  # seconds to learn from; the last one is not complete
-        self._found: tuple[float, float] | None = None  # times of the onset and of the due alarm [s]
+        self._found: tuple[float, float] | None = None  # [s] times of the onset and of the alarm to raise
         self._calm = 0
         self._samples.clear()
         self._bounds: dict[int, tuple[Floats, Floats]] = {}
@@ -304,7 +305,7 @@ class DivergenceWatch:
 
     def take(self, timeline: Timeline, report: Report, *, ordered: bool = True) -> DivergenceAlarm | None:
         """Compare a report with the present timeline of the robot; return an alarm if one is due. Reports older than
-        the last one are skipped, and so are reports of a body that holds, if that was `ordered`."""
+        the last one are ignored, and so are reports that the arm holds still, if this was `ordered`."""
         last = self._samples[-1].t if self._samples else -inf
         if timeline is not self._timeline:
             if self._timeline is not None:
@@ -338,7 +339,7 @@ class DivergenceWatch:
         load = self.healthy.load(0.5 * (joints[1] + joints[2]), velocity[0], acceleration[0])
         t, residual = sum(times) / len(times), np.mean(residuals, axis=0)
         self._add(Blocks(np.array([t]), residual[None], velocity[None], acceleration[None], load[None]), joints[2])
-        # The alarm that is due, with its cause
+        # Raise the alarm, if it is due, with its cause
         if self._found is None:
             return None
         since, due = self._found
@@ -356,7 +357,8 @@ class DivergenceWatch:
         return DivergenceAlarm(t, joint, size, dist(*places), cause, detail, since)
 
     def _g_at_begin(self, timeline: Timeline, cell: int) -> tuple[Floats, Floats]:
-        """Return joints and velocity of g where a block begins, remembered for the next two blocks."""
+        """Return the commanded joints and velocities at the start of a block. They are cached for the next two
+        blocks."""
         if (known := self._bounds.get(cell)) is None:
             here = position_at(self.arm, timeline, cell * BLOCK)
             self._bounds = {k: bound for k, bound in self._bounds.items() if cell - 3 < k < cell + 3}
@@ -364,10 +366,10 @@ class DivergenceWatch:
         return known
 
     def _add(self, block: Blocks, joints: Floats) -> None:
-        """Add a block to all sums; then let the healthy model learn from the second of data that is now old enough."""
+        """Add a block to all sums; then let the healthy model learn from the oldest waiting second of data."""
         predicted = self.healthy.predict(block)
         error, deviation = (block.residual - predicted.mean)[0], predicted.deviation[0]
-        # The squared displacement of the tool for its covariance: chi-square with three degrees of freedom
+        # Squared displacement of the tool, normalised by its covariance: chi-square with three degrees of freedom
         jacobian = np.array(self.arm.jacobian(tuple(joints.tolist())))[:3]
         moved, spread = jacobian @ error, jacobian * deviation
         covariance = spread @ spread.T + np.diag([1e-12] * 3)

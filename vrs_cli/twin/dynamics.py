@@ -1,11 +1,11 @@
 """Compute torques of an arm by recursive Newton-Euler; find the masses, centres and inertias of its links.
 
-The masses in a robot's file come first (`RobotModel.masses`; of a built-in robot, the file in `robots/masses`). If the
-file has only the mass of a link, its centre and inertia are those of its shapes with a uniform density.
+The masses come from the robot's file (`RobotModel.masses`) or, for a built-in robot, from its file in `robots/masses`.
+If the file has only the mass of a link, its centre and inertia are those of its shapes with a uniform density.
 
 Everything is computed over N samples at once, in the base frame of the robot. The recursion is that of Luh, Walker and
-Paul, "On-line computational scheme for mechanical manipulators" (1980). Metres, radians, kilograms, newtons; of a
-joint that slides, torques are forces.
+Paul, "On-line computational scheme for mechanical manipulators" (1980). Units are metres, radians, kilograms, newtons;
+the torque of a prismatic joint is a force.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ AXIS_Z = np.array([0.0, 0.0, 1.0])
 class InertialModel(NamedTuple):
     """Masses and drives of an arm with n joints, in the frames of the links (`model.link_frames`).
 
-    `mass` (n,) [kg]; `centre` (n, 3) of mass [m]; `inertia` (n, 3, 3) about the centre [kg m2]. `armature` (n,): what
-    the rotor of each motor adds to its joint [kg m2, kg]; `viscous` (n,) [N m s/rad, N s/m] and `coulomb` (n,) [N m, N]
-    friction; `max_torque` (n,) [N m, N].
+    `mass` (n,) [kg]; `centre` (n, 3) of mass [m]; `inertia` (n, 3, 3) about the centre [kg m2]. `armature` (n,): the
+    inertia that the rotor of each motor adds to its joint [kg m2, kg]; `viscous` (n,) [N m s/rad, N s/m] and `coulomb`
+    (n,) [N m, N] friction; `max_torque` (n,) [N m, N].
     """
 
     mass: Floats
@@ -55,7 +55,7 @@ class InertialModel(NamedTuple):
 class LinkMotion(NamedTuple):
     """The motion of a link over N samples: R (N, 3, 3) and origin (N, 3) of its frame, its angular velocity and
     acceleration, and the acceleration of the origin minus gravity, each (N, 3). `axis` (N, 3): the axis of its joint;
-    `lever` (N, 3): the vector from the origin of the previous frame to its own."""
+    `lever` (N, 3): the vector from the origin of the previous link's frame to the origin of this one."""
 
     slides: bool
     axis: Floats
@@ -144,18 +144,18 @@ def _parts(T: Transform) -> tuple[Floats, Floats]:
     return rows[:, :3], rows[:, 3]
 
 
-MASSES = ROBOTS / "masses"  # folder of the masses of built-in robots, which only a body reads
+MASSES = ROBOTS / "masses"  # folder with the masses of built-in robots, read only for dynamics
 ROUNDING = 1e-12  # relative rounding error of a moment of inertia
 MIN_MOMENT = 1e-6  # [kg m2] minimum principal moment of inertia
 POSES, SEED = 100, 1  # number and seed of random poses for drives with unknown data
 RESERVE = 2.0  # ratio of a drive's maximum torque to the torque for gravity and maximum acceleration (our choice)
-# shares that we chose for unknown data: of the greatest inertia (rotor), and of the maximum torque (friction)
+# our choice for unknown data: rotor inertia as a fraction of the joint's maximum inertia, friction of maximum torque
 ROTOR_SHARE, VISCOUS_SHARE, COULOMB_SHARE = 0.1, 0.05, 0.02
-ROUND = 24  # number of slices along half a circle: second moments of a slab to 1e-4
+ROUND = 24  # number of slices along half a circle; gives second moments of a slab to 1e-4
 
 
 def masses_of(model: RobotModel) -> tuple[LinkMasses, ...]:
-    """Return the known masses of a robot: one row for each link, or none at all."""
+    """Return the known masses of a robot: one row for each link, or an empty tuple."""
     if model.masses or (path := file_of_built_in(model, MASSES)) is None:
         return model.masses
     return _masses_in(path, model.joint_count)
@@ -167,7 +167,7 @@ def _masses_in(path: Path, joints: int) -> tuple[LinkMasses, ...]:
 
 
 def inertial_model(model: RobotModel) -> InertialModel:
-    """Return the masses and drives of a robot. Raises NotAvailable with the links whose mass is unknown."""
+    """Return the masses and drives of a robot. Raises NotAvailable, naming the links, if a mass is unknown."""
     known = masses_of(model) or (LinkMasses(),) * model.joint_count
     if missing := [str(i) for i, link in enumerate(known, 1) if link.mass is None]:
         links = f"link {missing[0]}" if len(missing) == 1 else f"links {', '.join(missing[:-1])} and {missing[-1]}"
@@ -205,8 +205,7 @@ def realizable_inertia(inertia: Floats) -> Floats:
 def _with_drives(
     model: RobotModel, known: Sequence[LinkMasses], mass: Floats, centre: Floats, inertia: Floats
 ) -> InertialModel:
-    """Add the drives. Unknown data are chosen as fixed shares of the inertias and torques of the arm in random
-    poses."""
+    """Add the drives. Unknown data are set to fixed fractions of the arm's inertias and torques in random poses."""
     none = np.zeros(len(mass))
     bare = InertialModel(mass, centre, inertia, none, none, none, none)
     random, ranges = Random(SEED), list(zip(model.lower, model.upper, strict=True))
@@ -235,7 +234,7 @@ Slice = Iterator[tuple[Vector, float]]  # yields points with their areas [m2]
 
 
 class UnitSolid(NamedTuple):
-    """Centre (3,) [m] and inertia (3, 3) about it [m2] of a body of one kilogram."""
+    """A body of one kilogram: its centre (3,) [m], and its inertia (3, 3) about the centre [kg m2]."""
 
     centre: Floats
     inertia: Floats
@@ -249,9 +248,8 @@ class PointMasses(NamedTuple):
 
 
 def solid_of_link(model: RobotModel, link: int) -> UnitSolid | None:
-    """Return the solid of all shapes of a link, with the hand closed; None without a readable shape. Overlapping shapes
-    count twice.
-    """
+    """Return the centre and inertia of a link of one kilogram, from all its shapes with the hand closed; None if it has
+    no readable shape. Volumes in which shapes overlap count twice."""
     parts = list[PointMasses]()
     for shape in shapes_of(model):
         if shape.link == link:
@@ -291,7 +289,7 @@ def point_masses(body: Body) -> PointMasses:
 
 
 def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMasses:
-    """Return the hull of two balls: a cap of each, and the cone that touches both."""
+    """Return point masses of the convex hull of two balls: a cap of each ball, and the cone between the caps."""
     (r, s), far = radii, hypot(*vector_difference(end, start))
     if far <= abs(r - s):  # one ball contains the other
         centre, r, s, far = (start, r, r, 0.0) if r >= s else (end, s, s, 0.0)
@@ -309,7 +307,7 @@ def _capsule(start: Vector, end: Vector, radii: tuple[float, float]) -> PointMas
 
 
 def _slab(body: Slab) -> PointMasses:
-    """Return the hull of two discs, as rectangles across it with a tapering thickness."""
+    """Return point masses of the convex hull of two discs: rectangles across its length, with a tapering thickness."""
     way, (r1, r2), (t1, t2) = vector_difference(body.end, body.start), body.radii, body.thickness
     far, x = hypot(*way), unit(way)
     z = unit(along(body.across, x, -dot(body.across, x)))
@@ -332,7 +330,8 @@ def _slab(body: Slab) -> PointMasses:
 
 
 def _slices(ends: tuple[float, float], slice_at: Callable[[float], Slice], count: int = 4) -> PointMasses:
-    """Return points of slices at Gauss-Legendre nodes. The result is exact for integrands up to the 7th degree in z."""
+    """Return point masses of slices at Gauss-Legendre nodes. The result is exact for integrands up to the 7th degree in
+    z."""
     low, high = ends
     places, weights = (0.5 * (high - low) * row for row in np.polynomial.legendre.leggauss(count))
     rows = [
@@ -344,7 +343,7 @@ def _slices(ends: tuple[float, float], slice_at: Callable[[float], Slice], count
 
 
 def _disc(z: float, radius: float) -> Slice:
-    """Yield four points with the area and the second moments of a disc."""
+    """Yield four points that have the area and the second moments of a disc."""
     far, area = radius / 2**0.5, pi * radius * radius / 4.0
     for x, y in ((far, 0.0), (-far, 0.0), (0.0, far), (0.0, -far)):
         yield (x, y, z), area

@@ -1,11 +1,12 @@
-"""The healthy residual of a robot: the distance of a correctly working body from its timeline, learned while it moves.
+"""Learn the healthy residual of a robot: the difference between a correctly working arm and its timeline.
 
-A controller lags, sags and sticks. So the healthy residual of a joint (measured minus g) is a sum of known functions of
-the commanded motion with unknown coefficients, and noise: an offset, parts in proportion to velocity (lag) and
-acceleration, dry friction, and the torque that a mass at the flange asks of the joint. Coefficients are learned by
-Bayesian linear regression with exponential forgetting (Bishop, Pattern Recognition and Machine Learning, 2006, 3.3):
-what has not been seen yet has a wide prediction interval, so that a body may be watched from its first report on. The
-noise is learned for each joint in classes of activity, as errors at high speed are larger than at rest.
+Even a healthy arm lags, sags and sticks. So the healthy residual of a joint (measured minus commanded value) is
+modelled as noise plus a sum of known functions of the commanded motion with unknown coefficients: an offset, terms
+proportional to velocity (lag) and acceleration, dry friction, and the joint torque of a mass at the flange.
+Coefficients are learned by Bayesian linear regression with exponential forgetting (Bishop, Pattern Recognition and
+Machine Learning, 2006, 3.3): motions unlike the learned ones have a wide prediction interval, so that an arm can be
+monitored from its first report. The noise is learned for each joint in classes of activity, because errors are larger
+at high speed than at rest.
 """
 
 from __future__ import annotations
@@ -18,27 +19,28 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats, Rows
 from vrs_cli.kinematics.joints import Joints
 
-# standard deviations of the coefficients of `features`: an offset; lag, acceleration and dry friction in this block,
-# and in the one before; load [rad or m, s, s2]
+# prior standard deviations of the coefficients of `features`: offset; velocity, acceleration and dry friction in this
+# block, and the same three in the block before; load. Units: rad or m, s, s2
 PRIOR = (0.01, 0.05, 0.005, 0.003, 0.05, 0.005, 0.003, 0.02)
 BEGUN = 1e-3  # [rad/s, m/s] speed above which the dry friction of a joint has its full size
 ACTIVITY = (0.01, 0.1, 0.4)  # bounds between classes of activity, as fractions of the velocity and acceleration limits
-START = 2e-3  # [rad, m] assumed noise while nothing is known
-LEAST_NOISE = 2e-4  # [rad, m] minimum noise (0.011 deg): play, and errors that an operator need not know
-STICK = 2e-3  # [rad, m] a joint that hardly moves may deviate this much from its set point: dry friction holds it there
+START = 2e-3  # [rad, m] assumed noise before anything is learned
+LEAST_NOISE = 2e-4  # [rad, m] minimum noise (0.011 deg): backlash, and errors too small to matter to an operator
+STICK = 2e-3  # [rad, m] deviation from the set point at which dry friction may hold a nearly resting joint
 SLOW = 5e-3  # [rad/s, m/s] speed below which a joint hardly moves
 FEW = 100  # number of blocks after which a class has its own noise
 GRAVITY = 9.81  # [m/s2] acceleration of gravity
 MEMORY = 12_000.0  # number of blocks (10 minutes of motion) after which learned data have a third of their weight
 OUTLIER = 4.0  # limit of a residual [standard deviations]; larger ones are reduced to it
-TAIL = 1.5  # minimum ratio of the largest healthy error of the past to the standard deviation
-RELATIVE = 0.1  # fraction of the predicted residual that may be wrong
+TAIL = 1.5  # maximum ratio of the largest healthy error so far to the standard deviation of the noise
+RELATIVE = 0.1  # standard error of the predicted residual, as a fraction of this residual
 CORRELATED = 4.0  # number of successive blocks that count as one, because their errors are correlated
 
 
 class Blocks(NamedTuple):
-    """Averages over short stretches of reports, at times (B,) [s]: the residual (B, n); velocity and acceleration of g
-    in this block and in the block before (B, 2, n); and the torque of a load divided by its usual size (B, n)."""
+    """Averages of reports over B short blocks of time, at times (B,) [s]: the residual (B, n); the commanded velocity
+    and acceleration in this block and in the block before (B, 2, n); and the torque of a load divided by its usual size
+    (B, n)."""
 
     times: Floats
     residual: Floats
@@ -57,9 +59,8 @@ class HealthyError(NamedTuple):
 
 
 class HealthyResidual:
-    """A model of the healthy residual of one body. `noise`: its standard deviation [rad, m], by class of activity and
-    joint; `learned`: the number of blocks that it has learned from.
-    """
+    """A model of the healthy residual of one arm. `noise`: the standard deviation of the noise [rad, m], by class of
+    activity and joint; `learned`: the number of blocks from which it has learned."""
 
     def __init__(self, arm: RobotArm) -> None:
         self._arm, model = arm, arm.model
@@ -97,8 +98,8 @@ class HealthyResidual:
         return np.stack([*rows, blocks.torque], axis=-1)
 
     def _classes(self, blocks: Blocks) -> Rows:
-        """Return the class of activity of each block (B,): the class of the most active joint, since this joint shakes
-        the others."""
+        """Return the class of activity of each block (B,): the class of the most active joint, because this joint
+        shakes the others."""
         speed = np.abs(blocks.velocity) / self._most_velocity
         change = np.abs(blocks.acceleration) / self._most_acceleration
         return np.asarray(np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2))))
@@ -109,14 +110,14 @@ class HealthyResidual:
         mean = np.einsum("bnk,nk->bn", features, self._coefficients)
         unknown = np.einsum("bnk,nkl,bnl->bn", features, self._covariance, features)
         noise = self.noise[self._classes(blocks)]
-        moving = mean - self._coefficients[:, 0]  # the part to which RELATIVE applies (not the offset)
+        moving = mean - self._coefficients[:, 0]  # RELATIVE applies to the residual without its offset
         slow = STICK * np.exp(-((np.abs(blocks.velocity).min(axis=1) / SLOW) ** 2))
         return HealthyError(mean, np.sqrt(noise**2 + unknown + (RELATIVE * moving) ** 2 + slow**2), noise)
 
     def learn(self, blocks: Blocks) -> None:
-        """Learn from blocks in which the body was healthy."""
+        """Learn from blocks in which the arm was healthy."""
         predicted, features, classes = self.predict(blocks), self.features(blocks), self._classes(blocks)
-        # scale errors to the noise alone: errors of unlearned coefficients are no noise
+        # scale errors to the noise alone: errors from unlearned coefficients are not noise
         errors = np.abs(blocks.residual - predicted.mean) * predicted.noise / predicted.deviation
         decay = 1.0 - len(blocks.times) / MEMORY
         weights = 1.0 / (CORRELATED * predicted.noise**2)
@@ -136,10 +137,10 @@ class HealthyResidual:
             self._weight[number] = self._weight[number] * decay + len(these)
             self._squares[number] = self._squares[number] * decay + (these**2).sum(axis=0)
             self._peak[number] = np.maximum(self._peak[number] * decay, these.max(axis=0))
-        # at least the noise of the largest error
+        # the noise must be large enough for the largest error so far
         own = np.maximum(np.sqrt(self._squares / np.maximum(self._weight, 1.0)), self._peak / TAIL)
-        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # larger while few are learned
-        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must rise with the class of activity
+        noise = np.maximum(own, LEAST_NOISE) + START * FEW / (FEW + self._weight)  # larger while few blocks are learned
+        self.noise[:] = np.minimum.accumulate(noise[::-1])[::-1]  # the noise must increase with activity
         self.learned += len(blocks.times)
 
 

@@ -1,6 +1,6 @@
-"""The course of a world (where each part is at any time, and which signals sensors and rules set), and the world that
-computes it. A course depends only on a timeline and a scene. It is simulated forward only as far as it is queried.
-After an edit of the timeline, only the changed remainder is computed again."""
+"""The course of a world (its state over time: where parts are, and which signals sensors and rules set), and the world
+that computes it. A course depends only on a timeline and a scene. It is simulated only up to the latest time that was
+queried. After an edit of the timeline, only the changed remainder is computed again."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class WorldCourse:
         self.begins = self._history.now
 
     def for_edit(self, timeline: Timeline, since: float) -> WorldCourse:
-        """Return the course of another timeline that equals this one until `since` [s]."""
+        """Return the course of an edited timeline that equals this course's timeline until `since` [s]."""
         made = WorldCourse.__new__(WorldCourse)
         made._settings, made.timeline, made._lock = self._settings, timeline, RLock()
         made._standing, made.begins = (0, {}), self.begins
@@ -66,8 +66,8 @@ class WorldCourse:
         return tuple(self._settings.parts)
 
     def spans(self, name: str, until: float | None = None) -> tuple[PartSpan, ...]:
-        """Return all spans of a part up to a time [s], by default up to the end of the timeline. Raises KeyError for an
-        unknown part."""
+        """Return the successive states of a part up to a time [s], by default up to the end of the timeline. Raises
+        KeyError for an unknown part."""
         self._advance(self.timeline.end if until is None else until)
         if not (found := self._history.rows(("spans", name))):
             raise KeyError(name)
@@ -141,13 +141,13 @@ class WorldCourse:
             return found
 
     def moves(self, begin: float, end: float) -> list[tuple[float, str]]:
-        """Return the times after `begin` and up to `end` [s] at which parts begin a new span, with the names of the
-        parts."""
+        """Return the times after `begin` and up to `end` [s] at which the state of a part changes, each with the part's
+        name."""
         self._advance(end)
         return list(self._history.between(MOVES, begin, end))
 
     def last_move(self, until: float) -> float:
-        """Return the last time before `until` [s] at which a part began a new span."""
+        """Return the last time before `until` [s] at which the state of a part changed."""
         move = self._history.last(MOVES, nextafter(until, -inf))
         return float(move[0]) if move else self.begins
 
@@ -180,8 +180,8 @@ class WorldCourse:
 
     def rows(self, begin: float, end: float) -> CourseRows:
         """Return the rows that begin at `begin` or later and before `end` [s]. If `end` is infinite, return all rows
-        computed so far, at least up to the end of the timeline. The rows of the start state count as earlier than all
-        times."""
+        computed so far, at least up to the end of the timeline. The rows of the initial state count as earlier than any
+        time."""
         if self._simulation.next_time < end:
             self._advance(nextafter(end, -inf) if end < inf else self.timeline.last)
 
@@ -210,15 +210,15 @@ class WorldCourse:
 
     @property
     def notes(self) -> tuple[tuple[float, str, str], ...]:
-        """The notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on nothing),
-        FALL (a part falls), EDGE (a part rests on an edge), FEEDER (a feeder cannot bring a part), ENDLESS (rules
-        trigger each other without end)."""
+        """Return the notes up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on
+        nothing), FALL (a part falls), EDGE (a part rests on an edge), FEEDER (a feeder cannot bring a part), ENDLESS
+        (rules trigger each other without end)."""
         self._advance(self.timeline.end)
         return tuple(self._history.rows(NOTES))
 
     def state_at(self, t: float) -> WorldState | None:
-        """Return the state of the world just before t [s], or the state with which the course begins. Return None if
-        that state is the scene itself."""
+        """Return the state of the world just before t [s]. If the course begins at t or later, return its initial
+        state; None if that is the scene itself."""
         if t <= self.begins:
             return self.timeline.world
         self._advance(t)
@@ -265,12 +265,13 @@ class World:
                 yield name, state.pose
 
     def _continued_course(self, timeline: Timeline) -> WorldCourse:
-        """Return a new course. It continues the kept course that agrees longest with this timeline from the start."""
+        """Return a new course. It reuses the start of the kept course whose timeline equals this one for the longest
+        time."""
         best, since = None, timeline.start
         for course in reversed([one for one in self._courses if one.timeline.world is timeline.world]):
             same = course.timeline.same_until(timeline)
             if same > since:
                 best, since = course, same
-            if same >= course.timeline.end:  # the new timeline only adds motions after that course's timeline
+            if same >= course.timeline.end:  # the new timeline only adds motions at the end
                 break
         return WorldCourse(self.settings, timeline) if best is None else best.for_edit(timeline, since)

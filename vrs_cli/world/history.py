@@ -1,5 +1,5 @@
 """The history of a world: values that are computed forward in time and can be reverted to any earlier time. Also a grid
-that finds the resting bodies near a place and the surface below a body."""
+that finds bodies at rest near a place, and the surface below a body."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class WorldHistory:
 
     @property
     def due(self) -> tuple[Due, ...]:
-        """All planned events, the earliest first."""
+        """Return all planned events, the earliest first."""
         return tuple(self._values.get("due", ()))
 
     def plan(self, t: float, what: Happening) -> None:
@@ -203,7 +203,7 @@ def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tupl
 
 
 def put(history: WorldHistory, name: str, solids: Solids, T_world_body: Transform) -> None:
-    """Record that a body is at rest at a pose from now on."""
+    """Record that a body now rests at a pose."""
     lift(history, name)
     area = bounds(solids, T_world_body)
     covered = cells(area)

@@ -1,7 +1,7 @@
-"""Find when a moving body enters and leaves the region of a sensor, by conservative advancement. Each step is so short
-that the body, at its maximum speed, cannot move farther than its distance from the region (Mirtich and Canny,
-Impulse-based simulation of rigid bodies, 1995). A segment is searched in its own time, and the result is kept with its
-path. An edit that only shifts the segment uses the same result, so no bit changes."""
+"""Find when a moving body enters and leaves the region of a sensor, by conservative advancement. Each time step is so
+short that the body, at its maximum speed, cannot move farther than its distance from the region (Mirtich and Canny,
+Impulse-based simulation of rigid bodies, 1995). Times in a segment count from its start, and the result is cached with
+its path. If an edit only shifts the segment, the cached result is used again, so it stays equal bit by bit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
 GRAVITY = 9.81  # [m/s2] acceleration of gravity
 MIN_STEP_S = 2.0**-11  # [s] minimum step: half a millisecond, so that no stay of 1 ms in a region is missed
 FINEST = 2.0**-22  # [s] resolution of the instants found, counted from the start of their segment
-MAX_PASSAGES = 100_000  # maximum number of results kept
+MAX_PASSAGES = 100_000  # maximum number of cached results
 
 
 class Crossing(NamedTuple):
@@ -46,7 +46,7 @@ class Crossing(NamedTuple):
 
 
 class Passage(NamedTuple):
-    """The regions that contain a body when its motion begins, and its crossings of regions in order of time."""
+    """The regions that contain a body when its motion begins, and the crossings during the motion in order of time."""
 
     begins_in: frozenset[int]
     crossings: tuple[Crossing, ...]
@@ -79,7 +79,8 @@ def _from_box(size: Vector) -> Callable[[Vector], float]:
 
 
 def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
-    """Return the distance between a point and a cylinder with round ends. `end`: one end of its axis."""
+    """Return a function that returns the distance between a point and a cylinder with round ends. `end`: one end of its
+    axis."""
     mx, my, mz = rod.middle
     ax, ay, az = vector_difference(end, rod.middle)
     square = ax * ax + ay * ay + az * az
@@ -112,7 +113,7 @@ class Way(NamedTuple):
 
 
 class Sensing:
-    """Finds when bodies (given by name) cross regions (given by number), and keeps the results."""
+    """Finds when bodies (given by name) enter and leave regions (given by number), and caches the results."""
 
     def __init__(self, arm: RobotArm, bodies: Mapping[str, Solids], regions: Sequence[Region]) -> None:
         self._arm, self._bodies, self.regions = arm, bodies, regions
@@ -127,7 +128,7 @@ class Sensing:
         ).begins_in
 
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
-        """Return the passage of a body that the arm moves through a segment; times count from the segment's start."""
+        """Return the passage of a body that the arm moves during a segment; times count from the segment's start."""
         path = segment.path
         if (known := self._known.get((id(path), segment.duration, sight))) is not None:
             return known[1]
@@ -155,9 +156,9 @@ class Sensing:
         return found[1]
 
     def _passage(self, way: Way) -> Passage:
-        """Find the crossings of a moving body with all regions that it can reach."""
+        """Find when a moving body enters and leaves each region that it can reach."""
         T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
-        # the maximum distance that a point of the body moves [m]
+        # [m] maximum length of the path of any point of the body
         far = way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2 if way.duration else 0.0
         for number, region in enumerate(self.regions):
             if _far_apart(self._bodies[way.body], T, region) > far:
@@ -215,7 +216,7 @@ class Sensing:
     # --- the search ---
 
     def _search(self, way: Way, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
-        """Yield (time, inside): whether the body is in a region at the start, then after each change."""
+        """Yield pairs of a time [s] and whether the body is in the region: at the start, then at each change."""
         s, gap = 0.0, self._clearance(way, 0.0, region)
         yield 0.0, gap <= 0.0
         while s < way.duration and not still:

@@ -16,7 +16,7 @@ from vrs_cli.world.history import CHANGES, FALLS, GRIPS, SEES, WorldHistory, bel
 from vrs_cli.world.sensing import Region, SeenBody, Sensing
 from vrs_cli.world.solids import Solids, point_apart, solids_of, spread
 
-FINGERS = ""  # the hand's fingers are a body with this name
+FINGERS = ""  # the name of the body that represents the fingers
 OPENING = 0.1  # [m] default width of the open hand
 
 
@@ -113,8 +113,8 @@ def part_between(
 
 
 def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
-    """Record the held part, and how far the hand is open from now on. Fingers stop at the part that they hold. While
-    the fingers move, record their old opening."""
+    """Record the held part and the present opening of the hand. Fingers stop at the part that they hold. While the
+    fingers move, record the opening from which they started."""
     name, opening = history.get("held"), history.get("hand")
     if name is not None:
         opening = max(opening, history.get("width") / settings.opening)
@@ -127,8 +127,8 @@ def add_grip(history: WorldHistory, settings: WorldSettings) -> None:
 def _hold_of(
     part: world.ScenePart, solids: Solids, T: Transform, tip: Vector, axis: Vector
 ) -> tuple[float, float, float]:
-    """Return the distance between the tool's tip and the nearest point at which a part can be gripped, and the two ends
-    of the part along the closing axis there, relative to the tip [m]."""
+    """Return the distance between the tool tip and the nearest point at which the part can be gripped, and the two ends
+    of the part at this point along the closing axis, relative to the tip [m]."""
     if not part.grasp:
         low, high = spread(solids, T, axis)
         at = dot(tip, axis)
@@ -138,11 +138,11 @@ def _hold_of(
     return away_from, offset - 0.5 * wide, offset + 0.5 * wide
 
 
-ALONE = ("hand", "held", "width", "stack")  # names of values that a history and a state share
+ALONE = ("hand", "held", "width", "stack")  # keys of WorldHistory that are also fields of WorldState
 
 
 def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> world.WorldState:
-    """Return the state of the world just before t [s], a time that the history has reached."""
+    """Return the state of the world just before t [s]. The history must have reached this time."""
     history = history.copy()
     history.back_to(t)
     return world.WorldState(
@@ -162,7 +162,7 @@ def state_at(history: WorldHistory, settings: WorldSettings, t: float) -> world.
 
 
 def restore(history: WorldHistory, settings: WorldSettings, state: world.WorldState) -> None:
-    """Start a new history from a saved state. The history already contains all bodies as at the start of the scene."""
+    """Start a new history from a saved state. The history already contains all bodies at their initial poses."""
     history.now = state.time
     for key in ALONE:
         history.set(key, getattr(state, key))

@@ -1,5 +1,5 @@
-"""Simulate a world forward in time, event by event: parts that the hand takes and releases, falls, feeders, sinks,
-sensors, and the signals that rules set."""
+"""Simulate a world forward in time, event by event: the hand takes and releases parts, parts fall, feeders bring parts,
+sinks remove parts, sensors detect bodies, and rules set signals."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ MAX_AT_ONE_INSTANT = 1000  # maximum number of events at one instant; stops rule
 
 
 class ArmEnters(world.Happening, frozen=True):
-    """The event that the arm begins the segment with this index. Only the part of the segment after `since` [s]
-    counts."""
+    """The start of the arm's motion along the segment with this index. Crossings are searched only after `since`
+    [s]."""
 
     segment: int
     since: float
@@ -50,7 +50,7 @@ class ArmEnters(world.Happening, frozen=True):
 
 
 class StackFalls(world.Happening, frozen=True):
-    """The event that the bodies on the held part fall, because the arm begins to move the part away."""
+    """The fall of the bodies on the held part, because the arm begins to move this part away."""
 
     @property
     def rank(self) -> int:
@@ -68,7 +68,7 @@ class Simulation:
 
     @property
     def next_time(self) -> float:
-        """The time of the next event [s]; infinity if there is none."""
+        """Return the time of the next event [s]; infinity if there is none."""
         history, timeline = self.history, self._timeline
         index = history.get("events")
         event = timeline.event(index).time if index < timeline.event_count else inf
@@ -85,7 +85,7 @@ class Simulation:
                 history.set("events", index + 1)
                 self._set_channel(timeline.event(index))
                 continue
-            count = count + 1 if coming == instant else 0  # the timeline has finitely many events
+            count = count + 1 if coming == instant else 0  # counts planned events only
             instant = coming
             if count > MAX_AT_ONE_INSTANT:
                 self._note("ENDLESS", "rules of the cell drive each other without end")
@@ -95,7 +95,7 @@ class Simulation:
         history.now = max(history.now, until) if until < inf else history.now
 
     def begin(self) -> None:
-        """Start the simulation with the scene, at the start of the timeline."""
+        """Start the simulation at the start of the timeline, in the initial state of the scene."""
         settings, history = self._settings, self.history
         start = history.now = self._timeline.start
         history.set("events", 0)
@@ -112,13 +112,13 @@ class Simulation:
         self.follow_arm()
 
     def resume(self, state: world.WorldState) -> None:
-        """Start the simulation with a saved state, at the start of the timeline."""
+        """Start the simulation at the start of the timeline, in a saved state."""
         restore(self.history, self._settings, state)
         self.history.set("events", self._timeline.events_by(state.time, before=True))
         self.follow_arm()
 
     def follow_arm(self) -> None:
-        """Plan the events that follow from the arm's motion from now on. They replace those planned before."""
+        """Plan the future events that the arm's motion causes. They replace all such events planned before."""
         history = self.history
         history.drop(lambda what: what.follows_arm)
         if self._settings.sensing.regions:
@@ -185,7 +185,7 @@ class Simulation:
         history, opening = self.history, self._settings.opening
         gap = history.get("hand") * opening
         for due in history.due:
-            if isinstance(due.what, world.FingersArrive):  # moving fingers close from their first gap
+            if isinstance(due.what, world.FingersArrive):  # keep the gap at which the moving fingers started
                 gap = due.what.before
         history.set("hand", event.value)
         history.drop(lambda what: isinstance(what, world.FingersArrive))
@@ -197,7 +197,7 @@ class Simulation:
         add_grip(history, self._settings)
 
     def _switch(self, signal: int, on: bool) -> None:
-        """Set the state of a signal, and plan the events that follow from it."""
+        """Set the state of a signal, and plan the events that this change triggers."""
         history, settings = self.history, self._settings
         if history.get(("signal", signal), False) is on:
             return
@@ -225,7 +225,7 @@ class Simulation:
                 history.plan(now + on_grid(sink.after), world.PartsGo(place))
 
     def _show(self, signal: int, on: bool) -> None:
-        """Pass the state of a sensor to its signal. A negative signal shows the opposite state; 0 means that there is
+        """Set the signal of a sensor to the sensor's state. A negative signal number means the opposite state, 0 means
         no signal."""
         if signal:
             self._switch(abs(signal), on is (signal > 0))
@@ -233,7 +233,7 @@ class Simulation:
     # --- the hand ---
 
     def _take(self, before: float, after: float) -> None:
-        """Take the part between fingers whose gap has closed from `before` to `after` [m]."""
+        """Take the part between the fingers, if there is one. Their gap has closed from `before` to `after` [m]."""
         history, t = self.history, self.history.now
         tool = self.tool(t)
         (x, y, z), far = position(tool), self._settings.scene.gripper.tolerance
@@ -315,7 +315,7 @@ class Simulation:
                 return
 
     def _fall_from(self, names: Iterable[str]) -> None:
-        """Let parts fall that have lost their support, then the parts that rest on them."""
+        """Let those of the named parts fall that have lost their support, and then the parts that rested on them."""
         history, settings = self.history, self._settings
         for name in sorted(names, key=lambda name: (self.span(name, history.now).T.pz, name)):
             span = self.span(name, history.now)
@@ -356,7 +356,7 @@ class Simulation:
         self._let_go(name, feeder.T_world_part or self._settings.parts[name].T_world_part)
 
     def _clear(self, place: int) -> None:
-        """Remove the parts at rest whose middle is in the zone of a sink."""
+        """Remove the parts at rest whose centre is in the zone of a sink."""
         history, (zone, region) = self.history, self._settings.sinks[place]
         gone, above = [], list[str]()
         for name in near(history, bounds((region.solid,), zone)):
@@ -374,7 +374,7 @@ class Simulation:
     # --- sensors ---
 
     def _enter(self, index: int, since: float) -> None:
-        """Plan the crossings of the hand and of the held part in a segment, from `since` [s] on."""
+        """Plan when the hand and the held part enter and leave sensor regions during a segment, after `since` [s]."""
         self._watch(self._settings.hand, index, since)
         if (held := self.history.get("held")) is not None:
             self._watch(SeenBody(held, self.span(held, since).T), index, since)
@@ -388,8 +388,8 @@ class Simulation:
         self._pass(sight.body, passage, segment.start - since, segment.finish - since, moved=True)
 
     def _pass(self, body: str, passage: Passage, offset: float, until: float, *, moved: bool) -> None:
-        """Plan the crossings of a passage, with `offset` [s] added to their times, and record the regions in which the
-        body is now."""
+        """Plan the crossings of a passage, with `offset` [s] added to their times, and record the regions that contain
+        the body now."""
         history = self.history
         inside = set(passage.begins_in)
         for crossing in passage.crossings:
@@ -408,7 +408,7 @@ class Simulation:
             self._see(name, self._settings.sensing.standing(name, T))
 
     def _see(self, body: str, inside: frozenset[int]) -> None:
-        """Record that a body is in these regions from now on."""
+        """Record the sensor regions that now contain a body, and set the signals of the sensors."""
         history = self.history
         before = history.get(("in", body), frozenset[int]())
         if inside == before:

@@ -1,7 +1,7 @@
-"""Convex solids: their distance, their width, and the height from which one falls onto another. The distance is found
-by the method of Gilbert, Johnson and Keerthi (A fast procedure for computing the distance between complex objects, IEEE
-J. Robotics and Automation 4, 1988). It equals the distance between the origin and the set of differences of points of
-both solids, which is searched with simplexes of at most four points. All lengths are in metres."""
+"""Convex solids: the distance between two, their widths, and the height from which one falls onto another. The distance
+is found by the method of Gilbert, Johnson and Keerthi (A fast procedure for computing the distance between complex
+objects, IEEE J. Robotics and Automation 4, 1988). It equals the distance of the origin from the Minkowski difference of
+the solids, which is searched with simplexes of at most four points. All lengths are in metres."""
 
 from __future__ import annotations
 
@@ -150,8 +150,8 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
 
 
 def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
-    """Return the point of a simplex that is nearest to the origin, and the corners that span the side on which it
-    lies."""
+    """Return the point of a simplex that is nearest to the origin, and the corners of the vertex, edge or face that
+    contains it."""
     match simplex:
         case [a]:
             return a, simplex
@@ -187,8 +187,8 @@ def _on_edge(a: Vector, b: Vector) -> tuple[Vector, list[Vector]]:
 
 
 def _on_face(a: Vector, b: Vector, c: Vector) -> tuple[Vector, list[Vector]]:
-    """Return the point of a triangle that is nearest to the origin, and the corners that span it (Ericson, Real-Time
-    Collision Detection, 5.1.5)."""
+    """Return the point of a triangle that is nearest to the origin, and the corners of the vertex, edge or face that
+    contains it (Ericson, Real-Time Collision Detection, 5.1.5)."""
     ab, ac = vector_difference(b, a), vector_difference(c, a)
     d1, d2 = -dot(ab, a), -dot(ac, a)
     if d1 <= 0.0 and d2 <= 0.0:
@@ -275,7 +275,7 @@ def point_drop(point: Vector, b: Solids, T_world_b: Transform) -> float:
 
 def drop(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform) -> float:
     """Return how far body a must be lowered to rest on body b [m]: negative if it must be raised, infinite if it passes
-    b or only brushes it."""
+    b or only grazes it."""
     return min(_drop(one, T_world_a, other, T_world_b) for one in a for other in b)
 
 
@@ -307,8 +307,8 @@ def _shrunk(solid: Solid, by: float) -> Support:
 
 
 def _lower_onto(a: Solid, T_world_a: Transform, b: Solid, T_world_b: Transform) -> float:
-    """Return how far a solid must be lowered to touch another [m], by conservative advancement: each step is as long as
-    the distance allows."""
+    """Return how far solid a must be lowered to touch solid b [m], by conservative advancement: each step is the
+    longest that cannot pass the first contact."""
     low, top = _span(a, T_world_a, _AXES[2])[0], _span(b, T_world_b, _AXES[2])[1]
     raised = max(0.0, top - low) + 1e-3
     T_b_a = compose(inverse(T_world_b), T_world_a._replace(pz=T_world_a.pz + raised))
