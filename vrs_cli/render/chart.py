@@ -29,8 +29,8 @@ ENTRY = 28  # columns of one legend entry
 
 
 class Canvas:
-    """A canvas of cells. Each row has a dict from the column to the `owner` of a cell, which is the number of the
-    object drawn last there, and a dict to its `dots`, as bits."""
+    """A canvas of cells. `owner`, `dots`: for each row, a dict from the column of a cell to the number of the object
+    that was drawn there last, and to the dots of the cell as bits."""
 
     def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
         self.width, self.height = width, height
@@ -167,7 +167,7 @@ def chart(plot: replies.Plot, page: Page) -> Iterator[TextLine]:
     height = HEIGHT if page.height is None else max(MIN_HEIGHT, min(page.height - around, HEIGHT))
     low = min(min(curve.values) for curve in plot.curves)
     high = max(max(curve.values) for curve in plot.curves)
-    if high - low <= 1e-9:  # a scale around constant curves needs some height
+    if high - low <= 1e-9:  # give constant curves a range of values
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     canvas = _draw_curves(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))

@@ -187,7 +187,7 @@ def _words_of(line: str) -> frozenset[str]:
 
 
 def scan(line: str, variables: Container[str] = ()) -> Iterator[tuple[str, Ink]]:
-    """Yield the pieces of a VAL-II line with their inks, without parsing the line. The pieces joined are the line.
+    """Yield the pieces of a VAL-II line with their inks, without parsing the line. Joined, the pieces give the line.
 
     `variables`: the keys of variables that have the name of a function.
     """

@@ -88,7 +88,7 @@ def _table(grid: Grid, palette: Palette) -> Table:
     return table
 
 
-NO_BREAK = "\ue000"  # a private character that stands for a blank at which a row must not end
+NO_BREAK = "\ue000"  # a private-use character in place of a blank at which a row must not end
 WIDTH = 100  # maximum number of characters in a line, because longer lines are hard to read
 _ITEM = re.compile(r"(\s*(?:[-*]|\d+\.)\s+)(.*)", re.DOTALL)
 _PIECE = re.compile(r"(`[^`]+`|\*\*[^*]+\*\*)")

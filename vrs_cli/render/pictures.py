@@ -144,7 +144,7 @@ FLAGS = (
 
 
 class PictureError(UsageError, text="No picture"):
-    """The scene cannot be shown, recorded or photographed."""
+    """A picture or a film of the scene cannot be made."""
 
 
 def find_browser() -> str:

@@ -10,7 +10,7 @@ from typing import TextIO
 from vrs_cli.engine.book import SAME_TIME
 from vrs_cli.values import numbers, results
 
-# TYPE may ring the bell (/B) and move up n lines (/U); tabs and line ends stay too
+# control characters except tabs, line ends, and those that TYPE may send: the bell (/B) and n lines up (/U)
 _CONTROL = re.compile(r"(\x1b\[[0-9]{1,4}A)|[\x00-\x06\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
 _CARETS = [f"{'M-' * (code >= 0x80)}^{chr(code % 0x80 ^ 0x40)}" for code in range(0xA0)]
 

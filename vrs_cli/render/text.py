@@ -1,5 +1,5 @@
-"""Return replies as text for output other than our terminal: plain text for pipes and files, and styled text for
-clients that draw it themselves."""
+"""Return replies as text for outputs other than the shell's terminal: plain text for pipes and files, and styled text
+for clients that draw it themselves."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ class ExerciseText(CellText):
         return least
 
     def text(self, entry: CellEntry, key: str) -> str:
-        """Read a text that is not empty."""
+        """Read a non-empty text."""
         given = entry.given.get(key)
         if isinstance(given, str) and given.strip() and len(given) <= MAX_TEXT_CHARS:
             return given

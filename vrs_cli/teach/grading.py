@@ -143,8 +143,8 @@ class VariantMarks(Struct, frozen=True):
 
 
 class Grading(Struct, frozen=True):
-    """The result of a submission. `lost`: why it was not graded, or "". `sha256`: the digest of the program's text. A
-    program that reaches a limit in one variant does not run in the later variants."""
+    """The result of a submission. `lost`: why it was not graded; "" if it was graded. `sha256`: the digest of the
+    program's text. A program that reaches a limit in one variant does not run in the later variants."""
 
     student: str
     file: str

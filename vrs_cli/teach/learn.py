@@ -1,4 +1,5 @@
-"""Guide a learner at the prompt: check the current step after each line, and carry out HINT and other words of lessons.
+"""Guide a learner at the prompt: check the current step after each line, and execute HINT and the other words of
+lessons.
 
 The robot may run in this process, be served, or be behind a delay line; `AskRobot` hides the difference.
 """
@@ -45,10 +46,10 @@ class LessonPrompt(Protocol):
     terminal: Terminal
 
     def take(self, text: str) -> None:
-        """Carry out a line, and return when the robot has executed it."""
+        """Send a line to the robot, and return when the robot has executed it."""
 
     def status(self) -> PromptStatus:
-        """Return the texts around the prompt."""
+        """Return the state shown around the input line."""
 
 
 # --- progress of learners ---------------------------------------------------------------------------------------------
@@ -159,7 +160,7 @@ class Learner:
         return LessonStanding(self._at, len(self.lesson.steps))
 
     def attach(self, front_end: FrontEnd) -> None:
-        """Connect the lesson to a shell: check the step after each finished line, and carry out the words of the
+        """Connect the lesson to a shell: check the step after each finished line, and execute the words of the
         lesson."""
         self._front_end, opening = front_end, front_end.opening
 
@@ -178,7 +179,7 @@ class Learner:
     # --- words of the lesson ------------------------------------------------------------------------------------------
 
     def take(self, text: str) -> bool:
-        """Carry out a line if it is a word of the lesson; return whether it was such a word."""
+        """Execute a line and return True if the line is a word of the lesson; otherwise return False."""
         words = text.partition(";")[0].split()
         match [words[0].upper() if words else "", *words[1:]]:
             case ["LESSON", *rest]:
@@ -201,7 +202,7 @@ class Learner:
         self._hints += 1
 
     def _skip(self) -> None:
-        """Carry out the model lines of the step, and continue with the next step."""
+        """Execute the model lines of the step, and continue with the next step."""
         step = self._step
         if step is None:
             self._show("Nothing is left to skip.")

@@ -1,8 +1,8 @@
 """Read a lesson: its steps, each with a task, checks, hints and model lines.
 
-NN_name/lesson.md: the title, the introduction, and ## the task of each step. checks.toml: summary, robot, dialect,
-[delay], [[step]], [[step.check]]. cell.toml: the cell around the robot (optional). given.v2: given locations and
-programs (optional).
+NN_name/lesson.md: the title, the introduction, and the task of each step below a heading with ##. checks.toml: summary,
+robot, dialect, [delay], [[step]], [[step.check]]. cell.toml: the cell around the robot (optional). given.v2: given
+locations and programs (optional).
 """
 
 from __future__ import annotations
@@ -115,8 +115,7 @@ def progress_key(folder: Path) -> str:
 
 
 def chosen_folder(word: str, folders: tuple[Path, ...]) -> Path:
-    """Return the folder of the lesson that is chosen by its number, its name, or a part of the name. Raises
-    NonexistentFile."""
+    """Return the folder of the lesson with a number, a name, or a part of a name. Raises NonexistentFile."""
     if word.isdigit():
         found = tuple(one for one in folders if number_of(one.name) == int(word))
     else:

@@ -108,7 +108,7 @@ class ServedLessons:
             tutor.enter(client)
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line if it is a word of lessons; return whether it was such a word."""
+        """Execute a line and return True if the line is a word of lessons; otherwise return False."""
         first = line.text.partition(";")[0].split()[:1]
         tutor = self._at(client)
         if tutor is None or not first or first[0].upper() not in WORDS:
@@ -223,7 +223,7 @@ class _ServedPrompt:
         self.terminal: Terminal = _Told(room)
 
     def take(self, text: str) -> None:
-        """Carry out a line of the lesson, and wait until the robot has executed it."""
+        """Send a line of the lesson to the robot, and wait until the robot has executed it."""
         ended, self._id = Event(), self._id + 1
 
         def hear(message: messages.ServerMessage) -> None:

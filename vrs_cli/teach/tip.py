@@ -204,7 +204,7 @@ def _add_interval(found: list[tuple[float, float]], since: float, until: float, 
 
 
 def _stands(segment: Segment, s: float) -> bool:
-    """Return whether the arm is at rest at `s` seconds after the start of a segment."""
+    """Return whether the arm is at rest `s` seconds after the start of a segment."""
     path = segment.path
     return all(abs(rate) <= STILL for rate in (path.velocity(s) if isinstance(path, JointPath) else path.twist(s)))
 

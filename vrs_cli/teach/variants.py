@@ -70,7 +70,7 @@ class Change(NamedTuple):
 
 
 class Situation(Struct, frozen=True):
-    """All that a variant can change: the cell, the changes of inputs, and the given values."""
+    """Everything that a variant can change: the cell, the changes of inputs, and the given values."""
 
     cell: Cell
     inputs: Inputs
@@ -145,7 +145,7 @@ def place_of(around: Situation, name: str) -> transform.Vector | None:
 
 
 def items_named(given: LoadedFile | None, name: str) -> tuple[Item, ...]:
-    """Return the given variables that a name means: one variable, or all elements of an array."""
+    """Return the given variables to which a name refers: one variable, or all elements of an array."""
     if given is None or (item := item_of_text(name)) is None:
         return ()
     known = given.variables.values()
@@ -153,7 +153,7 @@ def items_named(given: LoadedFile | None, name: str) -> tuple[Item, ...]:
 
 
 def values_named(given: LoadedFile | None, name: str) -> list[Value | None]:
-    """Return the values of the given variables that a name means."""
+    """Return the values of the given variables to which a name refers."""
     return [] if given is None else [given.variables.value(item) for item in items_named(given, name)]
 
 

@@ -41,8 +41,8 @@ class Evidence(Struct, frozen=True):
     `started`: when the run began [s]. `clock`: the robot's time now [s]. `typed`: typed lines, each with the time of
     its end. `course`: the states of parts, sensors and rules over time; None if the cell has none of these. `contacts`:
     reported contacts, each with the text of its motion. `fault`: the error of the program. `outcome`: None while the
-    program runs. `steps`: number of executed steps. `programs`: parsed programs of the submission that may run, without
-    those of the exercise. `dialect`: the dialect of these programs. `undone`: the undone commands, which REDO would
+    program runs. `steps`: number of executed steps. `programs`: the parsed programs that can run, without those that
+    the exercise gives. `dialect`: the dialect of these programs. `undone`: the undone commands, which REDO would
     repeat.
     """
 
@@ -107,7 +107,7 @@ def evidence_of(
     )
 
 
-NOISE_DIGITS = 6  # digits after the point of a value counted in rounding steps; later digits are noise of floats
+NOISE_DIGITS = 6  # digits after the point of a value counted in rounding steps; later digits are floating-point noise
 NOISE = 5e-7  # [rounding steps] half a unit of the last of these digits
 SLACK = 1e-6  # [rounding steps] tolerance of a comparison
 
@@ -130,7 +130,7 @@ class Verdict(Struct, frozen=True):
 
 
 def round_to(value: float, step: float) -> float:
-    """Return the nearest multiple of a step; a half is rounded up, even if noise of floats makes it slightly
+    """Return the nearest multiple of a step; a half is rounded up, even if floating-point errors make it slightly
     smaller."""
     return round(floor(round(value / step, NOISE_DIGITS) + 0.5) * step, 12) + 0.0
 

@@ -132,7 +132,7 @@ MAX_SHOWN_CHARS = 60
 
 
 def judge_words(check: checks.WordsCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge the words in the programs of a submission that may run."""
+    """Judge the words in the submitted programs that can run."""
     used = frozenset(word for program in run.evidence.programs for one in program.statements for word in words_of(one))
     missing = [word for word in check.use if not _uses(run.evidence.programs, used, word)]
     wrong = [word for word in check.avoid if _uses(run.evidence.programs, used, word)]

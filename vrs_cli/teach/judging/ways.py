@@ -66,7 +66,7 @@ def windows(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, mm: 
 
 
 def did_not_go(run: basis.JudgedRun, a: transform.Vector, b: transform.Vector, mm: float) -> basis.Verdict:
-    """Return the verdict for a tip that never moved from the one place to the other."""
+    """Return the verdict for a tip that never moved from one place to the other."""
     for what, place in (("beginning", a), ("end", b)):
         near = tip.nearest(run.tip, place, run.precision)
         if near.value > _reach(mm, run):
@@ -182,7 +182,7 @@ def judge_no_stop(check: checks.NoStopCheck, run: basis.JudgedRun) -> basis.Verd
 
 
 def judge_keep_out(check: checks.KeepOutCheck, run: basis.JudgedRun) -> basis.Verdict:
-    """Judge whether the tip entered a box by more than the rounding."""
+    """Judge whether the tip entered a box by more than the rounding step."""
     T_box_world = transform.inverse(run.basis.place(check.at))
     half = tuple(0.5 * size for size in check.size)
 

@@ -231,7 +231,7 @@ def cell(text: str) -> str:
 
 
 def points_text(points: float) -> str:
-    """Return points without superfluous zeros: `7`, `7.5`."""
+    """Return points without trailing zeros: `7`, `7.5`."""
     return f"{points:.2f}".rstrip("0").rstrip(".")
 
 
@@ -252,7 +252,7 @@ def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
 
 
 class ShownMark(Struct, frozen=True):
-    """A mark as its student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time in the
+    """A mark as the student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time in the
     run at which the reason can be seen [s]."""
 
     name: str
@@ -275,7 +275,7 @@ class ShownMark(Struct, frozen=True):
 
 
 def shown_marks(exercise: Exercise, grading: Grading) -> tuple[ShownMark, ...]:
-    """Return the marks of a grading that its student may see."""
+    """Return the marks of a grading that the student may see."""
     seeds = exercise.seeds
     marks = [
         ShownMark(plain(one.name), one.points, one.of, plain(one.reason), plain(one.hint), one.at, seeds.index(seed))
