@@ -15,7 +15,7 @@ from vrs_cli.values.numbers import decimal, seconds
 from vrs_cli.values.replies import ArmPicture, BodyKind
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of the picture, if the page has no size
-WORDS = 3  # rows of text above and below the drawing
+TEXT_ROWS = 3  # rows of text above and below the drawing
 MIN_WIDTH, MIN_HEIGHT = 24, 7
 GAP = 2  # columns between the two views
 FLAT = 0.01  # fraction of the reach: an arm whose height range is smaller is drawn from above only
@@ -156,7 +156,7 @@ class ArmDrawing:
     def _draw_canvases(self, picture: ArmPicture, page: Page, width: int) -> list[Canvas]:
         here = (page, picture.reach, picture.links[0])
         if here != self._page:
-            height = max((page.height or HEIGHT) - WORDS, MIN_HEIGHT)
+            height = max((page.height or HEIGHT) - TEXT_ROWS, MIN_HEIGHT)
             self._page, self._frames, self._behind, self._kept = here, _frames(picture, width, height), (), {}
             size = FINE if page.unicode else PLAIN
             self._reach = tuple(Canvas(frame.width, frame.height, *size) for frame in self._frames)

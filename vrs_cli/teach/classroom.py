@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LOOPBACK = "127.0.0.1"
-CLOSING = 5.0  # [s] maximum time to open or close a delay line
+DELAY_LINE_TIMEOUT_S = 5.0  # [s] maximum time to open or close a delay line
 
 
 class Classroom:
@@ -119,8 +119,8 @@ def _add_delay(url: str, ways: DelayWays, stack: ExitStack) -> str:
     loop = Loop()
     stack.callback(loop.close)
     proxy = DelayProxy(Endpoint(parts.hostname or LOOPBACK, parts.port or 0), ways, lambda _text: None)
-    at = loop.wait(proxy.listen(Endpoint(LOOPBACK, 0)), CLOSING)
-    stack.callback(lambda: loop.wait(proxy.close(), CLOSING))
+    at = loop.wait(proxy.listen(Endpoint(LOOPBACK, 0)), DELAY_LINE_TIMEOUT_S)
+    stack.callback(lambda: loop.wait(proxy.close(), DELAY_LINE_TIMEOUT_S))
     return f"ws://{at}{parts.path}"
 
 
@@ -142,25 +142,25 @@ class LessonPlace:
         return front_end
 
 
-HURRY = 4.0  # a rehearsal speeds up robots behind a delay line by this factor, and shortens their delays by it
+SPEEDUP = 4.0  # factor by which a rehearsal speeds up robots behind a delay line, and shortens their delays
 
 
-class Hurried(Struct, frozen=True):
-    """Delays divided by HURRY, for a robot that runs HURRY times as fast."""
+class ShortenedDelays(Struct, frozen=True):
+    """Delays divided by SPEEDUP, for a robot that runs SPEEDUP times as fast."""
 
     delays: Delays
 
     def source(self, random: Random) -> Callable[[float], float]:
         """Return a function that maps the time of sending [s] to the delay [s]."""
         slow = self.delays.source(random)
-        return lambda t: slow(t * HURRY) / HURRY
+        return lambda t: slow(t * SPEEDUP) / SPEEDUP
 
 
 def faults(lesson: Lesson) -> Iterator[str]:
     """Yield the faults in the steps of a lesson, each with its file, its line, and how to fix it."""
     if lesson.delays is not None:
         forward, backward = lesson.delays
-        lesson = structs.replace(lesson, delays=(Hurried(forward), Hurried(backward)))
+        lesson = structs.replace(lesson, delays=(ShortenedDelays(forward), ShortenedDelays(backward)))
     before = list[str]()
     for number, step in enumerate(lesson.steps):
         for what, hint in _faults_of_step(lesson, step, before):
@@ -196,7 +196,7 @@ def _try_marks(
     lines."""
     for lines in tries:
         with ExitStack() as stack:
-            room = Classroom(lesson, stack, lambda _text: None, rate=1.0 if lesson.delays is None else HURRY)
+            room = Classroom(lesson, stack, lambda _text: None, rate=1.0 if lesson.delays is None else SPEEDUP)
             front_end = room.front_end(Notes())
             stack.callback(front_end.closing)
             front_end.opening()

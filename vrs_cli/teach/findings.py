@@ -259,7 +259,7 @@ MAX_MUTANTS = 80
 SHIFT_MM = 50  # [mm] displacement of a location in a mutant
 MOTIONS = ("MOVE", "MOVES", "APPRO", "APPROS", "DEPART", "DEPARTS", "DRIVE", "READY")
 OTHER_WORD = {"MOVES": "MOVE", "MOVE": "MOVES", "APPROS": "APPRO", "APPRO": "APPROS", "DEPARTS": "DEPART"}
-ANYWHERE = "MOVE TRANS(99999)"  # a motion to a location that no arm reaches
+UNREACHABLE_MOTION = "MOVE TRANS(99999)"  # a motion to a location that no arm reaches
 
 
 class Mutant(NamedTuple):
@@ -277,14 +277,14 @@ def mutants_of(text: str, dialect: Dialect, locations: Mapping[Item, Value]) -> 
     if not programs:
         return []
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    whole = (*_ends(lines, programs[0]), *_begins(lines, programs[0], locations), *_stops(lines, programs))
-    found = [*whole, *(mutant for program in programs for step in program.steps for mutant in _of_step(lines, step))]
+    whole = (*_at_end(lines, programs[0]), *_at_start(lines, programs[0], locations), *_with_breaks(lines, programs))
+    found = [*whole, *(mutant for program in programs for step in program.steps for mutant in _in_step(lines, step))]
     if len(found) > MAX_MUTANTS:  # pick mutants evenly from the whole list
         found = [found[k * len(found) // MAX_MUTANTS] for k in range(MAX_MUTANTS)]
     return found
 
 
-def _of_step(lines: Sequence[str], step: ast.Step) -> Iterator[Mutant]:
+def _in_step(lines: Sequence[str], step: ast.Step) -> Iterator[Mutant]:
     """Yield mutants of one line."""
     it, number = step.statement, step.span.line
     word = it.word if isinstance(it, ast.Instruction) else ""
@@ -302,7 +302,7 @@ def _of_step(lines: Sequence[str], step: ast.Step) -> Iterator[Mutant]:
         yield Mutant(f"with SIGNAL reversed in line {number}", _with_line(lines, number, other_state))
 
 
-def _begins(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
+def _at_start(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Value]) -> Iterator[Mutant]:
     """Yield mutants with a change at the start of the program: a shifted location, or another speed."""
     first = main.span.line
     for item, value in locations.items():
@@ -323,11 +323,11 @@ def _begins(lines: Sequence[str], main: ast.Program, locations: Mapping[Item, Va
             yield Mutant(f"with SPEED {what} throughout", "\n".join(changed))
 
 
-def _ends(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
+def _at_end(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
     """Yield mutants with a change at the end of the program, or without its steps."""
     last = max((step.span.line for step in main.steps), default=main.span.line)
     for what, line in (
-        ("a motion out of reach", ANYWHERE),
+        ("a motion out of reach", UNREACHABLE_MOTION),
         ("a pause of 20 s", "TIMER 1 = 0\nWAIT TIMER(1) > 20"),
         ("one more motion", "DEPART 30"),
         ("the hand opened", "OPENI"),
@@ -338,12 +338,12 @@ def _ends(lines: Sequence[str], main: ast.Program) -> Iterator[Mutant]:
         ("outputs 1 to 3 switched on", "SIGNAL 1, 2, 3"),
     ):
         yield Mutant(f"with {what} at the end", _after(lines, last, line))
-    yield Mutant("with a motion out of reach at the beginning", _after(lines, main.span.line, ANYWHERE))
+    yield Mutant("with a motion out of reach at the beginning", _after(lines, main.span.line, UNREACHABLE_MOTION))
     kept = [line for number, line in enumerate(lines, 1) if not main.span.line < number <= last]
     yield Mutant("without a step", "\n".join(kept))
 
 
-def _stops(lines: Sequence[str], programs: Iterable[ast.Program]) -> Iterator[Mutant]:
+def _with_breaks(lines: Sequence[str], programs: Iterable[ast.Program]) -> Iterator[Mutant]:
     """Yield mutants with BREAK after each motion, without any BREAK, and with another kind of motion."""
     motions = {
         step.span.line

@@ -220,7 +220,7 @@ class _ServedPrompt:
         self._room = room
         self._user = UserSession(room.session, UserState("lesson", Role.SUPERVISOR))
         self._id = 0
-        self.terminal: Terminal = _Told(room)
+        self.terminal: Terminal = _BroadcastTerminal(room)
 
     def take(self, text: str) -> None:
         """Send a line of the lesson to the robot, and wait until the robot has executed it."""
@@ -242,7 +242,7 @@ class _ServedPrompt:
         return PromptStatus(in_program=typing)
 
 
-class _Told(Notes):
+class _BroadcastTerminal(Notes):
     """A terminal that sends its replies to all clients of a robot."""
 
     def __init__(self, room: Room) -> None:
