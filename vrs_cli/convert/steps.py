@@ -133,7 +133,7 @@ class StepBuilder:
         self.events = [e for e in timeline.events if e.observed is (e.channel >= FIRST_INPUT)]
 
     def steps(self) -> Iterator[RunStep]:
-        """Yield all steps in the order in which they are to be written."""
+        """Yield all steps in the order in which they are written."""
         found = [self._move(*pair) for pair in zip_longest(self.motions, self.motions[1:])]
         moves, waiting = _without_overlaps(found), list(self.events)
         for segments, move in zip(self.motions, moves, strict=True):
@@ -156,8 +156,9 @@ class StepBuilder:
         yield from self._wait(self.timeline.last)
 
     def _belongs_before(self, event: Event, first: Segment, move: MoveStep | None) -> bool:
-        """Return whether an event is written before a motion. An output is written before it if it changes in the first
-        half of the motion. An event at the start of the motion keeps the order of the commands."""
+        """Return whether an event is written before a motion. A change of an output during the motion is written before
+        it if it happens in the first half of the motion. An event at the start of the motion is written in the order of
+        the commands."""
         if abs(event.time - first.start) <= SAME_TIME:
             return move is not None or event.number <= first.motion.number
         if event.time < first.start or move is None or event.channel >= FIRST_INPUT:

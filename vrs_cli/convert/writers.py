@@ -428,7 +428,7 @@ class RapidWriter(StepWriter):
         return self.data.setdefault((kind, value), f"{SHORT[kind]}{1 + sum(known == kind for known, _ in self.data)}")
 
 
-SHORT = {  # beginnings of the names of data, by type, in the order in which the types are declared
+SHORT = {  # start of the names of data, by type, in the order in which the types are declared
     "tooldata": "tool",
     "wobjdata": "frame",
     "speeddata": "speed",
@@ -585,7 +585,8 @@ class PythonWriter(StepWriter):
             self.engine.perform(request)
 
     def wait(self, step: WaitStep) -> None:
-        """Write a wait. It is shorter by the time that the hand takes and by the time since the end of a cut motion."""
+        """Write a wait. It is shorter than in the run by the time that the hand takes, and by the time since the end of
+        a cut motion."""
         left = step.seconds - self.taken - max(self.engine.now - self.engine.end, 0.0)
         self.taken = 0.0
         if left > SAME_TIME:

@@ -29,8 +29,8 @@ ENTRY = 28  # columns of one legend entry
 
 
 class Canvas:
-    """A canvas of cells. `owner`, `dots`: for each row, a dict from the column of a cell to the number of the object
-    that was drawn there last, and to the dots of the cell as bits."""
+    """A canvas of cells. `owner` and `dots` have one dict per row, with the column as its key. `owner`: the number of
+    the object drawn last in a cell. `dots`: the dots of a cell as bits."""
 
     def __init__(self, width: int, height: int, dots_wide: int, dots_high: int) -> None:
         self.width, self.height = width, height

@@ -63,8 +63,8 @@ class TerminalRenderer:
 
 
 def _fit_grid(grid: Grid, page: Page) -> Iterator[Block]:
-    """Yield grids that fit the page. Without Unicode, and for grids that are not boxed, yield their lines of text
-    instead."""
+    """Yield parts of a grid that fit the page. If the page has no Unicode, or the grid is not boxed, yield lines of
+    text instead."""
     rules = len(grid.columns) if grid.boxed else 0  # rich separates the columns by one more character
     for part in split(grid, None if page.width is None else page.width - rules):
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)

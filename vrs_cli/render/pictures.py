@@ -90,7 +90,7 @@ def _html(title: str, name: str, data: Mapping[str, Any], scripts: str = "") -> 
 
 
 def in_script(data: Mapping[str, Any]) -> str:
-    """Return JSON in which no text ends a script or begins an HTML comment."""
+    """Return JSON that is safe inside a script element: no text in it ends the script or begins an HTML comment."""
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 

@@ -73,7 +73,7 @@ class PathCheck(BaseCheck, frozen=True, tag="path"):
 
 
 class NoStopCheck(BaseCheck, frozen=True, tag="no_stop"):
-    """A check that the arm moves from one place to another, each passed within `mm`, without a stop between them."""
+    """A check that the arm moves from one place to another, both passed within `mm`, without a stop between them."""
 
     begin: Place
     end: Place

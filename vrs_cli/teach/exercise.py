@@ -62,10 +62,10 @@ class WrongSubmission(Struct, frozen=True):
 class Exercise(Struct, frozen=True):
     """An exercise, or a variant of it.
 
-    `seed`: the seed of the variant; None if nothing was moved. `robot`: the model of the robot. `program`: the program
-    to run; None: the first program of a submission. `cell`, `inputs`, `given`: the cell, the timed changes of inputs,
-    and the given programs and values of this variant. `solution`: the text of the model solution. `similar`: the
-    minimum similarity (0 to 1) of submissions that are listed as similar; None: no submissions are listed.
+    `seed`: the seed of the variant; None for the unchanged exercise. `robot`: the model of the robot. `program`: the
+    program to run; None: the first program of a submission. `cell`, `inputs`, `given`: the cell, the timed changes of
+    inputs, and the given programs and values of this variant. `solution`: the text of the model solution. `similar`:
+    the minimum similarity (0 to 1) of submissions that are listed as similar; None: no submissions are listed.
     """
 
     name: str
@@ -88,7 +88,8 @@ class Exercise(Struct, frozen=True):
 
     @property
     def seeds(self) -> tuple[int | None, ...]:
-        """Return the seeds of all variants in which a submission is graded: None (nothing is moved) comes first."""
+        """Return the seeds of all variants in which a submission is graded; the first is None, for the unchanged
+        exercise."""
         return (None, *(variant.seed for variant in self.variants))
 
     @property

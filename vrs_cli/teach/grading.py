@@ -133,8 +133,8 @@ MAX_REASON_CHARS = 1000
 
 
 class VariantMarks(Struct, frozen=True):
-    """The marks of a run in one variant. `seed` None: nothing was moved. `stopped`: the error that ended the program,
-    or why it did not run. `limited`: whether a limit of the exercise ended it."""
+    """The marks of a run in one variant. `seed`: None for the unchanged exercise. `stopped`: the error that ended the
+    program, or why it did not run. `limited`: whether a limit of the exercise ended it."""
 
     seed: int | None
     marks: tuple[Mark, ...]

@@ -38,7 +38,7 @@ class Group(Struct, frozen=True):
 
     `names`: names of locations, parts, fixtures, sensors, signals and reals. The maximum changes are `by` along X, Y, Z
     [m], `turn` about the vertical [rad], `later` [s], and `value`. `whole`: values change only by whole numbers.
-    `shuffle`: its feeders deliver their parts in another order.
+    `shuffle`: the feeders of its signals deliver their parts in another order.
     """
 
     names: tuple[str, ...]

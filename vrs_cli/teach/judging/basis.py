@@ -113,7 +113,7 @@ SLACK = 1e-6  # [rounding steps] tolerance of a comparison
 
 
 class Rounding(Struct, frozen=True):
-    """The steps of rounding: lengths [mm], angles [deg], times [s]."""
+    """The rounding steps of lengths [mm], angles [deg] and times [s]."""
 
     mm: float = 0.1
     deg: float = 0.1

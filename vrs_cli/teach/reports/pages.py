@@ -41,8 +41,8 @@ STYLE = (
 class Replay(Struct, frozen=True):
     """The run that a page shows.
 
-    The fields are its variant (0: nothing was moved), the time at which the first lost mark can be seen [s] or None,
-    curves as SVG, and the recording for the viewer.
+    The fields are its variant (0: the unchanged exercise), the time at which the first lost mark can be seen [s] or
+    None, curves as SVG, and the recording for the viewer.
     """
 
     variant: int

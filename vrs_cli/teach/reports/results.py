@@ -47,8 +47,8 @@ class Likeness(Struct, frozen=True):
 
 
 def similar(texts: Mapping[str, str], given: Iterable[str], least: float | None) -> tuple[Likeness, ...]:
-    """Return the pairs of students whose texts have a similarity of at least `least`, the most similar first. `least`
-    None: no pairs. `given`: texts that the exercise gives."""
+    """Return the pairs of students whose texts have a similarity of at least `least`, the most similar first. If
+    `least` is None, return no pairs. `given`: texts that the exercise gives."""
     if least is None:
         return ()
     known = {run for text in given for run in _runs(_words(text))}
@@ -252,8 +252,8 @@ def _unique_name(stem: str, sign: str, taken: set[str]) -> str:
 
 
 class ShownMark(Struct, frozen=True):
-    """A mark as the student sees it. `variant`: the variant of the mark; 0: nothing was moved. `at`: the time in the
-    run at which the reason can be seen [s]."""
+    """A mark as the student sees it. `variant`: the variant of the mark; 0 for the unchanged exercise. `at`: the time
+    in the run at which the reason can be seen [s]."""
 
     name: str
     points: float
