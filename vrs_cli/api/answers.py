@@ -1,6 +1,5 @@
-"""Define the values that methods of a Python robot return. They print as text; a notebook shows tables, pictures and
-scenes.
-"""
+"""Define the values that the methods of `Robot` return. They print as text; a notebook shows tables, pictures and
+scenes."""
 
 from __future__ import annotations
 
@@ -107,8 +106,8 @@ class Picture(Replies):
 
 
 class Run(RunResult, frozen=True):
-    """The result of a program: `typed` is a tuple of the typed lines, `started` and `ended` are times [s], `fault` is
-    the error that stopped the program, or None."""
+    """The result of a program run. `typed`: the lines that the program printed with TYPE; `started`, `ended`: times
+    [s]; `fault`: the error that stopped the program, or None."""
 
     @property
     def ok(self) -> bool:
@@ -125,7 +124,7 @@ class Run(RunResult, frozen=True):
 
 
 class ProgramFailed(VrsError):
-    """The error that a program has stopped with an error. `result`: the Run up to this error."""
+    """The error raised when a program stops with an error. `result`: the Run up to this error."""
 
     def __init__(self, result: Run) -> None:
         fault = result.fault
@@ -174,7 +173,7 @@ class Scene:
         return f"<Scene of {self._arm.model.name}: {span}; .open() shows it in a browser>"
 
     def _repr_html_(self) -> str:
-        """Return a frame that contains the whole page, so that a notebook needs no server on any machine."""
+        """Return a frame that contains the whole page, so that the notebook needs no server."""
         return f'<iframe srcdoc="{escape(self.html)}" height="{self._height}" style="border:0;width:100%"></iframe>'
 
 

@@ -46,7 +46,8 @@ def connect(
     behind: float = 0.0,
     window: float = WINDOW,
 ) -> Robot:
-    """Connect to the robot at an address: `ws://HOST:PORT`, `ws://HOST:PORT/robots/NAME` for one of several, `wss://`.
+    """Connect to the robot at an address: `ws://HOST:PORT`, `ws://HOST:PORT/robots/NAME` for one of several robots, or
+    `wss://...`.
 
     `token`: identifies you to the server; if it is left out, the environment variable VRS_TOKEN is used. `name`: your
     name as other users see it, if the server has no tokens. `ca`: a file with the certificate of the server, or of the

@@ -224,7 +224,7 @@ class Streams:
 
     @staticmethod
     def _pace(robot: Supervisor, due: float) -> None:
-        """Wait until the robot's clock shows a time [s], if it is in real time."""
+        """If the robot's clock runs in real time, wait until it shows the time `due` [s]."""
         rate = robot.followed.rate
         if rate is not None and (left := due - robot.now) > 0.0:
             time.sleep(left / rate)

@@ -251,10 +251,10 @@ class Robot:
         """Pull the tool towards a Location, or a matrix (4, 4) [m], as one target of a stream, for example from a
         mouse. Each target replaces the previous one; `wait()` ends as near to the last target as the arm can come.
 
-        Any location may be given. If the arm cannot reach it, or not so fast, the tool stays as near as possible, and
-        the result names the limits. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each call advances
-        the clock by 0.02 s; in real time it waits until 0.02 s after the previous call. A served robot continues to
-        follow for 0.6 s after the last call; a robot in this process moves one step per call.
+        Any location may be given. If the arm cannot reach it, or cannot reach it so fast, the tool stays as near as
+        possible, and the result names the limits. The arm keeps RIGHTY or LEFTY, ABOVE or BELOW. In virtual time each
+        call advances the clock by 0.02 s; in real time it waits until 0.02 s after the previous call. A served robot
+        continues to follow for 0.6 s after the last call; a robot in this process moves one step per call.
 
         Raises LeaseHeld, TypeError; RequestRefused once if something else has stopped the robot since the last call.
         """
@@ -701,7 +701,8 @@ class Robot:
         """Write `rate` samples per second to a file, as `vrs export` does: .csv or .json in mm and degrees, .npz or
         .mcap in metres and radians; .mcap has the frames of all links.
 
-        Raises ValueError for another ending and for an impossible rate, NotPossible if a package is missing, FileError.
+        Raises ValueError for an unknown file extension and for an impossible rate, NotPossible if a package is missing,
+        FileError.
         """
         ends = [one.suffix for one in EXPORTERS.values()]
         exporter = next((one for one in EXPORTERS.values() if one.suffix == Path(path).suffix.lower()), None)

@@ -30,7 +30,7 @@ TICKS = 8  # number of simulation steps between two set points, which a quintic 
 SLIDE = 0.1  # [m/rad] ratio of resolution and noise of a prismatic joint to those of a revolute joint
 MIN_MASS = 1e-9  # [kg] minimum mass, because MuJoCo requires a mass for each moving body
 END_STOP = 0.02  # [rad, m] distance from the end of a joint's range to its mechanical stop (our choice)
-STILL = 1e-2  # [rad/s, m/s] maximum speed of a joint at which its brake holds it
+STILL = 1e-2  # [rad/s, m/s] speed of a joint below which its brake locks
 BRAKE = 1.5  # ratio of a brake's torque to the maximum torque of its motor (our choice)
 FADE = 0.2  # [s] minimum time in which the arm reaches its set point
 GENTLE = 0.5  # fraction of the maximum velocity at which a joint approaches the set point
@@ -99,7 +99,7 @@ class _Quintic(NamedTuple):
 
 
 def _powers(s: Floats) -> Floats:
-    """Return the factors of coefficients (6,) for value and two derivatives at times s (k,): (3, k, 6)."""
+    """Return matrices (3, k, 6) that map coefficients (6,) to the value and two derivatives at times s (k,)."""
     k = np.arange(6)
     value = s[:, None] ** k
     rate = k * s[:, None] ** np.maximum(k - 1, 0)
@@ -107,11 +107,11 @@ def _powers(s: Floats) -> Floats:
 
 
 def _ends(T: float) -> Floats:
-    """Return the factors of coefficients (6,) for the states at 0 and at T [s]: (6, 6)."""
+    """Return the matrix (6, 6) that maps coefficients (6,) to the states at 0 and at T [s]."""
     return _powers(np.array([0.0, T])).transpose(1, 0, 2).reshape(6, 6)
 
 
-# factors of the states at both ends of TICKS steps (6, n) for the state at the start of each step: (3, TICKS, 6)
+# matrices (3, TICKS, 6) that map the states at both ends of TICKS steps (6, n) to the state at the start of each step
 AT_BEGIN: Floats = _powers(STEP * np.arange(TICKS, dtype=np.float64)) @ np.linalg.inv(_ends(TICKS * STEP))
 
 
@@ -157,7 +157,7 @@ class MujocoArm:
         self._weights = np.diag(mass_matrix(model, self.inertial, q[None])[0])  # weights of the PD gains
         mujoco.mj_forward(self._m, self._d)
         self._reference = _standing(q)
-        self._brake: _Brake | None = None  # the braking after an order to hold
+        self._brake: _Brake | None = None  # the braking motion after an order to hold
         self._offset: _Quintic | None = None  # the offset from the set point, which fades
         self._since = start
         self._arrives = True  # whether the next set point is the first one to follow
@@ -225,7 +225,7 @@ class MujocoArm:
         if self.mode is BodyMode.STOPPED:
             return _standing(self._seen)
         if self.mode is BodyMode.HOLDS:
-            assert self._brake is not None  # made by an order to hold
+            assert self._brake is not None  # set by an order to hold
             return self._brake.at(t - self._since)
         if self._arrives:
             off = self._reference - np.array(setpoint(self.own_time(self.time)))

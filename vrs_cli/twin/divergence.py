@@ -40,13 +40,13 @@ from vrs_cli.twin.healthy import Blocks, HealthyResidual, load_torque
 from vrs_cli.values.measured import BodyMode, DivergenceAlarm, DivergenceCause, Report
 
 EXPLAINED = 0.9  # fraction of the squared residuals that a cause must explain
-KICKED = 0.6  # the same fraction for a joint blocked in full motion, which disturbs the other joints
+KICKED = 0.6  # this fraction for a joint that blocks in full motion, because it disturbs the other joints
 WAY = 10.0  # minimum displacement that counts as motion [standard deviations of the noise]
 LATELY = 0.15  # [s] duration of the latest samples, from which present errors are judged
 MAX_DELAY = 1.5  # [s] maximum delay
 MAX_GROWTH = 0.5  # [s/s] maximum growth of a delay
 SETTLING = (12.0, 24.0, 48.0, 96.0)  # [1/s] rates at which the deflection by a load may settle, tried one by one
-OTHER_SPEED = 0.02  # [rad/s, m/s] minimum rate of a growing residual: another commander moves the arm
+OTHER_SPEED = 0.02  # [rad/s, m/s] minimum growth rate of a residual if another commander moves the arm
 Likely = tuple[DivergenceCause, str]
 
 
@@ -233,7 +233,7 @@ JOINT_ALLOWANCE = 9.0  # allowance on a squared residual with one degree of free
 TOOL_ALLOWANCE = 14.0  # as JOINT_ALLOWANCE, for the squared error of the tool's position (three degrees of freedom)
 LOAD_WINDOW = 8  # maximum number of blocks searched for a load: over longer times, healthy errors may look like a load
 SAG = 0.1  # [rad, m] maximum displacement of a joint under its usual load
-DECIDE = 0.2  # [s] from detection to the alarm, to collect more evidence of the cause
+DECIDE = 0.2  # [s] delay from detection to the alarm, to collect more evidence of the cause
 SECOND = round(1.0 / BLOCK)  # number of blocks per second
 WAITS = 3  # [s] age of a second of data when the healthy model learns from it
 CALM = 25.0  # a robot whose squared residuals stay below this for a second has recovered
@@ -246,7 +246,7 @@ EDITS = 10.0  # [s] time for which a replaced timeline is kept
 def exponent(allowance: float, freedoms: int) -> float:
     """Return lambda > 0 with E exp(lambda (x - allowance)) = 1, where x is chi-square distributed with `freedoms`
     degrees of freedom: the root below 1/2 of -freedoms / 2 log(1 - 2 lambda) = lambda allowance."""
-    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # below `low` the two sides come close to each other again
+    low, high = 0.5 - 0.5 * freedoms / allowance, 0.5  # at `low` the sides differ most, which excludes the root at 0
     for _ in range(100):
         middle = 0.5 * (low + high)
         if middle >= 0.5 or -0.5 * freedoms * log1p(-2.0 * middle) > middle * allowance:
@@ -286,7 +286,7 @@ class DivergenceWatch:
             [threshold(JOINT_ALLOWANCE, 1, share)] * n + [threshold(TOOL_ALLOWANCE, 3, share), load_threshold(n, share)]
         )
         self._samples: deque[Sample] = deque()
-        self._befores: deque[tuple[float, Timeline]] = deque()  # times of replacement [s], and the timelines until then
+        self._befores: deque[tuple[float, Timeline]] = deque()  # times of replacement [s], and replaced timelines
         self._timeline: Timeline | None = None
         self.reset()
 
@@ -296,7 +296,7 @@ class DivergenceWatch:
         self._onsets: Floats = np.full(len(self._allowances), inf)
         self._loads: deque[Floats] = deque(maxlen=LOAD_WINDOW)  # evidence for a load by block, the newest first
         self._cell: list[tuple[float, Floats]] = []  # times and residuals of the present block
-        self._waiting: deque[list[Blocks]] = deque()  # seconds to learn from; the last one is not complete
+        self._waiting: deque[list[Blocks]] = deque()  # blocks to learn from, by second; the last is incomplete
         self._found: tuple[float, float] | None = None  # [s] times of the onset and of the alarm to raise
         self._calm = 0
         self._samples.clear()
@@ -396,8 +396,8 @@ class DivergenceWatch:
             self.healthy.learn(Blocks(*map(np.concatenate, zip(*self._waiting.popleft(), strict=True))))
 
     def _load_ratio(self, load: Floats, error: Floats) -> tuple[float, int]:
-        """Return twice the logarithm of the likelihood ratio of a load, and the number of blocks since its onset. Each
-        joint yields by an unknown compliance, which is never negative. Load and error are in standard deviations."""
+        """Return twice the logarithm of the likelihood ratio of a load, and the number of blocks since its onset. The
+        compliance of each joint is unknown, but not negative. Load and error are in standard deviations."""
         self._loads.appendleft(np.stack([-load * error, load**2]))
         products, squares = np.moveaxis(np.cumsum(list(self._loads), axis=0), 1, 0)
         ratios = (np.maximum(products, 0.0) ** 2 / (squares + SAG**-2)).sum(axis=1)

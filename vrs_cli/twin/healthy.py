@@ -90,7 +90,7 @@ class HealthyResidual:
         return load_torque(self._arm, q, qd, qdd) / self._usual_load
 
     def features(self, blocks: Blocks) -> Floats:
-        """Return the features of which a healthy residual is a linear function (B, n, k), in the order of PRIOR."""
+        """Return the features (B, n, k) of the linear model of the healthy residual, in the order of PRIOR."""
         rows = [np.ones_like(blocks.residual)]
         for place in (0, 1):
             v, a = blocks.velocity[:, place], blocks.acceleration[:, place]

@@ -220,20 +220,20 @@ class Define(RobotAct[Defined], frozen=True):
 
 
 class Execute(RobotAct[RunResult], frozen=True):
-    """Run a program in memory to its end."""
+    """Run a program from memory until it ends."""
 
     program: str
     cycles: int = 1
 
 
 class CommandList(TaggedValue, frozen=True):
-    """The motion commands in effect."""
+    """The motion commands that are in effect (not undone)."""
 
     commands: tuple[CommandRecord, ...]
 
 
 class ListCommands(RobotAct[CommandList], frozen=True):
-    """List all motion commands in effect."""
+    """List all motion commands that are in effect (not undone)."""
 
 
 class ListBranches(RobotAct[replies.BranchTable], frozen=True):

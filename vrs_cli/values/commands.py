@@ -237,8 +237,8 @@ class SpeedUnit(Enum):
 
 
 class SetSpeed(Struct, frozen=True):
-    """Set the program speed, in percent of nominal, or as tool-tip speed in mm/s or inch/s. It holds for the next
-    motion only unless `always`."""
+    """Set the program speed, in percent of nominal, or as tool-tip speed in mm/s or inch/s. It applies only to the next
+    motion, unless `always` is set."""
 
     value: float
     rotation: float | None = None

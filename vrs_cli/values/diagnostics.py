@@ -46,7 +46,7 @@ DIALECTS = tuple(dialect.value for dialect in Dialect)
 
 Placed = TypeVar("Placed", bound="HasSpan")
 
-# maximum numbers of characters shown of a source line (old programs have no longer lines) and of a detail in a message
+# maximum numbers of characters shown of a source line (lines of old programs are shorter) and of a detail
 MAX_LINE_CHARS, MAX_DETAIL_CHARS = 160, 400
 
 
@@ -121,7 +121,7 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", 
 
 
 class DiagnosticCollector:
-    """Collects diagnostics."""
+    """Collects errors and warnings in a list."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []

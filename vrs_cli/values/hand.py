@@ -22,8 +22,8 @@ class Limit(Enum):
 
 class Hold(Struct, frozen=True, omit_defaults=True):
     """A limit that keeps the tool from its target. `joint`, counted from 1: the joint that is at its `end` (`lower`,
-    `upper`), or at its maximum speed. `which`: for the reach `far` or `close`; for a singularity `shoulder`, `elbow` or
-    `wrist`; for a contact the two bodies."""
+    `upper`), or at its maximum speed. `which`: `far` or `close` (out of reach), `shoulder`, `elbow` or `wrist`
+    (singularity), or the two bodies (contact)."""
 
     limit: Limit
     joint: int = 0
@@ -109,7 +109,7 @@ class Seen(TaggedValue, frozen=True):
 
 
 class Press(UserAct[Seen], frozen=True):
-    """Move `amount` [mm, deg] along an axis at `speed` [%], as when a key is pressed."""
+    """Move `amount` [mm, deg] along an axis at `speed` [%], like a pressed key of JOG."""
 
     axis: Axis
     amount: float

@@ -131,7 +131,7 @@ class DivergenceCause(Enum):
 
 
 class DivergenceAlarm(Struct, frozen=True):
-    """An alarm: from `t` [s] on, the measured robot differs from the timeline by more than its usual noise. `joint`:
+    """An alarm raised at `t` [s]: the measured robot differs from the timeline by more than its usual noise. `joint`:
     the joint (from 1) that differs most relative to its noise; `size`: its residual (measured minus expected) [rad, m];
     `tool`: the distance of the tool from its expected position [m]. `detail`: one plain sentence. `since` [s]: when the
     difference began."""

@@ -101,7 +101,7 @@ class Pace(Struct, frozen=True):
 class PromptStatus(Struct, frozen=True):
     """The state shown around the input line. `prompt`: the text before the next line; `indent`: the blanks at its
     start. `in_program`: the line belongs to a program; `typed`: the program has unsaved lines. `asked`: the question of
-    a program that waits for an answer of any user. `hidden`: constants (HAND, TIME) hidden by variables of the same
+    a program that waits for an answer from any user. `hidden`: constants (HAND, TIME) hidden by variables of the same
     name. `clock`, `end`: the robot clock and the end of the timeline [s]; `pace` is None in virtual time. `tool`: the
     tool's position in the world [m]."""
 

@@ -256,7 +256,7 @@ class Progress(Struct, frozen=True):
 
 class StatusReport(TaggedValue, frozen=True):
     """The answer to STATUS. Speeds in percent, times in seconds; `progress` is None before the first run.
-    `next_motion`: settings that hold for the next motion only, as VAL-II words."""
+    `next_motion`: settings that apply only to the next motion, as VAL-II words."""
 
     robot: str
     progress: Progress | None
@@ -315,7 +315,7 @@ class SettingTable(TaggedValue, frozen=True):
 
 
 class ClockReport(TaggedValue, frozen=True):
-    """The answer to TIME and CLOCK: the robot clock [s], and its rate in real time."""
+    """The answer to TIME and CLOCK: the robot clock [s], and its rate relative to real time."""
 
     clock: float
     rate: float | None = None

@@ -72,10 +72,9 @@ class CommandRecord(Struct, frozen=True):
 
 
 class Extent(Struct, frozen=True):
-    """The size of a timeline. `duration`: from its start to its end [s]. `segments`: their number, without the initial
-    segment s_0. `tool_path`: the length of the tool's path [m]; `joint_travel`: the sum of all joint rotations [rad];
-    `joint_slide`: the sum of all joint slides [m].
-    """
+    """The size of a timeline. `duration`: from its start to its end [s]. `segments`: the number of segments, without
+    the initial segment s_0. `tool_path`: the length of the tool's path [m]; `joint_travel`: the sum of all joint
+    rotations [rad]; `joint_slide`: the sum of all joint slides [m]."""
 
     duration: float
     commands: int
@@ -118,8 +117,8 @@ class Comparison(Struct, frozen=True):
 
 
 class Moved(Struct, frozen=True):
-    """A scheduled motion that a command has moved in time or dropped: when it began `before`, and begins `after` [s].
-    `asked`: its time stamp; None if it has none. `after` is None if the motion was dropped."""
+    """A scheduled motion that a command has moved in time or dropped: the start of the motion `before` and `after` this
+    command [s]. `asked`: its time stamp; None if it has none. `after` is None if the motion was dropped."""
 
     text: str
     asked: float | None
@@ -251,7 +250,7 @@ class RunOutcome(Enum):
 
 
 class StoppedTask(Struct, frozen=True):
-    """A task other than the main program that stopped with an error, `at` a time [s]."""
+    """A task other than the main program that stopped with an error; `at`: the time at which it stopped [s]."""
 
     number: int
     fault: ProgramFault
@@ -429,8 +428,9 @@ class ChainReport(TaggedValue, frozen=True):
 
 
 class AnglesReport(TaggedValue, frozen=True):
-    """The answer to EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), M, Ry(A),
-    Rz(T). `vertical`: O and T turn about the same axis, so only their sum or difference is determined."""
+    """The answer to EXPLAIN OAT: O, A, T [rad] and the rotations whose product is the orientation: Rz(O), a fixed
+    matrix M, Ry(A), Rz(T). `vertical`: O and T turn about the same axis, so only their sum or difference is
+    determined."""
 
     text: str
     T: Transform

@@ -114,7 +114,7 @@ class PartComes(Happening, frozen=True):
 
 
 class PartsGo(Happening, frozen=True):
-    """Sink number `sink` takes the parts in its zone."""
+    """Sink number `sink` removes the parts in its zone."""
 
     sink: int
 

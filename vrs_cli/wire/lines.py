@@ -53,9 +53,8 @@ class Checksums:
         return record[:-1] + SEALED % self.last
 
     def open(self, line: bytes) -> bytes:
-        """Remove the checksum from the next line, which may have its line end. Raises RecordError if the checksum is
-        wrong.
-        """
+        """Remove the checksum from the next line, which may end with a newline. Raises RecordError if the checksum is
+        wrong."""
         if self.last is None:
             return line
         line = line.removesuffix(b"\n")

@@ -1,7 +1,7 @@
 """Messages between a robot and one of its users, in this process or over a connection.
 
-The key `type` holds the lower-case name of a message's class. A field that holds its default is not written. Units are
-metres, radians and seconds; times are those of the robot's clock unless the field says otherwise. Messages that only
+The key `type` holds the lower-case name of a message's class. Fields with default values are omitted. Units are metres,
+radians and seconds; times are those of the robot's clock unless the field says otherwise. Messages that only
 connections need are in `net/messages.py`.
 """
 
@@ -248,7 +248,7 @@ class Drive(Command, frozen=True):
 
 
 class Refused(Numbered, frozen=True):
-    """The server does not accept a message; `id`: the id of the message, if it has one."""
+    """The server's refusal of a message; `id`: the id of the message, if it has one."""
 
     refusal: Refusal
     id: Count | None = None

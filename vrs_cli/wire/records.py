@@ -340,7 +340,7 @@ def _default(value: float, default: float) -> float:
 def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
-    """Convert records to segments. `owner`: the motion of records without a motion. Raises RecordError."""
+    """Convert records to segments. `owner`: the motion of records that do not name one. Raises RecordError."""
     return tuple([_segment(record, motions, owner, form) for record in records])
 
 

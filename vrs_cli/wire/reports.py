@@ -5,7 +5,7 @@ lines of text in CSV or JSON, and JSON messages of the rosbridge protocol.
 the first bytes of all its numbers, then all second bytes, and so on. So the bytes of signs and exponents, which hardly
 change, are next to each other and compress well.
 
-A set point has the time of the robot's clock [s], the joints, and their velocities [deg, deg/s; mm, mm/s of a slide]:
+A set point has the time of the robot's clock [s], the joints, and their velocities [deg, deg/s; mm, mm/s if prismatic]:
 
     t,jt1,...,jtn,v1,...,vn,mode
     {"t": 2.5, "joints": [...], "velocity": [...], "mode": "follows"}

@@ -72,7 +72,7 @@ def steered_delta(
         )
     try:
         delta = _plan_again(motion, record.executed, record.tick, record.rates, before, arm)
-    except (ArithmeticError, ValueError):  # no robot can have these numbers
+    except (ArithmeticError, ValueError):  # numbers that are impossible for any robot
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
         raise records.RecordError(

@@ -183,7 +183,7 @@ def below(
 
 
 def is_balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tuple[Solids, Transform, Bounds]]) -> bool:
-    """Return whether the middle of a body is above one of the bodies that support it, or between several of them."""
+    """Return whether the centre of a body is above one of the bodies that support it, or between several of them."""
     middles = [moved_point(T_world_body, one.middle) for one in solids]
     x, y = (sum(middle[axis] for middle in middles) / len(middles) for axis in (0, 1))
     area, rooms = bounds(solids, T_world_body), []

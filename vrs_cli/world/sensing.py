@@ -258,8 +258,8 @@ def _most(row: Polynomial, duration: float, order: int) -> float:
 
 
 def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:
-    """Return a lower bound on the distance between a body and a region [m]. It is 0 or negative exactly if the body
-    touches or overlaps the region; then its absolute value is at most the depth."""
+    """Return a lower bound on the distance between a body and a region [m]. It is 0 or negative if and only if the body
+    touches or overlaps the region; then its absolute value is at most the depth of the overlap."""
     T_region_body = compose(region.T_region_world, T_world_body)
     return min([_clearance(solid, T_region_body, region) for solid in solids])
 

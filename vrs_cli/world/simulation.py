@@ -157,7 +157,7 @@ class Simulation:
     # --- poses and spans ---
 
     def span(self, name: str, t: float) -> world.PartBegin:
-        """Return the span of a part at a time [s], or its first known span. Raises KeyError."""
+        """Return the state of a part at a time [s], or its first known state. Raises KeyError."""
         spans: Sequence[world.PartBegin] = self.history.rows(("spans", name))
         if not spans:
             raise KeyError(name)

@@ -228,7 +228,7 @@ _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
-    """Return the lower and upper end of a solid at T along one axis of the world [m]."""
+    """Return the lower and upper ends of a solid at T along one axis of the world [m]."""
     d = rotated_back(T, axis)
     high = dot(axis, moved_point(T, solid.support(d))) + solid.radius
     low = dot(axis, moved_point(T, solid.support(scaled_vector(d, -1.0)))) - solid.radius
@@ -236,7 +236,7 @@ def _span(solid: Solid, T: Transform, axis: Vector) -> tuple[float, float]:
 
 
 def spread(solids: Solids, T: Transform, axis: Vector) -> tuple[float, float]:
-    """Return the lower and upper end of a body at T along a unit vector of the world [m]."""
+    """Return the lower and upper ends of a body at T along a unit vector of the world [m]."""
     spans = [_span(solid, T, axis) for solid in solids]
     return min(low for low, _ in spans), max(high for _, high in spans)
 
