@@ -218,18 +218,14 @@ class Pursuit:
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
         """Yield the limits that hold the tool back: first joints at the ends of their ranges, then the reach, then
         joints that are too slow."""
-        model, named = self.arm.model, False
-        ends, hurried = list[tuple[int, str]](), list[int]()
-        for i, side in enumerate(nearest.pressed):
-            x = self.goal[i]
+        model, named, hurried = self.arm.model, False, list[int]()
+        for i, (side, x) in enumerate(zip(nearest.pressed, self.goal, strict=True)):
             if side and x == self.range[side > 0][i]:
                 if x == (model.lower, model.upper)[side > 0][i]:
-                    ends.append((i, "lower" if side < 0 else "upper"))
-            elif side and abs(self.goal[i] - now[i]) >= MIN_AHEAD * pace.ahead[i]:
+                    named = True
+                    yield Hold(Limit.JOINT, i + 1, "lower" if side < 0 else "upper")
+            elif side and abs(x - now[i]) >= MIN_AHEAD * pace.ahead[i]:
                 hurried.append(i)
-        for i, end in ends:
-            named = True
-            yield Hold(Limit.JOINT, i + 1, end)
         if there is None and (which := self._out_of_reach(aim)) is not None:
             named = True
             yield Hold(Limit.REACH, which=which)
