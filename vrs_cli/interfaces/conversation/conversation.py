@@ -94,11 +94,6 @@ class Conversation:
         if self._refused and self.user_state.attended and not more:
             self.entry, self._refused = None, ""  # the user was already informed that the program was refused
 
-    def _answer(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then continue."""
-        yield from self.session.driver.ask()
-        self.session.settle()
-
     def _guard(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
         """Show errors as replies, so that the next line can be carried out."""
         try:
@@ -230,7 +225,7 @@ class Conversation:
         """Carry out an act of the user that is not a line of text. Raises VrsError."""
         match act:
             case acts.Attend():
-                yield from self._guard(self._answer(), "")
+                yield from self._guard(self.session.ask_for_tasks(), "")
             case acts.LeaveEntry():
                 yield from self._guard(self.leave_entry(act.why), "")
             case acts.StopProgram():

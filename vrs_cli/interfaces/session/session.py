@@ -77,11 +77,15 @@ class Session(station.Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Ask the questions of tasks; the tasks then continue. Skip this for a user who types while programs run: the
-        front end asks these questions."""
+        """Ask the questions of tasks, except for a user who types while programs run: the front end asks these
+        questions."""
         while not self.user_state.lives and self.driver.open_questions():
-            yield from self.driver.ask()
-            self.settle()
+            yield from self.ask_for_tasks()
+
+    def ask_for_tasks(self) -> Dialogue[None]:
+        """Ask the questions of tasks; the tasks then continue."""
+        yield from self.driver.ask()
+        self.settle()
 
     def _carry_out_line(self, line: str) -> Dialogue[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
