@@ -154,8 +154,12 @@ class TargetControl(NamedTuple):
         """Take a target pose as `pull` does, and return how far the tool is from it. If other motions of the user came
         between, the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last pose."""
         session, stream = self.session, self._opened(StreamKind.DRAG)
-        goes_on = stream is not None and stream is session.stream and not (stream.ended or session.running)
-        if goes_on and stream is not None and stream.version != session.engine.timeline.version:
+        if (
+            stream is not None
+            and stream is session.stream
+            and not (stream.ended or session.running)
+            and stream.version != session.engine.timeline.version
+        ):
             self._close(StreamKind.DRAG)
         yield from self.pull(pose, session.user_state.issued)
         if (stream := self._opened(StreamKind.DRAG)) is not None and stream.ended:

@@ -183,9 +183,8 @@ class Actor:
             elif self._running and self._look:
                 self._look = False
                 self._go_on_all()
-            elif self._beats_at <= self._driver.engine.clock.reached:
+            elif self._beat is not None and self._beats_at <= self._driver.engine.clock.reached:
                 beat, self._beat, self._beats_at = self._beat, None, inf
-                assert beat is not None
                 if (again := beat()) is not None:
                     self._beat, self._beats_at = beat, again
             elif (ready := self._ready) and not (time_goes_on and (self._time_first or self._line_runs())):

@@ -73,11 +73,9 @@ def jog(station: Station, it: Instruction) -> dialogue.Dialogue[None]:
 
 
 def _read_operands(station: Station, it: Instruction) -> tuple[hand.Axis, float]:
-    if len(it.arguments) != 2 or None in it.arguments:
+    named, by = it.arguments if len(it.arguments) == 2 else (None, None)
+    if named is None or by is None:
         raise errors.UsageError("JOG takes an axis and an amount, or nothing", JOG_HINT)
-    named, by = it.arguments
-    assert named is not None
-    assert by is not None
     amount = real(station, by)
     if not abs(amount) <= MAX_STEP:
         right = f"a number of mm or degrees, up to {MAX_STEP:g}"
