@@ -149,8 +149,7 @@ class Inspector:
                 found += placed.translate(refused)
         programs = {program.key: placed for placed, program in parser.programs_of(parts)}
         for placed, inspected in self._analyse_programs(environment, programs, beside):
-            found += placed.translate(inspected.analysis.diagnostics)
-            found += placed.translate(inspected.of_running)
+            found += placed.translate((*inspected.analysis.diagnostics, *inspected.of_running))
         found += self._out_of_reach(environment, tuple(parser.programs_of(programs.values())), beside)
         idle = set[str]()
         for placed, program in parser.programs_of(programs.values()):
@@ -191,15 +190,13 @@ class Inspector:
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
-            found = list[Diagnostic]()
             for target, refusal in ((way.target, _refusal(way, environment, self._robot)) for way in ways):
                 if refusal is not None:
                     named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
                     what = named + refusal.detail
-                    found.append(
-                        Diagnostic(Severity.WARNING, refusal.code, refusal.title, what, refusal.hint, target.span)
+                    yield from placed.translate(
+                        [Diagnostic(Severity.WARNING, refusal.code, refusal.title, what, refusal.hint, target.span)]
                     )
-            yield from placed.translate(found)
 
 
 def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
