@@ -57,10 +57,8 @@ class ProgramBuffer:
         dialect: diagnostics.Dialect = diagnostics.Dialect.VPLUS,
     ) -> None:
         self.header, self.lines, self.dialect = header.strip(), list(lines), dialect
-        self.at, self.inserting = len(self.lines), False
         self._blocks = depth(self.lines)  # number of blocks open after the last line
-        if at is not None:
-            self.move(at)
+        self.move(len(self.lines) if at is None else at)
 
     @classmethod
     def of_program(cls, program: ast.Program, at: int = 0) -> ProgramBuffer:
@@ -169,9 +167,8 @@ class ProgramBuffer:
         step, heading = parser.parse_step(line, 1, self.dialect), parser.parse_prompt(self.header)
         if step.statement is None:
             return step, ()
-        parameters = heading.parameters if isinstance(heading, ast.ProgramHeader) else ()
         # outside the program, a parameter's name may mean something else
-        own = {parameter.key for parameter in parameters}
+        own = {one.key for one in heading.parameters} if isinstance(heading, ast.ProgramHeader) else set[str]()
         meant = ast.resolve_line(step.statement, parser.variables_in((self.header, *self.lines)))
         found = analyzer.check_line(
             meant, {key: kind for key, kind in known.items() if key not in own}, in_program=True
