@@ -55,8 +55,7 @@ class Sight:
         split = [line.split_at(t, transform.position(at.T_world_tool)) for line in lines if line.begin < t < line.end]
         past = (*(line.points for line in lines if line.end <= t), *(before for before, _ in split))
         planned = (*(after for _, after in split), *(line.points for line in lines if line.begin >= t))
-        world = self._world
-        seen = () if world is None else bodies(world.settings.scene, world.course(timeline), t)
+        seen = () if self._world is None else bodies(self._world.settings.scene, self._world.course(timeline), t)
         return replies.ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, seen)
 
 

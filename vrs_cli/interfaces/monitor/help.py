@@ -74,7 +74,6 @@ EDITING = "EDITING"
 def _topics() -> Mapping[str, HelpTopic]:
     """Return all topics by their names."""
     letters = tuple((row.form, row.summary) for row in SUBCOMMANDS.values())
-    leaving = tuple((letter, summary) for letter, summary in LEAVING.items())
     empty = (("an empty line", "go to the next step; end inserting"), ("an instruction", "takes the place of the step"))
     groups = {
         title: tuple((row.form if isinstance(row, WordRow) else row.name, row.summary) for row in rows)
@@ -85,7 +84,7 @@ def _topics() -> Mapping[str, HelpTopic]:
         "TUTORIAL": HelpTopic("First lines to type", TUTORIAL),
         **dict.fromkeys(("PICTURE", "VIEW"), HelpTopic("See the arm", SEEING)),
         "KEYS": HelpTopic("Keys at the prompt", KEYS),
-        EDITING: HelpTopic("Lines of EDIT", (*letters, *leaving, *empty)),
+        EDITING: HelpTopic("Lines of EDIT", (*letters, *LEAVING.items(), *empty)),
     }
 
 

@@ -142,8 +142,9 @@ class Viewer:
         """Take the sample that is due now, skipping missed samples."""
         self._last = max(floor(wall * self.rate), self._last + 1)
         timeline = watched.timeline
-        now = watched.now + self.ahead
-        self.playback = self.playback.look(self._last / self.rate, timeline.start, timeline.end, now)
+        self.playback = self.playback.look(
+            self._last / self.rate, timeline.start, timeline.end, watched.now + self.ahead
+        )
 
 
 class ViewerLook(NamedTuple):

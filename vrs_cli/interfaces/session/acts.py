@@ -116,8 +116,7 @@ def _boundary(session: Session, _act: acts.Boundary) -> Dialogue[acts.BoundaryCu
     arm, engine = session.engine.arm, session.engine
     if arm.model.units.slides(1):
         raise IllegalValue("the boundary of an arm whose first joint slides", "an arm that turns about its first axis")
-    here = engine.position()
-    configuration, tip = arm.configuration(here.joints), transform.position(engine.frames.tool)
+    configuration, tip = arm.configuration(engine.position().joints), transform.position(engine.frames.tool)
 
     def curves() -> acts.BoundaryCurves:
         from vrs_cli.kinematics.reach_outline import lines_of, outline

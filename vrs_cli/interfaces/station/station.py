@@ -268,8 +268,7 @@ class Station:
         first = programs.get(values.key_of(program or self.last_program or ""))
         if first is None or sum(len(one.program.steps) for one in programs.values()) <= loaded_file.LONG_PROGRAM:
             return
-        main = first.program
-        yield from self._compile_callable([main], programs, everywhere=main if everywhere else None)
+        yield from self._compile_callable([first.program], programs, everywhere=first.program if everywhere else None)
 
     def _compiled_for_tasks(self, loaded: loaded_file.LoadedFile) -> Dialogue[None]:
         """Compile the long programs of a file in another thread, so that tasks may call them as soon as they are
