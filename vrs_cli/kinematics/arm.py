@@ -317,13 +317,11 @@ class RobotArm:
         self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
     ) -> LocationOutOfRange | JointOutOfRange:
         """Return the error if no wanted configuration reaches T, with a hint to another configuration that does."""
-        q = self.branch_joints(T, wanted[0], near)
         hint = self._other_way(T, near, wanted)
-        if q is None:
+        if self.branch_joints(T, wanted[0], near) is None:
             return self._out_of_reach(T, wanted[0], hint)
-        tries = [self._best_turns(joints) for c in wanted if (joints := self.branch_joints(T, c, near)) is not None]
-        q = min(tries, key=lambda joints: len(self._outside(joints)))
-        return self._joint_refusal(q, hint)
+        tries = [self._best_turns(q) for way in wanted if (q := self.branch_joints(T, way, near)) is not None]
+        return self._joint_refusal(min(tries, key=lambda q: len(self._outside(q))), hint)
 
     def _joint_refusal(self, q: Joints, hint: str) -> JointOutOfRange:
         joint = self._outside(q)[0]
