@@ -1,12 +1,12 @@
-"""Be the body of a served robot: follow its timeline with a controller of your own, and report measured joints.
+"""Act as the body (the real or simulated arm) of a served robot: follow its timeline and report measured joints.
 
     async with BodyClient("ws://127.0.0.1:8765", token, rate=100.0) as body:
         async for t in body.ticks():                      # [s] of the robot's clock
             joints, velocity, acceleration = body.setpoint(t)
             body.report(t, my_arm.follow(joints, velocity), my_arm.velocity)
 
-After a cut the client connects again, becomes the body again, and sends the reports of the meantime. Reports have
-numbers, so that the server counts none twice and knows how many are lost.
+After a cut the client reconnects, becomes the body again, and sends the reports made since the cut. Reports are
+numbered, so that the server counts each once and knows how many are lost.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ from vrs_cli.values.measured import BodyMode, Report
 from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, row_fields, row_parts
 
 SEND_EVERY = 0.02  # [s] time between two messages with reports
-KEPT = 60.0  # [s] time for which reports are kept, to send them again after a cut
+KEPT = 60.0  # [s] time for which reports are kept, to resend them after a cut
 MAX_KEPT = 100_000  # maximum number of kept reports
 MAX_WAITING_BYTES = 64 * 1024  # maximum bytes waiting for the socket; while more wait, reports stay here
-SETTLING = 3.0  # [s] time for the first measurements of the robot's clock
-PAST = 10.0  # [s] length of the past of the timeline that is kept
+SETTLING = 3.0  # [s] maximum time for the first measurements of the robot's clock
+PAST = 10.0  # [s] length of the kept past of the timeline
 
 log = logging.getLogger("vrs_cli")
 
@@ -49,8 +49,8 @@ log = logging.getLogger("vrs_cli")
 class BodyClient:
     """A client that is the body of a served robot. Call all methods in the thread of the event loop. `rate`: reports
     per second, at most 2,000. `name`: the name that other users see if the token has none. `order`: the server's last
-    order, to follow the timeline or to hold still from a given time. `refusal`: the reason why this client is no longer
-    the body. `told`: callback for messages about the connection."""
+    order, to follow the timeline or to hold still from a given time on. `refusal`: the reason why this client is no
+    longer the body. `told`: callback for messages about the connection."""
 
     def __init__(
         self,
@@ -68,8 +68,8 @@ class BodyClient:
         self.refusal: VrsError | None = None
         self.client = Client(url, hello_of(token, name), ca=ca, told=told)
         self.far = self.client.far
-        self._sent, self._fresh = deque[Report](), deque[Report]()  # kept reports: first the sent, then the new ones
-        self._first = 0  # the number of the first of these reports
+        self._sent, self._fresh = deque[Report](), deque[Report]()  # kept reports: already sent, and not yet sent
+        self._first = 0  # the number of the first kept report
         self.embodied, self._stirred = False, asyncio.Event()
         self.life = ""
         self._sending: asyncio.Task[None] | None = None
@@ -79,8 +79,8 @@ class BodyClient:
     # --- the connection ---
 
     async def __aenter__(self) -> Self:
-        """Connect and become the body. Raises RequestRefused if no robot answers or another client is the body, and
-        what the server refuses.
+        """Connect and become the body. Raises RequestRefused if no robot answers or another client is the body, or the
+        error that the server sent.
         """
         try:
             self.life = (await self.client.open()).life
@@ -107,7 +107,8 @@ class BodyClient:
         await self.client.close()
 
     async def _embody(self) -> None:
-        """Become the body as soon as the robot's clock is known well, and find out which reports the server lacks."""
+        """Become the body when the robot's clock is known well, and mark the reports that the server lacks as not
+        sent."""
         due = asyncio.get_running_loop().time() + SETTLING
         while len(self.far.sync) < FIRST_PINGS and asyncio.get_running_loop().time() < due:
             await asyncio.sleep(SEND_EVERY)
@@ -140,7 +141,7 @@ class BodyClient:
                     try:
                         await self._embody()
                     except VrsError as error:
-                        if self.far.open:  # else the connection was cut again; the next welcome repeats this
+                        if self.far.open:  # else the connection was cut again, and the next welcome retries
                             self._end(error)
 
                 self._asking = asyncio.create_task(embody_again())
@@ -175,13 +176,13 @@ class BodyClient:
         return self.mirror.now
 
     def setpoint(self, t: float) -> JointState:
-        """Return joints, velocity and acceleration of the timeline at a time t [s], past or future."""
+        """Return the joints, velocities and accelerations of the timeline at time t [s], past or future."""
         mirror = self.mirror
         return joint_state_at(mirror.arm, mirror.timeline, t)
 
     async def ticks(self) -> AsyncIterator[float]:
-        """Yield the robot's clock [s] `rate` times a second. Raises RequestRefused if another client is now the body,
-        or the error with which the server refuses."""
+        """Yield the robot's clock [s] `rate` times a second. Raises RequestRefused when this client is no longer the
+        body, or the error that the server sent."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while True:
@@ -191,8 +192,7 @@ class BodyClient:
             await asyncio.sleep(due - loop.time())
 
     async def changes(self) -> AsyncIterator[TimelineChange | MissedEvents | messages.BodyOrder]:
-        """Yield the present timeline, then a new item for each change and each order. Raises the same errors as
-        `ticks`."""
+        """Yield the current timeline, then each change and each order. Raises the same errors as `ticks`."""
         stirred, orders, loop = asyncio.Event(), deque[messages.BodyOrder](), asyncio.get_running_loop()
         told = orders, stirred
         self._orders.append(told)
@@ -229,9 +229,9 @@ class BodyClient:
         effort: Joints | None = None,
         mode: BodyMode = BodyMode.FOLLOWS,
     ) -> None:
-        """Report joints measured at time t [s] of the robot's clock [rad, m], and their velocity [rad/s, m/s] and
-        effort [N m, N] if known. The report is sent within 20 ms, or after the connection is restored; the last 60 s of
-        reports are kept. Raises IllegalValue for a report that does not fit this robot."""
+        """Report joints [rad, m] measured at time t [s] of the robot's clock, and their velocities [rad/s, m/s] and
+        efforts [N m, N] if known. The report is sent within 20 ms, or after the connection is restored; reports are
+        kept for 60 s. Raises IllegalValue for a report that does not fit this robot."""
         rows = tuple(None if row is None else tuple(map(float, row)) for row in (joints, velocity, effort))
         count = self.model.joint_count
         for row in rows:
@@ -253,7 +253,7 @@ class BodyClient:
             await self._stirred.wait()
             self._stirred.clear()
             if self.embodied and self.far.open:
-                with suppress(RequestRefused):  # they are sent again after a cut
+                with suppress(RequestRefused):  # after a cut the reports are sent again
                     self._send_batch(MAX_WAITING_BYTES)
             await asyncio.sleep(SEND_EVERY)
             if self.embodied and self._fresh:

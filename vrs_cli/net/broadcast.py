@@ -1,12 +1,12 @@
 """Send samples, changes and news (such as the clock) of one robot to many connections.
 
-Each message is encoded once for all connections. No connection waits for another: a slow one gets no samples, and its
-changes wait until it takes data again. So only the bounded buffer of that connection fills up, and after a stall the
-connection gets the present state.
+Each message is encoded once for all connections. No connection waits for another: a slow connection gets no samples,
+and its changes wait until it takes data again. So only the bounded buffer of that connection fills up, and after a
+stall the connection gets the current state.
 
-Pure: connections are sinks, the wall clock is an argument. The caller asks when something is due (`peek`) and sends a
-slice of it (`step`). It does other work between two slices, so that a user who commands is answered before a thousand
-viewers get the change.
+Pure: connections are sinks, the wall clock is an argument. The caller asks when there is data to send (`peek`) and
+sends a slice of it (`step`). Between two slices the caller does other work, so that a user who gives a command gets the
+answer before a thousand viewers get the change.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from vrs_cli.values.measured import Report
 from vrs_cli.values.results import Position
 
 MAX_SAMPLE_RATE = 200.0  # [1/s] maximum rate of samples
-MAX_WAITING_BYTES = 256 * 1024  # maximum bytes of changes waiting for one connection
-SLICE = 50  # maximum number of packets in one step (0.5 ms of CPU time)
-HOLD = 0.02  # [s] maximum time for which sending pauses while a user waits for an answer
+MAX_WAITING_BYTES = 256 * 1024  # maximum bytes that wait for one connection
+SLICE = 50  # maximum number of listeners served in one step (0.5 ms of CPU time)
+HOLD = 0.02  # [s] maximum pause of sending while a user waits for an answer
 AGAIN = 0.05  # [s] time between two attempts to send to a slow connection
 
 
@@ -51,7 +51,7 @@ class Sink(Protocol):
 
     @property
     def waiting(self) -> int:
-        """Return the number of bytes that were sent and that the receiver has not taken yet."""
+        """Return the number of sent bytes that the receiver has not taken yet."""
 
     def send(self, *packets: streams.Packet) -> None:
         """Send packets in one write."""
@@ -59,8 +59,8 @@ class Sink(Protocol):
 
 class Parcel(NamedTuple):
     """Packets for all listeners in the same state, sent in one write. `number`, `news`, `place`, `heard` and
-    `measured`: the state of the listener after it has received the packets. `alone`: send the packets only if nothing
-    else waits. `whole`: the packets contain the whole state."""
+    `measured`: the state of the listener after it has received the packets. `alone`: send the packets only if no other
+    bytes wait. `whole`: the listener is up to date after the packets."""
 
     packets: tuple[streams.Packet, ...]
     number: int
@@ -73,8 +73,8 @@ class Parcel(NamedTuple):
 
 
 class Listener:
-    """A connection that receives broadcasts. `number`: the number of the last sent change; `news`: the number of the
-    last sent news."""
+    """A connection that receives broadcasts. `number`, `news`: the numbers of the last change and of the last news that
+    were sent."""
 
     def __init__(self, sink: Sink, form: streams.MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
@@ -87,7 +87,7 @@ class Listener:
         self.channel: Channel | None = None  # the channel of the listener's samples
 
     def takes(self, parcel: Parcel) -> bool:
-        """Send a parcel unless too many bytes wait already; return whether it was sent."""
+        """Send a parcel, unless too many bytes wait; return whether it was sent."""
         waiting = self.sink.waiting
         if waiting and (parcel.alone or waiting + sum([len(it.data) for it in parcel.packets]) > MAX_WAITING_BYTES):
             return False
@@ -103,7 +103,7 @@ NOTHING = -1  # the number of a listener that has received nothing yet
 
 class Round:
     """Listeners that are served in turn. `left`: the number of listeners not yet served in this round. A new round
-    begins with the listeners that the last one did not reach."""
+    begins with the listeners that the last round did not reach."""
 
     def __init__(self) -> None:
         self._order: deque[Listener] = deque()
@@ -116,7 +116,7 @@ class Round:
         self.left = len(self._order)
 
     def take(self, most: int) -> list[Listener]:
-        """Return up to `most` next listeners of the round."""
+        """Return the next listeners of the round, at most `most`."""
         count = min(most, self.left)
         taken = list(islice(self._order, count))
         self._order.rotate(-count)
@@ -124,7 +124,7 @@ class Round:
         return taken
 
     def add(self, listener: Listener) -> None:
-        """Serve a listener from the next round on."""
+        """Add a listener, which is served from the next round on."""
         self._order.append(listener)
 
     def remove(self, listener: Listener) -> None:
@@ -133,22 +133,22 @@ class Round:
 
 
 class Channel:
-    """Sends samples to listeners that see the same: either all listeners that follow the robot at one rate, or a single
-    one with its own playback."""
+    """Sends the same samples to its listeners: all listeners that follow the robot at one rate, or a single listener
+    with its own playback."""
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # times of cuts, each with the end of its report [s]
+        self._wrong: list[tuple[float, float]] = []  # times of cuts, and until when samples mention each cut [s]
 
     def change(self, cut: float, applied: float) -> None:
-        """Record that samples of times after the cut were wrong. All later samples mention the cut for as long as a
-        viewer may still show such a wrong sample; so a listener that misses some samples still learns of it."""
+        """Record that samples for times after the cut were wrong. All later samples mention the cut while a viewer may
+        still show such a wrong sample, so a listener that misses some samples also learns about the cut."""
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
     def show(self, position: Position, version: int, clock: float) -> None:
-        """Begin to send the next sample. Listeners that have not received the previous one skip that one."""
+        """Begin to send a new sample. Listeners that have not received the previous sample skip it."""
         self._wrong = [one for one in self._wrong if one[1] > clock]
         wrong = min((cut for cut, _ in self._wrong), default=None)
         self.sample = letter(messages.Sample(position.time, position.joints, version, clock, wrong))
@@ -165,7 +165,7 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {  # playback: value, wall time [s]
+STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] = {  # of playback, value, wall time [s]
     messages.PlayStep.PLAY: lambda it, _, wall: it.play(wall),
     messages.PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
     messages.PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
@@ -176,7 +176,7 @@ STEPS: Mapping[messages.PlayStep, Callable[[Playback, float, float], Playback]] 
 
 class Broadcast:
     """Sends changes, news and samples of one robot to its listeners. `stream`: numbers and encodes the changes.
-    `course`: computes the course of the world; None without a cell."""
+    `course`: computes the course of the world (parts, sensors and contacts over time); None without a cell."""
 
     def __init__(
         self,
@@ -195,14 +195,14 @@ class Broadcast:
         self._everybody = Round()
         self._hearing: dict[Listener, None] = {}  # listeners that receive the course of the world
         self._measuring: dict[Listener, None] = {}  # listeners that receive the reports of the body
-        self._gathered = -inf  # wall time [s] of the last batch of reports
-        self._measured_due = inf  # wall time [s] of the next batch
+        self._gathered = -inf  # wall time [s] of the last batch of body reports
+        self._measured_due = inf  # wall time [s] of the next batch of body reports
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order of the last attempt to send
-        self._again = inf  # wall time [s] of the next attempt
+        self._again = inf  # wall time [s] of the next attempt to send to slow listeners
         self._news: dict[type[messages.ServerMessage], tuple[int, Letter]] = {}
         self._parcel = cache(self._pack)  # parcels by the state of the listener; valid until the next event
         self._last_news = 0
-        self._held = self._free = -inf  # wall times [s]: end of the pause of sending, and of the next sending
+        self._held = self._free = -inf  # wall times [s]: end of the pause of sending, and earliest start of the next
         self._audience = Audience(watched, wall)
         self._channels: dict[Viewer, Channel] = {}
         self._shared: dict[tuple[float, float], Channel] = {}  # channels by rate [1/s] and time ahead of the robot [s]
@@ -230,8 +230,8 @@ class Broadcast:
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: messages.Subscribe) -> None:
-        """Subscribe a listener as a message describes; this replaces its earlier subscription. Raises IllegalValue for
-        a wrong rate or tolerance, RequestRefused for `world` without `deltas`."""
+        """Subscribe a listener as the message `wanted` describes; this replaces its earlier subscription. Raises
+        IllegalValue for a wrong rate or tolerance, RequestRefused for `world` without `deltas`."""
         joints = None if wanted.joints is None else known_tolerance(wanted.joints)
         if wanted.rate:
             checked_rate(wanted.rate, "samples a second", MAX_SAMPLE_RATE)
@@ -253,7 +253,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def resync(self, listener: Listener, *, full: bool = False) -> None:
-        """Send a snapshot in place of earlier changes. `full`: use the full form from now on."""
+        """Send a snapshot instead of earlier changes. `full`: send all later changes in the full form."""
         listener.form = listener.form._replace(full=full or listener.form.full)
         if listener.listening is not None:
             self._hear(listener, listener.listening._replace(form=listener.form))
@@ -261,7 +261,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def _hear(self, listener: Listener, listening: streams.Listening | None) -> None:
-        """Set how a listener receives changes from now on; None: not at all."""
+        """Set the form in which a listener receives changes from now on; None: no changes."""
         if listener.listening is not None:
             self.stream.end(listener.listening.form)
         if listening is not None:
@@ -295,8 +295,8 @@ class Broadcast:
             viewer.playback = STEPS[wish.step](viewer.playback, wish.value, self._wall())
 
     def _following(self, rate: float, ahead: float) -> Channel:
-        """Return the channel of the listeners that follow the robot at this rate. After a jump of virtual time, return
-        a new channel if listeners of the old one are still behind."""
+        """Return the channel for following the robot at this rate. If the existing channel is still behind after a jump
+        of virtual time, return a new one."""
         shared = self._shared.get((rate, ahead))
         timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + ahead
         if (
@@ -307,7 +307,7 @@ class Broadcast:
         return shared
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
-        """Return a channel for one listener alone. It continues where the listener's old channel is."""
+        """Return a channel for this listener only. It continues the playback of the listener's old channel."""
         if len(channel.round) == 1 and channel not in self._shared.values():
             return channel
         own = self._channel(channel.viewer.rate, 0.0)
@@ -340,7 +340,7 @@ class Broadcast:
     # --- events ---
 
     def tell(self, event: TimelineChange, applied: float) -> None:
-        """Begin to send a change of the timeline; `applied`: the robot's clock when it was made [s]."""
+        """Begin to send a change of the timeline; `applied`: the robot's clock when it was applied [s]."""
         before = self.stream.timeline
         self.stream.tell(event, applied, self._watched.timeline)
         if self.course is not None and self._hearing:
@@ -354,21 +354,21 @@ class Broadcast:
         self.begin_round()
 
     def measure(self, reports: Sequence[Report]) -> bool:
-        """Take reports of the body. Return whether some listener wants them."""
+        """Take reports of the body; return whether a listener wants them."""
         if not self.measured.take(reports, heard=bool(self._measuring)):
             return False
         self._measured_due = min(self._measured_due, self._gathered + streams.TOLD_EVERY)
         return True
 
     def announce(self, news: messages.ServerMessage) -> None:
-        """Send news to all present and later listeners. A slow listener receives only the last news of each type."""
+        """Send news to all current and later listeners. A slow listener gets only the last news of each type."""
         self._last_news += 1
         self._news.pop(type(news), None)  # keeps the dictionary in the order of arrival
         self._news[type(news)] = self._last_news, letter(news)
         self.begin_round()
 
     def begin_round(self) -> None:
-        """Begin to send what is new, such as parts of the course of the world."""
+        """Begin to send new data to all listeners."""
         self._parcel.cache_clear()
         self._everybody.begin()
 
@@ -376,7 +376,7 @@ class Broadcast:
 
     def hold(self) -> None:
         """Send nothing for HOLD seconds or until `release`, because a user waits for an answer. Sending then continues
-        for equally long before it can be held again, however many users wait for answers."""
+        for at least as long before the next pause, regardless of the number of waiting users."""
         wall = self._wall()
         if wall >= self._free:
             self._held, self._free = wall + HOLD, wall + 2.0 * HOLD
@@ -394,7 +394,7 @@ class Broadcast:
         return max(due, self._held)
 
     def step(self) -> None:
-        """Make pending samples, and send some of the waiting packets."""
+        """Compute the samples that are due, and send one slice of the waiting packets."""
         if self._held > self._wall():
             return
         for viewer, version, position in self._audience.step():
@@ -436,8 +436,8 @@ class Broadcast:
         listening: streams.Listening | None,
         form: streams.MessageForm,
     ) -> Parcel:
-        """Return the next parcel for listeners in a state: changes (or a snapshot that replaces them), news, reports of
-        the body, and a part of the course. It has at most the number of bytes that may wait."""
+        """Return the next parcel for listeners in this state: changes (or a snapshot instead), news, reports of the
+        body, and a section of the course. Its size is limited to about MAX_WAITING_BYTES, except for a snapshot."""
         stream, packets, size, alone = self.stream, list[streams.Packet](), 0, False
         while listening is not None and number < stream.number:
             if (packet := stream.after(number, listening, place)) is None:

@@ -1,4 +1,4 @@
-"""Carry out the messages of a class at a server: help, hand-ins, announcements, and freezing all students."""
+"""Carry out the messages of a class of students: requests for help, hand-ins, announcements, freezing."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from vrs_cli.net.client_session import ClientSession, commands
 from vrs_cli.net.tokens import ClassFolder, Grant
 
 MAX_CHARS = 4000  # maximum number of characters of an announcement
-MAX_LISTED = 20  # maximum number of hand-ins per student in the state of the class
+MAX_LISTED = 20  # maximum number of listed hand-ins per student
 
 
 class Lessons(Protocol):
-    """The lessons of a class, for its board. `teach/`, which imports `net/`, implements them."""
+    """The lessons of a class. `teach/`, which imports `net/`, implements this protocol."""
 
     def enter(self, client: ClientSession) -> None:
-        """Send a client the current text of its lesson, if its robot has a lesson."""
+        """Send a client the current text of its lesson, if its robot has one."""
 
     def take(self, client: ClientSession, line: messages.Line) -> bool:
-        """Carry out a line for the lesson; return False if it is for the robot. `done` answers the line."""
+        """Carry out a line that is for the lesson, and answer it with `done`; return False if it is for the robot."""
 
     def standing(self, student: str) -> tuple[str, int, int]:
         """Return the title of a student's lesson, the number of passed steps, and the number of all steps."""
 
 
 class ClassBoard:
-    """Keeps the state of a class.
+    """The state of a class, and the messages that change it.
 
-    `clients` returns the clients of all robots, `grants` the grants of all tokens, `own` the robots of a grant, and
-    `wall` the seconds since 1970. Call all methods in the thread of the connections.
+    `clients` returns the clients of all robots, `grants` the grants of all tokens, `own` the names of a grant's robots,
+    and `wall` the seconds since 1970. Call all methods in the thread of the connections.
     """
 
     def __init__(
@@ -57,8 +57,8 @@ class ClassBoard:
     # --- messages ---
 
     async def receive(self, client: ClientSession, message: messages.ClientMessage) -> bool:
-        """Carry out a message of a class, or refuse a command while the class is frozen. Return False for other
-        messages."""
+        """Carry out a message of a class, or refuse a command while the class is frozen. Return False if the message is
+        for the robot."""
         try:
             if isinstance(message, messages.OF_CLASS):
                 if isinstance(message, messages.TEACHING) and not _teaches(client):
@@ -124,7 +124,7 @@ class ClassBoard:
     # --- the state for clients ---
 
     def tell(self) -> None:
-        """Send clients the state of the class if it has changed. Also call this a few times a second."""
+        """Send clients the state of the class if it has changed. Call this method also a few times a second."""
         clients = [client for client in self._clients() if client.link is not None]
         self._watching &= set(clients)
         here = dict[str, list[ClientSession]]()
@@ -154,7 +154,7 @@ class ClassBoard:
         return (grant for grant in self._grants() if not grant.teacher and not grant.body)
 
     def enter(self, client: ClientSession) -> None:
-        """Send a client on a new connection the state of the class and the text of its lesson."""
+        """Send a newly connected client the text of its lesson; the next `tell` sends it the state of the class."""
         self._told.pop(client, None)
         if self.lessons is not None:
             self.lessons.enter(client)

@@ -1,11 +1,12 @@
-"""A client of a served robot over sockets. It connects again after a cut, until the robot is let go.
+"""A client of a served robot over a WebSocket. It reconnects after a cut, until `close` is called.
 
     client = Client("ws://127.0.0.1:8765", hello_of("token"))
-    await client.open()                     # the robot is there: client.far.mirror
+    await client.open()                     # connected: client.far.welcome
     done = await client.ask(lambda id: Line(id, "READY"))
     await client.close()
 
-Between two attempts it waits for a random time that grows: clients that were cut together do not come back together.
+Before each attempt it waits for a random time, longer each time, so that clients that were cut together do not
+reconnect at the same moment.
 """
 
 from __future__ import annotations
@@ -37,30 +38,31 @@ from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.net.timesync import USUAL_PERCENTILE, Playout
 from vrs_cli.wire.codec import Encoding
 
-OPENING = 10.0  # [s] maximum time of each of two handshakes: of the socket, and hello
+OPENING = 10.0  # [s] maximum time for each of the two handshakes: that of the socket, and hello
 KEEPALIVE, SILENT = 2.0, 10.0  # [s] time between two pings, and maximum wait for the answer
 CLOSING = 2.0  # [s] maximum time to close a socket
-LOOPBACK = ("localhost", "127.0.0.1", "::1")
+LOOPBACK = ("localhost", "127.0.0.1", "::1")  # hosts that are reached without a proxy
 RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
-MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_vfy.h)
+MISTRUST = {  # hints for certificate errors, by OpenSSL's error number (openssl/x509_vfy.h)
     9: "is the clock right? It is not valid yet",
     10: "the server wants a new one",
     62: "say the name that the certificate is for",
     64: "say the name that the certificate is for",
 }
-UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors with which a connection fails
+UNREACHED = (OSError, WebSocketException, EOFError, UnicodeError, ImportError)  # errors of a failed connection
 MAX_REASON_CHARS = 100  # maximum number of characters shown of a server's reason for refusing a connection
-FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # wait before the second attempt, and maximum wait before any attempt [s]
+FIRST_WAIT_S, MAX_WAIT_S = 0.1, 10.0  # unit of the waits between attempts, and the maximum wait [s]
 
 
 def waits(attempt: int, random: Random) -> float:
-    """Return the time to wait before an attempt [s]; attempts count from 1. The maximum of this random time doubles
-    with each attempt."""
+    """Return a random time to wait after failed attempt number `attempt` [s], counted from 1. Its maximum doubles with
+    each attempt, up to MAX_WAIT_S."""
     return random.uniform(0.0, min(MAX_WAIT_S, FIRST_WAIT_S * 2.0 ** min(attempt, 30)))
 
 
 def address_of(url: str) -> str:
-    """Return the address `ws://HOST:PORT[/robots/NAME]` for HOST, HOST:PORT or an address. Raises UsageError."""
+    """Return the full address `ws://HOST:PORT[/robots/NAME]` for HOST, HOST:PORT or a full address. Raises
+    UsageError."""
     try:
         parts = urlsplit(url if "://" in url else f"ws://{url}")
         host, port = parts.hostname, parts.port
@@ -72,7 +74,7 @@ def address_of(url: str) -> str:
 
 
 def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False) -> messages.Hello:
-    """Return the first message of a client whose commands use a clock `behind` [s] behind the robot's.
+    """Return the first message of a client. `behind`: how far the clock of its commands is behind the robot's [s];
     `attended`: a person can answer questions.
     """
     return messages.Hello(
@@ -87,7 +89,8 @@ def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: 
 
 
 def tls_for(url: str, ca: Path | None) -> ssl.SSLContext | None:
-    """Return the trusted certificates for a server with TLS, None for one without. Raises FileError."""
+    """Return a TLS context that trusts the certificates in the file `ca`; None for an address without TLS. Raises
+    FileError."""
     if urlsplit(url).scheme != "wss":
         return None
     try:
@@ -99,7 +102,8 @@ def tls_for(url: str, ca: Path | None) -> ssl.SSLContext | None:
 
 
 def open_socket(url: str, tls: ssl.SSLContext | None) -> connect:
-    """Return the socket to a robot as a context, which opens it. Entering raises one of UNREACHED if nobody answers."""
+    """Return a context manager that opens a socket to a robot. Entering it raises one of UNREACHED if there is no
+    answer."""
     return connect(
         url,
         ssl=tls,
@@ -113,8 +117,8 @@ def open_socket(url: str, tls: ssl.SSLContext | None) -> connect:
 
 
 class SampleBuffer:
-    """A buffer of samples. In real time, samples leave the buffer at the intervals at which they were sent; in virtual
-    time, as soon as they arrive."""
+    """A playout buffer of samples. In real time, samples leave the buffer at the intervals at which they were sent; in
+    virtual time, as soon as they arrive."""
 
     def __init__(self, far: FarEnd, percentile: float, wall: Callable[[], float]) -> None:
         self._far, self._percentile, self._wall = far, percentile, wall
@@ -131,8 +135,8 @@ class SampleBuffer:
 
 class Client:
     """A connection to a robot. Call all methods in the thread of the event loop. `told`: callback for messages about
-    the connection. `measures`: the client also follows the reports of the robot's body. `ca`: a file with the
-    certificate of the server or of its authority."""
+    the connection. `measures`: whether the client also follows the reports of the robot's body. `ca`: a file with the
+    certificate of the server or of the authority that signed it."""
 
     def __init__(
         self,
@@ -155,8 +159,8 @@ class Client:
     # --- asking ---
 
     async def open(self) -> messages.Welcome:
-        """Connect; call this method once. Raises RequestRefused if no robot answers, or the error with which the server
-        refused the client."""
+        """Connect; call this method once. Raises RequestRefused if no robot answers, or the error that the server
+        sent."""
         self._opened = asyncio.get_running_loop().create_future()
         self._task = asyncio.create_task(self._run())
         done, _ = await asyncio.wait([self._opened], timeout=2.0 * OPENING)
@@ -168,8 +172,8 @@ class Client:
         return self.far.welcome
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Callable[[messages.ServerMessage], None]) -> int:
-        """Send a request; return its id. The outlet gets all answers, the final answer last. Raises RequestRefused
-        without a connection."""
+        """Send a request; return its id. The outlet receives all answers; the last one ends the request. Raises
+        RequestRefused without a connection."""
         id = self.far.ask(make, outlet)
         self._stirred.set()
         return id
@@ -192,8 +196,8 @@ class Client:
         return check_end(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
-        """Follow the timeline. Return the mirror when it has the last `window` seconds, which it then keeps (infinity:
-        all of the past). Raises RequestRefused if the timeline does not arrive."""
+        """Follow the timeline; return its mirror as soon as the mirror contains the last `window` seconds. The mirror
+        keeps that much of the past (infinity: all of it). Raises RequestRefused if the timeline does not arrive."""
         self.far.window = window
         self.far.news.append(self._see)
         await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=None if window == inf else window))
@@ -209,8 +213,9 @@ class Client:
         self, rate: float, *, ahead: float = 0.0, percentile: float = USUAL_PERCENTILE
     ) -> AsyncIterator[messages.Sample]:
         """Yield the robot's joints `rate` times a second, for a client that does not keep the timeline. In real time,
-        samples are yielded at the intervals at which they were sent, delayed so that `percentile` of a hundred arrive
-        in time. `ahead`: how much later than now the robot is shown [s]. Raises RequestRefused, IllegalValue."""
+        samples are yielded at the intervals at which they were sent, delayed so that `percentile` percent arrive in
+        time. `ahead`: the samples are for this much later than the robot's clock [s]. Raises RequestRefused,
+        IllegalValue."""
         buffer = SampleBuffer(self.far, percentile, time.monotonic)
         self.far.news.append(buffer.hear)
         try:
@@ -229,15 +234,15 @@ class Client:
                 self.begin(messages.Subscribe, lambda _end: None)
 
     async def measure(self) -> None:
-        """Follow the reports of the robot's body; if the timeline is followed, from the beginning of its window. Raises
-        RequestRefused."""
+        """Follow the reports of the robot's body, from the beginning of the window of the timeline on. Do nothing if
+        the client does not follow the timeline. Raises RequestRefused."""
         followed, mirror = self.far.connection.subscription, self.far.mirror
         if self.measures or followed is None or mirror is None:
             return
         self.measures, begin = True, max(mirror.now - mirror.window, -1.0)
         try:
             await self.ask(lambda id: structs.replace(followed, id=id, after=mirror.seq, measured=True))
-            self.far.unmeasured = min(self.far.unmeasured, begin)  # set only now: this call fetches them itself
+            self.far.unmeasured = min(self.far.unmeasured, begin)  # set after the answer, so that `_see` does not fetch
             await self._recall_measured()
         except RequestRefused:
             self.measures = False
@@ -253,14 +258,14 @@ class Client:
             begin = part.parts[-1].times[-1] if part.goes_on else inf
 
     async def _recall_again(self) -> None:
-        """Fetch missing reports until there are none or the connection is cut; the next welcome starts this again."""
+        """Fetch missing reports until none are missing or the connection is cut; the next welcome restarts this."""
         with suppress(RequestRefused):
             while self.far.unmeasured < inf:
                 await self._recall_measured()
 
     def _see(self, message: messages.ServerMessage) -> None:
-        """Fetch missing reports and missing older parts of the timeline: a snapshot may contain only the last part, and
-        UNDO may set the clock back to an earlier time."""
+        """Fetch missing reports, and missing older parts of the timeline: a snapshot may contain only the last part,
+        and after UNDO the window may begin earlier."""
         mirror, recalling = self.far.mirror, self._recalling
         if mirror is None:
             return
@@ -277,8 +282,8 @@ class Client:
             self._recalling = asyncio.create_task(self._recall(mirror))
 
     async def _recall(self, mirror: Mirror) -> None:
-        """Fetch the unknown parts of the wanted past, the newest first, until the connection is cut; the next welcome
-        starts this again."""
+        """Fetch the missing parts of the window, the newest first, until all are there or the connection is cut; the
+        next welcome restarts this."""
         with suppress(RequestRefused):
             while (begins := mirror.begins) > (wanted := max(mirror.now - mirror.window, -1.0)) and not mirror.lost:
                 part = await self.ask(lambda id: messages.Window(id, wanted, begins))
@@ -304,7 +309,7 @@ class Client:
     # --- sockets ---
 
     async def _run(self) -> None:
-        """Connect, and connect again after each cut, until the user leaves or the robot refuses."""
+        """Connect, and reconnect after each cut, until the user leaves or the robot refuses."""
         attempt, again = 0, True
         while again:
             try:
@@ -340,7 +345,7 @@ class Client:
             await asyncio.wait([writing])
 
     async def _write(self, socket: ClientConnection) -> None:
-        """Write waiting frames and do the timed work, until the connection closes."""
+        """Write waiting frames, and call `look` when it is due, until the connection closes."""
         with suppress(ConnectionClosed):
             while not self._leaves and not self.far.connection.closing:
                 self._stirred.clear()
@@ -353,13 +358,13 @@ class Client:
             await socket.close()
 
     async def _stir(self, until: float) -> None:
-        """Wait until there is something to send, at most until the time `until` of the monotonic clock [s]."""
+        """Wait until there is something to send, at most until the monotonic clock shows `until` [s]."""
         with suppress(TimeoutError):
             async with asyncio.timeout(until - time.monotonic()):
                 await self._stirred.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
-        """Return whether to connect again. Before the first welcome, return False: `open` then raises the reason."""
+        """Return whether to connect again. Before the first welcome, return False and let `open` raise the reason."""
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))
@@ -374,7 +379,7 @@ class Client:
 
 
 def no_answer(url: str, error: Exception) -> tuple[str, str]:
-    """Return why a connection does not open, and a hint."""
+    """Return the reason why a connection does not open, and a hint."""
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:
         case InvalidStatus(response=response):
@@ -400,7 +405,7 @@ def no_answer(url: str, error: Exception) -> tuple[str, str]:
 
 
 def reason_of(error: Exception) -> str:
-    """Return the reason of an error in words."""
+    """Describe the reason of an error in words."""
     match error:
         case TimeoutError():
             return f"nothing came within {OPENING:g} s"

@@ -1,7 +1,7 @@
 """Represent one user of a served robot, over all successive connections of this user.
 
-A message of the client becomes a request to the robot. The robot's answers become messages, in the order of the
-answers. Nothing here waits.
+A client session turns messages of the client into requests to the robot, and the robot's answers into messages, in the
+order of the answers. Its methods never wait.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from vrs_cli.values.results import UserAct
 from vrs_cli.wire.codec import Encoding
 
 TYPING = messages.Complete | messages.Check  # requests that a client sends while its user types
-AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that never wait for a share of CPU time
-# acts that are checked here, by type: the name that users see, and the required role
+AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # messages that are never delayed to share CPU time
+# acts whose role is checked here: the name of the act in errors, and the required role
 CHECKED: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     StopProgram: ("ABORT", Role.DESIGNER),
 }
-CHANGING = (*CHECKED, Press, StopJog)  # acts of a user that move or change something
-MAX_PENDING_QUESTIONS = 200  # maximum number of unanswered questions of one user
+CHANGING = (*CHECKED, Press, StopJog)  # types of acts that move or change something
+MAX_PENDING_QUESTIONS = 200  # maximum number of requests for data that one user may have pending
 
 
 class ClientSocket(Protocol):
@@ -93,17 +93,17 @@ class ClientSession(UserSession):
         self.link: ClientSocket | None = None
         self.pace = SendPace()
         self._share = Share(robot.allowance, robot.lookers, robot.wall())
-        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # messages waiting for CPU time
+        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # delayed messages, and their bytes
         self.parked_bytes = 0
         self.address = ""
         self.console = False
         self.heard_at = robot.wall()
         self._robot, self._users, self._wall = robot, users, robot.wall
         self._listener: Listener | None = None
-        self._wishes: deque[messages.Drag] = deque(maxlen=1)  # the target of a dragged tool, until the robot takes it
-        self._pulling: Pending | None = None  # the pending request with which the robot takes this target
-        self._drag_refused = False  # whether the user was told that the target is refused
-        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, then messages that follow
+        self._wishes: deque[messages.Drag] = deque(maxlen=1)  # newest target of a dragged tool, until the robot took it
+        self._pulling: Pending | None = None  # the pending request in which the robot takes this target
+        self._drag_refused = False  # whether the user was already told that the robot refuses the targets
+        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply in parts, then the later messages
         self._status: PromptStatus | None = None  # the status that was last sent
         self._columns: int | None = None  # width of the client's screen, for rendered replies
 
@@ -136,8 +136,8 @@ class ClientSession(UserSession):
             self.link.flush()
 
     def tell(self, message: messages.Numbered) -> None:
-        """Send a message that must arrive exactly once: now, after the long reply being sent, or when the client is
-        connected again."""
+        """Send a message that must arrive exactly once: now, after a long reply that is being sent, or after the client
+        has reconnected."""
         self._robot.touched[self.flush] = None
         prefixes, long = self._robot.prefixes, isinstance(message, messages.Told) and is_long(message.reply)
         if long or may_hold(prefixes, message):
@@ -160,7 +160,7 @@ class ClientSession(UserSession):
         return bool(self._to_tell)
 
     def tell_more(self) -> None:
-        """Send the next part of a long reply; after its last part, send all messages that wait behind it."""
+        """Send the next part of a long reply; after the last part, send all messages that waited for its end."""
         while self._to_tell:
             if (message := next(self._to_tell[0], None)) is not None:
                 self.delivery_log.tell(message, self._wall())
@@ -188,8 +188,8 @@ class ClientSession(UserSession):
 
     def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
         """Carry out a message, or send the client the reason for a refusal. A command that arrives after its `until` is
-        refused, because its user no longer expects it, unless it stops the robot. `waited`: the message arrived in time
-        but had to wait here."""
+        refused, because its user no longer expects an effect, unless it stops the robot. `waited`: the message arrived
+        in time and was delayed here."""
         self.beat()
         try:
             until = message.until if isinstance(message, messages.Command) and not waited else None
@@ -252,8 +252,8 @@ class ClientSession(UserSession):
         return False
 
     def wait(self, message: messages.ClientMessage) -> float:
-        """Return how long a request has to wait [s] so that its user does not delay the others. The driver never waits;
-        nor does a user if nobody else asks.
+        """Return how long a request must wait [s] so that its user does not slow down other users. The driver's
+        requests never wait, and no request waits if no other user sends requests.
         """
         robot = self._robot
         if robot.driving.lease.holder in ("", self.name) or not robot.others_ask(self):
@@ -266,8 +266,8 @@ class ClientSession(UserSession):
             self._share.spend(seconds, self._wall(), typing=typing)
 
     def park(self, message: messages.ClientMessage, size: int) -> bool:
-        """Queue a request of `size` bytes if it has to wait; return whether it was queued. Only the newest completion
-        and the newest check stay queued; older ones get an empty answer."""
+        """Queue a request of `size` bytes if it has to wait; return whether it was queued. Of the queued completions,
+        and of the queued checks, only the newest stays; the older requests get an empty answer."""
         reports = isinstance(message, messages.Measured) and self._robot.served_body.body.name == self.name
         if reports or isinstance(message, AT_ONCE) or self.is_stop(message) or not (self._parked or self.wait(message)):
             return False
@@ -283,8 +283,8 @@ class ClientSession(UserSession):
         return True
 
     def unpark(self) -> float | None:
-        """Carry out the requests that need not wait any longer. Return how long the next one has to wait [s], None if
-        no request is left.
+        """Carry out the queued requests that need not wait any longer. Return how long the next request must wait [s];
+        None if none is left.
         """
         while self._parked:
             message, size = self._parked[0]
@@ -320,7 +320,7 @@ class ClientSession(UserSession):
         super().ask(message, dialogue, outlet, answer, urgent=urgent)
 
     def _check_turn(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
-        """Return a dialogue that checks the user's rights when its turn comes, because the lease may have changed."""
+        """Return a dialogue that checks the user's rights when it starts, because the lease may change before."""
         robot = self._robot
         match message:
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
@@ -404,7 +404,8 @@ class ClientSession(UserSession):
         self._robot.audit.note(self._robot.name, self.name, self.address, what, result)
 
     def _drag(self, message: messages.Drag) -> None:
-        """Give the robot a target for the dragged tool; it replaces a target that the robot has not taken yet."""
+        """Give the robot a target for the dragged tool. It replaces the previous target if the robot has not taken that
+        yet."""
         self._wishes.append(message)
         if self._pulling is None:
             self._pull()
@@ -439,8 +440,8 @@ class ClientSession(UserSession):
     # --- replies of the robot ---
 
     def _take_reply(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
-        """Take a reply or a question of a request in the robot's thread; None: the request has ended. After a long
-        reply the user's next request begins when the connection has taken all of it.
+        """Take a reply or a question of a request, in the robot's thread; None: the request has ended. After a long
+        reply, the user's next request begins when the connection has taken the whole reply.
         """
         if said is not None and not isinstance(said, Question) and is_long(said):
             self.session.actor.let_wait(self.user_state)
@@ -469,8 +470,8 @@ class ClientSession(UserSession):
             self._robot.ended()
 
     def types(self, ticket: Ticket[Any]) -> bool:
-        """Return whether a request helps to type a line, or asks for the status of the prompt. Any thread may call this
-        method."""
+        """Return whether a request serves the typing of a line (completion, check, prompt status). Any thread may call
+        this method."""
         pending = self.pending.get(ticket)
         return pending is not None and (isinstance(pending.message, TYPING) or pending.answer == self._status_if_new)
 
@@ -484,7 +485,7 @@ class ClientSession(UserSession):
 
 
 def commands(client: ClientSession, message: messages.ClientMessage) -> bool:
-    """Return whether a message moves or changes something; messages that stop a robot do not count."""
+    """Return whether a message moves or changes something; False for messages that stop a robot."""
     match message:
         case messages.Line() | messages.At(act=Say()):
             return not client.is_stop(message)
@@ -505,7 +506,7 @@ def check_short(text: str) -> None:
 
 
 def _audit_text(message: messages.ClientMessage | None) -> str:
-    """Describe a message for the audit; empty if the audit does not list it."""
+    """Describe a message for the audit; return "" if the audit does not list it."""
     match message:
         case messages.Line(text=text) | messages.At(act=Say(text)):
             return text
@@ -529,7 +530,7 @@ def _audit_text(message: messages.ClientMessage | None) -> str:
 
 
 def _after(check: Callable[[], None], dialogue: Dialogue[Any]) -> Dialogue[Any]:
-    """Return a dialogue that first runs a check, which raises an error if the dialogue may not run."""
+    """Return a dialogue that first calls `check`, which raises an error if the dialogue may not run."""
     check()
     return (yield from dialogue)
 

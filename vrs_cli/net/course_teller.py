@@ -1,9 +1,10 @@
-"""Compute the course of a robot's world, for clients that draw its parts.
+"""Compute the course of a robot's world (the state of its parts, sensors and contacts over time), for clients that draw
+it.
 
-It is computed once for all of them, and only while some client wants it. A separate thread computes it in short steps.
-Between steps it rests, longer while the robot has work. So neither the robot nor the connections wait for it, and after
-several changes in a short time only the last timeline is computed. The known part is valid up to the first change that
-was not computed. Each client receives the part that it lacks.
+The course is computed once for all clients, and only while a client wants it. A separate thread computes it in short
+steps. Between steps the thread rests, longer while the robot has work. So neither the robot nor the connections wait
+for it, and after several changes in a short time it computes only the last timeline. The computed section is valid up
+to the first change that was not computed. Each client receives the section that it lacks.
 """
 
 from __future__ import annotations
@@ -29,34 +30,34 @@ if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
     from vrs_cli.world.course import World, WorldCourse
 
-AHEAD = 10.0  # [s] time after the end of the timeline, and after now, up to which a course is computed
-LEAST_AHEAD = 5.0  # [s] minimum of this time: when less is known, more is computed
-BEFORE_NOW = 1.0  # [s] contacts are searched first from this long before now
-STRETCH = 0.5  # [s] length of a motion that is searched for contacts in one step
-STANDING = 5.0  # [s] the same length while the arm is at rest
+AHEAD = 10.0  # [s] a course is computed up to this time after the end of the timeline, and after now
+LEAST_AHEAD = 5.0  # [s] the computation continues when less than this time ahead is known
+BEFORE_NOW = 1.0  # [s] the search for contacts starts this time before now
+STRETCH = 0.5  # [s] length of the motion that one step searches for contacts
+STANDING = 5.0  # [s] length that one step searches while the arm is at rest
 STEP = 0.001  # [s] CPU time of one step
-SHARE = 0.25  # maximum share of a core for these computations
-LAG = 0.25  # [s] maximum time that a step waits for a robot that has work
-LOOKS_EVERY = 0.01  # [s] pause between steps while the robot has work
-TOLD_EVERY = 0.05  # [s] time between two messages to clients about a course that is being computed
+SHARE = 0.25  # maximum fraction of a core used by the computation
+LAG = 0.25  # [s] maximum time that the next step waits while the robot has work
+LOOKS_EVERY = 0.01  # [s] time between two checks whether the robot still has work
+TOLD_EVERY = 0.05  # [s] time between two messages to clients while the course is being computed
 
-MAX_ROWS = 400  # maximum number of rows of a message
-MAX_LOOKED = 600.0  # [s] maximum length of a saved trajectory that is searched; 1 s of motion takes 10 ms of CPU
-MAX_TOUCHES = 10_000  # maximum number of contacts kept; the past is not searched beyond them
+MAX_ROWS = 400  # maximum number of rows in one message
+MAX_LOOKED = 600.0  # [s] maximum length of a saved trajectory searched for contacts; 1 s of motion takes 10 ms of CPU
+MAX_TOUCHES = 10_000  # number of known contacts after which the search into the past ends
 
-_one_at_a_time = Lock()  # lock of the robot that computes: only one robot of this process does at a time
+_one_at_a_time = Lock()  # held during a step: of all robots in this process, only one computes at a time
 
 
 class Cut(NamedTuple):
-    """The times [s] from which on a change alters the course, and alters the contacts."""
+    """The first time [s] at which a change of the timeline alters the course, and the first for the contacts."""
 
     course: float = inf
     contacts: float = inf
 
     @classmethod
     def between(cls, before: Timeline, after: Timeline) -> Cut:
-        """Return the cut between two timelines. Contacts may change in the whole motion before the cut, because the
-        hand touches the part that it takes at the end of the motion. Contacts during steering are not searched again.
+        """Return the cut between two timelines. Contacts may change during the whole motion before the cut, because the
+        hand touches the part that it grasps at the end of that motion. A steered motion is not searched again.
         """
         since = before.same_until(after)
         last = since - TICK
@@ -71,20 +72,20 @@ NEVER, FROM_THE_BEGIN = Cut(), Cut(-inf, -inf)
 
 
 class Heard(NamedTuple):
-    """The part that was sent to a client: the course before `until`, and contacts from `low` to `high` [s]."""
+    """The section that was sent to a client: the course before `until`, and contacts from `low` to `high` [s]."""
 
     until: float = -inf
     low: float = inf
     high: float = -inf
 
     def cut(self, cut: Cut) -> Heard:
-        """Return the part that is still valid after a change."""
+        """Return the section that is still valid after a change."""
         low, high = (self.low, min(self.high, cut.contacts)) if cut.contacts > self.low else (inf, -inf)
         return Heard(min(self.until, cut.course), low, high)
 
 
 class Known(Struct, frozen=True):
-    """The computed part of a course: everything before `until`, and contacts from `low` to `high` [s]."""
+    """The computed section of a course: the course before `until`, and contacts from `low` to `high` [s]."""
 
     course: WorldCourse
     until: float
@@ -93,8 +94,8 @@ class Known(Struct, frozen=True):
     touches: tuple[ContactSpan, ...] = ()
 
     def cut(self, since: float, now: float) -> Known:
-        """Return the part with the contacts that are still valid after a change from `since` on [s]. If no contacts are
-        valid, the search starts again shortly before `now` [s]."""
+        """Return the section, keeping only contacts that are still valid after a change from `since` on [s]. If none
+        are valid, the search starts again shortly before `now` [s]."""
         if since > self.low:
             return replace(self, high=min(self.high, since), touches=tuple(clip_contacts(self.touches, -inf, since)))
         first = max(self.course.begins, min(now, self.course.timeline.last) - BEFORE_NOW)
@@ -103,7 +104,7 @@ class Known(Struct, frozen=True):
 
 class CourseComputer:
     """Computes the course of a timeline and its contacts, step by step. Pure; use it in one thread at a time. `now`:
-    returns the robot's clock [s]. `looks`: whether to search contacts too, if MuJoCo is installed."""
+    returns the robot's clock [s]. `looks`: whether to search for contacts too, if MuJoCo is installed."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._world, self._now = world, now
@@ -112,18 +113,19 @@ class CourseComputer:
         self._checker: Checker | None = None
 
     def begin(self, timeline: Timeline, known: Known | None, cut: Cut) -> Known:
-        """Begin with a timeline. `known`: the known part for another timeline that is equal before the cut."""
+        """Begin with a timeline; return the section of its course that is known already. `known`: the section of an
+        earlier timeline, which is equal before the cut."""
         course = self._world.course(timeline)
         before = known or Known(course, -inf, inf, -inf)
         until = min(before.until, cut.course, course.known_until(-inf))
         return replace(before, course=course, until=until).cut(cut.contacts, self._now())
 
     def wants_more(self, known: Known) -> bool:
-        """Return whether more of the course has to be computed."""
+        """Return whether the course must be computed further."""
         return known.until < max(known.course.timeline.last, self._now()) + LEAST_AHEAD
 
     def step(self, known: Known) -> Known:
-        """Return the known part of the course after one more step; the same object if all is known."""
+        """Compute one step; return the known section after it, or the same object if everything is known."""
         course = known.course
         wanted = max(course.timeline.last, self._now()) + AHEAD
         if self.wants_more(known):
@@ -136,7 +138,7 @@ class CourseComputer:
         return self._look_ahead(known, wanted) or self._look_back(known) or known
 
     def _look_ahead(self, known: Known, wanted: float) -> Known | None:
-        """Search the contacts after the known ones; None if there is nothing to search."""
+        """Search for contacts after the searched interval; return None if there is nothing to search."""
         course, begin = known.course, known.high
         timeline = course.timeline
         last = max(timeline.last, course.last_move(known.until))
@@ -151,7 +153,7 @@ class CourseComputer:
         return None
 
     def _look_back(self, known: Known) -> Known | None:
-        """Search the contacts before the known ones; None if there is nothing to search."""
+        """Search for contacts before the searched interval; return None if there is nothing to search."""
         course, end = known.course, known.low
         if end <= course.begins or len(known.touches) > MAX_TOUCHES:
             return None
@@ -159,7 +161,7 @@ class CourseComputer:
         return replace(known, low=begin, touches=join_contacts(self.touches(known, begin, end), known.touches))
 
     def touches(self, known: Known, begin: float, end: float) -> list[ContactSpan]:
-        """Return the contacts between two times of a course that is known [s]."""
+        """Return the contacts between two times [s] for which the course is known."""
         if self._checker is None:
             from vrs_cli.contacts.checker import Checker
 
@@ -194,14 +196,15 @@ def clip_contacts(touches: Iterable[ContactSpan], begin: float, end: float) -> I
 
 
 class CourseTeller:
-    """The course of one robot for its listeners. The thread of connections requests it; another thread calls `step`."""
+    """Computes the course of one robot for its listeners. The thread of the connections calls all methods except
+    `step`, which another thread calls."""
 
     def __init__(self, world: World, now: Callable[[], float], *, looks: bool = True) -> None:
         self._computer = CourseComputer(world, now, looks=looks)
         self._changed = Condition()
         self._clients = 0
         self._timeline: Timeline | None = None  # the current timeline; None while there are no listeners
-        self._cut = self._taken = NEVER  # cuts that `_known` does not contain yet; the second one is being computed
+        self._cut = self._taken = NEVER  # cuts not yet contained in `_known`: waiting, and being computed
         self._known: Known | None = None
 
     # --- listeners ---
@@ -222,14 +225,15 @@ class CourseTeller:
                 self._timeline = self._known = None
 
     def change(self, timeline: Timeline, cut: Cut) -> None:
-        """Take a new timeline, which equals the last one before the cut."""
+        """Take a new timeline; before the cut it equals the previous timeline."""
         if self._clients:
             with self._changed:
                 self._timeline, self._cut = timeline, self._cut.first(cut)
                 self._changed.notify()
 
     def tick(self) -> None:
-        """Compute more when the robot's clock comes near the end of the known part. Call it some times a second."""
+        """Continue the computation when the robot's clock nears the end of the known section. Call this method several
+        times a second."""
         if self._wants_more():
             with self._changed:
                 self._changed.notify()
@@ -238,8 +242,8 @@ class CourseTeller:
         """Stop the computation; it cannot be restarted."""
 
     def after(self, heard: Heard) -> tuple[list[messages.ServerMessage], Heard]:
-        """Return the next messages for a listener, and the part that it has after them; no messages if it already has
-        everything."""
+        """Return the next messages for a listener (none if it has everything), and the section that it has after
+        them."""
         with self._changed:
             known, cut = self._known, self._cut.first(self._taken)
         if known is None:
@@ -262,7 +266,7 @@ class CourseTeller:
     # --- computation ---
 
     def step(self) -> bool:
-        """Do one step of the computation; return whether more remains to be computed."""
+        """Compute one step; return whether the computation is unfinished."""
         with self._changed:
             timeline, before = self._timeline, self._known
             self._taken, self._cut = self._taken.first(self._cut), NEVER
@@ -284,8 +288,8 @@ class CourseTeller:
 
 
 class CourseThread(CourseTeller):
-    """A course that is computed in a separate thread while there are listeners. `works`: returns whether the robot has
-    work. `woken`: called in that thread when there is more to send. `failed`: called with an unexpected error."""
+    """A course teller with its own thread, which computes while there are listeners. `works`: returns whether the robot
+    has work. `woken`: called in this thread when there is more to send. `failed`: called with an unexpected error."""
 
     def __init__(
         self,
@@ -337,8 +341,8 @@ class CourseThread(CourseTeller):
 
 
 def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRows, float]:
-    """Return the rows of a course between two times [s], and the end of that stretch: `end`, or earlier if the rows
-    would be too many for one message.
+    """Return the rows of a course between two times [s], and the end of these rows: `end`, or earlier if there are too
+    many rows for one message.
     """
     rows = course.rows(begin, end)
     spans = [row.begin for several in rows.parts.values() for row in several]
@@ -349,9 +353,9 @@ def course_part(course: WorldCourse, begin: float, end: float) -> tuple[CourseRo
 
 
 class WholeCourse(Struct, frozen=True):
-    """The course of a saved trajectory, as in the messages `course` and `contacts`. `touches`: None if contacts are not
-    searched, as the timeline is longer than MAX_LOOKED or MuJoCo is missing. The course is known before `until` [s];
-    None: for ever.
+    """The course of a saved trajectory, as in the messages `course` and `contacts`. `touches`: the contacts; None if
+    the timeline is longer than MAX_LOOKED or MuJoCo is missing. `until`: the end of the known course [s]; None: known
+    for ever.
     """
 
     rows: CourseRows
@@ -360,7 +364,8 @@ class WholeCourse(Struct, frozen=True):
 
 
 def whole_course(world: World, timeline: Timeline, between: tuple[float, float] | None = None) -> WholeCourse:
-    """Compute the course of a whole timeline, and its contacts; `between`: search these only between two times [s]."""
+    """Return the course of a whole timeline, and its contacts. `between`: search for contacts only between these two
+    times [s]."""
     looks = between is None and timeline.last - timeline.start <= MAX_LOOKED
     computer = CourseComputer(world, lambda: timeline.start, looks=looks)
     known = computer.begin(timeline, None, NEVER)

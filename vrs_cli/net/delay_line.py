@@ -1,14 +1,14 @@
 """Compute arrival times of messages on a line with delays (pure; random numbers are seeded), and delay real sockets.
 
-Messages stay in order, as with TCP. A lost message is sent again later, as TCP does: so loss is a delay, too.
+Messages stay in order, as with TCP. A lost message is sent again, as with TCP, so a loss is a delay too.
 
-Delays as people write them:
+The notation of delays for users:
 
     200ms, constant 200ms        always the same
     normal 200ms 40ms            mean and standard deviation; never below 0
     gamma 200ms 80ms             mean and standard deviation
-    bursty 50ms 400ms 5s 500ms   the delay in calm and in a burst, and how long each lasts on average
-    trace FILE                   as measured: a line is a delay, or a time [s] and a delay; begun again at its end
+    bursty 50ms 400ms 5s 500ms   the delay in calm and in a burst, and the mean duration of calm and of a burst
+    trace FILE                   measured delays: each line has a delay, or a time [s] and a delay; repeated at the end
 
 A number without a unit is in seconds.
 
@@ -34,15 +34,15 @@ from msgspec import Struct
 
 from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
-RETRANSMIT = 0.2  # [s] time until a lost message is sent again: the minimum of Linux (TCP_RTO_MIN)
-MAX_RETRANSMIT_S = 120.0  # [s] maximum time between two tries, which doubles (RFC 6298, 5.5; TCP_RTO_MAX)
+RETRANSMIT = 0.2  # [s] time until a lost message is sent again: the minimum in Linux (TCP_RTO_MIN)
+MAX_RETRANSMIT_S = 120.0  # [s] maximum time between tries; it doubles after each (RFC 6298, 5.5; Linux TCP_RTO_MAX)
 
 
 class Delays(Protocol):
     """A model of the delays of a line."""
 
     def source(self, random: Random) -> Callable[[float], float]:
-        """Return a function that returns the delay [s] of a message sent at t [s]; call it in the order of time."""
+        """Return a function that returns the delay [s] of a message sent at t [s]; its calls must have rising t."""
 
 
 class Constant(Struct, frozen=True):
@@ -89,8 +89,8 @@ class Bursty(Struct, frozen=True):
 
     def source(self, random: Random) -> Callable[[float], float]:
         often_calm = self.calm_lasts / (self.calm_lasts + self.burst_lasts)
-        changes = 1.0 / self.calm_lasts + 1.0 / self.burst_lasts  # [1/s] decay of the memory of a state
-        chance, last = often_calm, 0.0  # the probability of the state calm at the time `last` [s]
+        changes = 1.0 / self.calm_lasts + 1.0 / self.burst_lasts  # [1/s] decay rate of the correlation of the states
+        chance, last = often_calm, 0.0  # the probability that the line is calm at the time `last` [s]
 
         def delay(t: float) -> float:
             nonlocal chance, last
@@ -102,8 +102,8 @@ class Bursty(Struct, frozen=True):
 
 
 class Trace(Struct, frozen=True):
-    """Measured delays [s], which repeat after the last one. Each is valid from its time [s] on, and the last one for
-    the average duration. Without times each delay is that of one message."""
+    """Measured delays [s], repeated after the last one. With times [s], a delay is valid from its time to the next
+    time, and the last one for the mean duration. Without times, each delay applies to one message."""
 
     delays: tuple[float, ...]
     times: tuple[float, ...] = ()
@@ -125,8 +125,8 @@ class Trace(Struct, frozen=True):
 
 
 class Lossy(Struct, frozen=True):
-    """Delays of a line that loses messages with this probability and sends them again: after RETRANSMIT, after twice
-    that, and so on.
+    """Delays of a line that loses messages with the probability `loss` and sends them again: after RETRANSMIT, then
+    after twice that time, and so on.
     """
 
     delays: Delays
@@ -165,12 +165,12 @@ class DelayWays(Struct, frozen=True):
     seed: int = 1
 
     def lines(self, connection: int | str) -> tuple[DelayLine, DelayLine]:
-        """Return the lines forward and backward of a connection."""
+        """Return the forward and the backward line of a connection."""
         seed = f"{self.seed} {connection}"
         return DelayLine(self.forward, f"{seed} forward"), DelayLine(self.backward, f"{seed} backward")
 
 
-# --- delays as people write them -------------------------------------------------------------------------------------
+# --- the notation for users ------------------------------------------------------------------------------------------
 
 
 MAX_DELAY_S = 3600.0  # [s] maximum delay
@@ -179,13 +179,13 @@ UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
 
 class DelayError(UsageError):
-    """The error for a text, or a line of a file, that is not a valid description of delays. (The code is ours.)"""
+    """The error for a text, or a line of a file, that does not describe delays. vrs chose its code; VAL-II has none."""
 
     text = "No delay"
 
 
 class DelayForm(Struct, frozen=True):
-    """The written form of a kind of delays and its durations; the last `lasting` durations must be above 0."""
+    """The notation of one kind of delays: the names of its durations. The last `lasting` durations must be above 0."""
 
     make: Callable[..., Delays]
     arguments: str
@@ -222,7 +222,7 @@ def parse_delays(text: str) -> Delays:
 
 
 def parse_duration(text: str) -> float:
-    """Read a duration such as 200ms, 0.2s or 0.2 [s], to a nanosecond. Raises DelayError."""
+    """Return the duration [s] in a text such as 200ms, 0.2s or 0.2, rounded to a nanosecond. Raises DelayError."""
     unit, factor = next((row for row in UNITS if text.lower().endswith(row[0])), ("", 1.0))
     try:
         seconds = float(text[: len(text) - len(unit)]) * factor
@@ -234,7 +234,7 @@ def parse_duration(text: str) -> float:
 
 
 def parse_loss(text: str) -> float:
-    """Read a share such as 1% or 0.01. Raises DelayError, also for one above MAX_LOSS."""
+    """Return the fraction in a text such as 1% or 0.01. Raises DelayError, also above MAX_LOSS."""
     try:
         share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:
@@ -245,7 +245,7 @@ def parse_loss(text: str) -> float:
 
 
 def with_loss(delays: Delays, loss: float) -> Delays:
-    """Return the delays of a line that loses this share of messages and sends them again."""
+    """Return the delays of a line that loses the fraction `loss` of the messages and sends them again."""
     return Lossy(delays, loss) if loss else delays
 
 
@@ -253,8 +253,8 @@ def with_loss(delays: Delays, loss: float) -> Delays:
 
 
 def read_trace(path: str) -> Trace:
-    """Read the delays of a file; a # begins a comment. Raises NonexistentFile, and DelayError for a line that is
-    neither a delay nor a time and a delay.
+    """Read measured delays from a file; # starts a comment. Raises NonexistentFile, and DelayError for a line other
+    than a delay, or a time and a delay.
     """
     if not path:
         raise DelayError("a trace is in a file", "trace FILE")
@@ -295,8 +295,8 @@ def _row(where: str, words: Sequence[str]) -> tuple[float, float | None]:
     return delay, time
 
 
-PIECE = 1 << 16  # maximum bytes read and delayed as one piece: usually one message
-MAX_BYTES_ON_WAY = 1 << 22  # maximum bytes in transit in one direction: 10 MB/s over 0.4 s
+PIECE = 1 << 16  # maximum bytes that are read at once and delayed together: usually one message
+MAX_BYTES_ON_WAY = 1 << 22  # maximum bytes in transit in one direction: enough for 10 MB/s with a delay of 0.4 s
 
 
 class Endpoint(NamedTuple):
@@ -319,8 +319,7 @@ class Time:
 
 
 class _Way:
-    """One direction of one connection. `held`: number of bytes in transit; `passed`: number of bytes that have
-    arrived."""
+    """One direction of one connection. `held`: number of bytes in transit; `passed`: number of bytes delivered."""
 
     def __init__(self, line: DelayLine, time: Time) -> None:
         self.held = self.passed = 0
@@ -330,7 +329,7 @@ class _Way:
         self._went = asyncio.Event()
 
     async def receive(self, reader: asyncio.StreamReader) -> None:
-        """Read all bytes of the sender; wait while too many bytes are in transit."""
+        """Read the sender's bytes until they end; pause while too many bytes are in transit."""
         while True:
             while self.held >= MAX_BYTES_ON_WAY:
                 self._went.clear()
@@ -342,7 +341,7 @@ class _Way:
                 return
 
     async def deliver(self, writer: asyncio.StreamWriter) -> None:
-        """Write each piece when it is due."""
+        """Write each piece at its arrival time."""
         while True:
             arrival, piece = await self._pieces.get()
             await self._time.until(arrival)
@@ -357,7 +356,7 @@ class _Way:
 
 
 class ProxyConnection:
-    """A connection from `peer`, in both directions."""
+    """A delayed connection from `peer`, in both directions."""
 
     def __init__(self, number: int, peer: str, ways: DelayWays, time: Time) -> None:
         self.number, self.peer = number, peer
@@ -396,7 +395,7 @@ class DelayProxy:
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def listen(self, at: Endpoint) -> Endpoint:
-        """Listen at an address; return the address, with the port that was chosen if it was 0. Raises OSError."""
+        """Listen at an address; return it, with the port that the system chose if port 0 was given. Raises OSError."""
         self._server = await asyncio.start_server(self._accept, at.host, at.port)
         host, port = self._server.sockets[0].getsockname()[:2]
         return Endpoint(host, port)

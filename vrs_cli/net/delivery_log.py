@@ -1,9 +1,9 @@
-"""Keep frames for one user: those that wait for the socket (`Outbox`), and the messages, commands and questions that a
+"""Keep frames for one user: frames that wait for the socket (`Outbox`), and the messages, commands and questions that a
 server remembers while the connection is cut (`DeliveryLog`). Both are bounded. Pure: times are arguments.
 
-Split long replies into parts: a table of 100,000 rows takes 0.1 s to encode, in which no other thread runs, and more
-memory than a connection may hold. Each part is sent when the connection has taken the one before. Names of the server's
-folders are removed from replies.
+Split long replies into parts: encoding a table of 100,000 rows takes 0.1 s, during which no other thread runs, and more
+memory than a connection may use. Each part is sent when the connection has taken the previous part. Remove paths of the
+server's folders from replies.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from vrs_cli.net import messages
 from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
-MAX_REFUSAL_CHARS = 400  # maximum number of characters remembered of a refusal
+MAX_REFUSAL_CHARS = 400  # maximum number of characters kept of the text of a refusal
 
 
 class Bounds(Struct, frozen=True):
-    """Maximum sizes of a delivery log. `seconds`: how long it is kept after a cut [s]; `told`: bytes of its messages;
-    `ended`, `waiting`: numbers of commands that have ended, and that have not ended."""
+    """Maximum sizes of a delivery log. `seconds`: how long it is kept after a cut [s]; `told`: bytes of messages;
+    `ended`, `waiting`: number of finished and of unfinished commands."""
 
     seconds: float = 60.0
     told: int = 1_000_000
@@ -41,9 +41,9 @@ USUAL = Bounds()
 
 
 class DeliveryLog:
-    """Keeps all messages that must reach one user. `key`: the secret that resumes the user's connection. `seq`: the
-    number of the last message to the user. `put`: gives a frame to the open connection, None without one. `waiting`:
-    the ids of commands that have not ended. `ended`: the final answers of the other commands, by id. `questions`: the
+    """Keeps the messages that must reach one user. `key`: the secret with which the user can resume the connection.
+    `seq`: the number of the last message to the user. `put`: sends a frame over the connection; None while it is cut.
+    `waiting`: the ids of unfinished commands. `ended`: the final answers of finished commands, by id. `questions`: the
     unanswered questions, by number.
     """
 
@@ -63,7 +63,7 @@ class DeliveryLog:
     # --- messages ---
 
     def tell(self, message: messages.Numbered, now: float) -> None:
-        """Send a message, now or when the connection is resumed."""
+        """Send a message now, or when the connection is resumed."""
         match message:
             case messages.Done(id) if id in self.waiting:
                 self.waiting.remove(id)
@@ -90,7 +90,7 @@ class DeliveryLog:
             self.put(frame)
 
     def since(self, seq: int) -> list[Frame] | None:
-        """Return the frames after the number `seq`; None if some of these are forgotten."""
+        """Return the frames after number `seq`; None if some of them are no longer kept."""
         missed = self.seq - seq
         known = 0 <= missed <= len(self._told)
         return [frame for _, frame in list(self._told)[len(self._told) - missed :]] if known else None
@@ -106,8 +106,8 @@ class DeliveryLog:
         return messages.Outcome.FORGOTTEN if id <= self._forgotten else messages.Outcome.UNSEEN
 
     def begin(self, id: int, *, always: bool = False) -> bool:
-        """Record a new command, which `Done` ends. Return False if too many wait; a command with `always` is recorded
-        anyway."""
+        """Record a new command, which `Done` will end. Return False if too many commands are unfinished, unless
+        `always`."""
         if len(self.waiting) >= self.bounds.waiting and not always:
             return False
         self.waiting.add(id)
@@ -126,13 +126,13 @@ class DeliveryLog:
         return self._since is not None and now - self._since > self.bounds.seconds
 
 
-FRAME_OVERHEAD_BYTES = 100  # bytes of memory for a frame, besides its content
+FRAME_OVERHEAD_BYTES = 100  # estimated memory of a frame, in addition to its content
 
 
 class Outbox:
-    """Frames in order, until the socket takes them. `size`: their bytes; a frame counts as at most half of `most`, so
-    that a single long frame fits. `overflown`: there were too many bytes; all frames were dropped, and later ones are
-    ignored.
+    """Frames that wait for the socket, in order. `size`: their bytes, at most `most`; a frame counts as at most half of
+    `most`, so that a single long frame fits. `overflown`: there were too many bytes; all frames were dropped, and later
+    frames are ignored.
     """
 
     def __init__(self, most: int) -> None:
@@ -142,7 +142,7 @@ class Outbox:
         self._count = 0
 
     def put(self, frame: Frame, *, counts: bool = True) -> None:
-        """Append a frame; `counts`: its bytes are part of `size`."""
+        """Append a frame; `counts`: whether its bytes are part of `size`."""
         if self.overflown:
             return
         self._count += 1
@@ -154,14 +154,14 @@ class Outbox:
             self.size, self.overflown = 0, True
 
     def send(self, message: Struct) -> None:
-        if isinstance(message, messages.Sample | messages.Clock | messages.Status):  # the newest one replaces others
+        if isinstance(message, messages.Sample | messages.Clock | messages.Status):  # replaces a waiting older one
             self._waiting.pop(type(message), None)
             self._waiting[type(message)] = message, 0
         else:
             self.put(encode(message, self.encoding))
 
     def take_frames(self, most: float = inf) -> list[Frame]:
-        """Remove and return frames in order, until they have `most` bytes or more."""
+        """Remove frames in order, until they have `most` bytes or more; return them."""
         taken: list[Frame] = []
         while self._waiting and most > 0:
             one, size = self._waiting.pop(next(iter(self._waiting)))
@@ -174,7 +174,7 @@ class Outbox:
 
 M = TypeVar("M")
 MAX_PART_ROWS = 200  # maximum number of rows of one part
-MAX_SEARCHED_ROWS = 1000  # maximum number of rows searched for names of files; longer tables hold none
+MAX_SEARCHED_ROWS = 1000  # maximum number of rows searched for paths; longer tables contain none
 
 
 # --- long replies in parts ------------------------------------------------------------------------------------------
@@ -182,7 +182,7 @@ MAX_SEARCHED_ROWS = 1000  # maximum number of rows searched for names of files; 
 
 @cache
 def _lists_of(kind: type[Struct]) -> tuple[str, ...]:
-    """Return the fields of a reply that hold any number of rows."""
+    """Return the names of the fields of a reply that are lists of rows."""
     return tuple(
         field.name
         for field in fields(kind)
@@ -196,8 +196,8 @@ def is_long(reply: Reply) -> bool:
 
 
 def parts_of(told: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[messages.Told]:
-    """Split a long reply and its `lines` into messages; lines are drawn as the messages are taken. All messages but the
-    last have `goes_on`, and each list continues where the message before ended.
+    """Split a long reply and its `lines` into messages; the lines are rendered as the messages are taken. All messages
+    but the last have `goes_on`, and each list continues where it ended in the previous message.
     """
     reply, drawn = told.reply, iter(lines)
     rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
@@ -218,25 +218,25 @@ def parts_of(told: messages.Told, lines: Iterable[StyledLine] = ()) -> Iterator[
 
 
 def join_parts(parts: Sequence[messages.Told]) -> messages.Told:
-    """Join the parts of a message."""
+    """Join the parts of a long reply into one message."""
     reply = parts[-1].reply
     lists = {name: tuple(row for part in parts for row in getattr(part.reply, name)) for name in _lists_of(type(reply))}
     lines = tuple(line for part in parts for line in part.lines)
     return replace(parts[-1], reply=replace(reply, **lists), lines=lines)
 
 
-# --- names of files -------------------------------------------------------------------------------------------------
+# --- paths of folders -----------------------------------------------------------------------------------------------
 
 
 def prefixes_of(folders: Iterable[Path | None]) -> tuple[str, ...]:
-    """Return the paths of folders, with and without a separator; the longest first."""
+    """Return the paths of folders, each with and without a final separator; the longest first."""
     there = [str(folder) for folder in folders if folder is not None]
     return tuple(sorted({*there, *(folder + os.sep for folder in there)}, key=len, reverse=True))
 
 
 def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
-    """Return whether a text in the value may have one of the prefixes. Encodes the value, so it is slow for long
-    ones.
+    """Return whether a text in the value may contain one of the prefixes. Slow for long values, because it encodes
+    them.
     """
     try:
         data = encode(value, Encoding.MSGPACK)
@@ -246,7 +246,7 @@ def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
 
 
 def without(prefixes: tuple[str, ...], value: M) -> M:
-    """Return the value with the prefixes removed from all its texts; the same value if it has none."""
+    """Return the value without the prefixes in its texts; the same object if there are none."""
     new: Any = value
     if isinstance(value, str):
         text = str(value)

@@ -1,12 +1,13 @@
-"""Write the timeline and the memory of a served robot to the disk before a command is answered; keep its files, and an
-audit of all commands.
+"""Write the timeline and the memory of a served robot to the disk before a command is answered; keep the robot's files,
+and an audit of all commands.
 
-`DurableLog` takes the place of the book's journal, so that one sync writes both for many commands.
+`DurableLog` replaces the journal of the book (`engine/book.py`), so that one sync writes journal and memory for many
+commands.
 
 `MemoryFile` keeps programs, variables and settings for the next start of the server. It is a program file (.v2), which
-LOAD reads too. A command appends what it has changed, before it is answered. Each part ends in a line with its
-checksum; an incomplete last part is left out. The file is written anew when something is deleted, and when later parts
-have replaced most of it.
+LOAD can read. Before a command is answered, its changes are appended as one part. Each part ends in a line with its
+checksum; an incomplete last part is ignored. The file is rewritten when something is deleted, and when later parts have
+replaced most of it.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ from vrs_cli.wire.records import RecordError
 
 
 class DurableLog:
-    """The `journal` and `memory` of one robot, each None if the robot has no folder for it. `length`: the number of
-    segments of its timeline; `most`: the maximum of `length`."""
+    """The `journal` and the `memory` file of one robot, None if it has none. `length`: returns the number of segments
+    of its timeline; `most`: the maximum number of segments."""
 
     def __init__(
         self,
@@ -82,24 +83,24 @@ class DurableLog:
                 self._memory.write()
 
     def note(self) -> None:
-        """Record that a command may have changed the memory, so that it is compared before the next write."""
+        """Record whether the memory differs from its file, because a command may have changed it."""
         if self._memory is not None:
             self._memory.note()
 
     def prepare(self) -> Dialogue[None]:
-        """Before a write of the memory, print long new programs in another thread."""
+        """Print long new programs in another thread, before the memory is written."""
         if self._memory is not None:
             yield from self._memory.prepare()
 
     def check(self) -> None:
-        """If the last write of the memory failed, try again. Raises FileError if it fails again."""
+        """Repeat a failed write of the memory. Raises FileError if it fails again."""
         memory = self._memory
         if memory is not None and memory.failing:
             memory.changed = True
             memory.write()
 
 
-SLACK = 100_000  # bytes of replaced parts above which the file is rewritten
+SLACK = 100_000  # [bytes] the file is rewritten when it is this much longer than twice its length at the last rewrite
 WAITS = "nothing is changed until the server can write it"
 _SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
 _SETTINGS = "; settings "
@@ -107,7 +108,7 @@ _settings: Reader[Settings] = Reader(Settings)
 
 
 class MemoryFile:
-    """The memory file of one session. `failing`: why it cannot be written, empty if it can. Raises FileError."""
+    """The memory file of one session. `failing`: the error of the last write; empty if it succeeded."""
 
     def __init__(self, session: Session, path: Path) -> None:
         self.path, self.failing = path, ""
@@ -122,14 +123,14 @@ class MemoryFile:
         self._least = 0  # bytes of the file when it was last rewritten
 
     def bring_back(self) -> tuple[Diagnostic, ...]:
-        """Load the file, if there is one, and rewrite it; return the errors in it."""
+        """Load the file, if it exists, and rewrite it; return the errors in it. Raises FileError."""
         found: tuple[Diagnostic, ...] = ()
         if self.path.exists():
             text = _sound(self.path)
             programs = _of_programs(text)
             found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
             settings = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
-            with suppress(RecordError):  # the record is from another version: the defaults apply
+            with suppress(RecordError):  # settings of another version are ignored: the defaults apply
                 for line in settings[-1:]:
                     self._session.engine.settings = _settings.read(line.removeprefix(_SETTINGS))
         self._session.unstored.news()
@@ -144,7 +145,7 @@ class MemoryFile:
                 session.unstored.fresh
                 or session.engine.settings is not self._settings
                 or there.keys() != now.keys()
-                or any(there[key] is not one for key, one in now.items())  # comparing the steps would take long
+                or any(there[key] is not one for key, one in now.items())  # comparing steps would be slow
             )
 
     def prepare(self) -> Dialogue[None]:
@@ -169,7 +170,7 @@ class MemoryFile:
         return self._texts[key][1]
 
     def write(self) -> None:
-        """Write changes to the disk. Raises FileError; then they are written with the next change."""
+        """Write changes to the disk. Raises FileError; the next change then writes them again."""
         if not self.changed:
             return
         self.changed = False
@@ -192,7 +193,8 @@ class MemoryFile:
         return {key: stored.program for key, stored in self._session.environment.programs.items()}
 
     def _to_write(self) -> dict[str, Program]:
-        """Return the programs to write. While another thread prints a program, use its version in the file, if any."""
+        """Return the programs to write. For a program that another thread is printing, return the version in the file,
+        if there is one."""
         now, there = self._now(), self._programs
         for key in self._printing & now.keys():
             if key in there:
@@ -221,7 +223,7 @@ class MemoryFile:
         return f"{_SETTINGS}{to_json(self._session.engine.settings)}\n"
 
     def _replace(self) -> None:
-        """Write a new file with everything."""
+        """Write a new file with all programs, variables and settings."""
         programs = self._to_write()
         printed = "".join(self._text(key, one) for key, one in programs.items())
         text = printed + store(self._session.environment, EVERYTHING - {MemoryPart.PROGRAMS}) + self._settings_line()
@@ -235,7 +237,7 @@ class MemoryFile:
 
 
 def _of_programs(text: str) -> frozenset[int]:
-    """Return the numbers of the lines inside programs; the user already knows errors in these."""
+    """Return the numbers of the lines inside programs; errors in these lines are not reported again."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
         inside = inside or (opens_entry(line) and ProgramBuffer(line).is_program)
@@ -251,8 +253,8 @@ def _seal(text: str) -> bytes:
 
 
 def _sound(path: Path) -> str:
-    """Return the text of a file up to its first incomplete part. A file without seals, which a user wrote, is returned
-    whole."""
+    """Return the text of a file up to its first damaged part; all of it if it has no checksum lines, because a user
+    wrote it."""
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -268,16 +270,16 @@ def _sound(path: Path) -> str:
 
 MAX_AUDIT_BYTES = 10_000_000  # maximum bytes of one audit file; there are two files
 MAX_COMMAND_CHARS = 1000  # maximum number of characters kept of one command
-MAX_NAME_CHARS = 40  # maximum number of characters kept of a name: strangers may send any name
-ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
-PRIVATE = 0o600
+MAX_NAME_CHARS = 40  # maximum number of characters kept of a name: a client without a token may send any name
+ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)  # flags: append, create if missing
+PRIVATE = 0o600  # permissions of the audit file: only its owner reads and writes it
 
 
 class Audit:
-    """The audit: a file with one line for every command, and for every user who came or went. Without a path it does
-    nothing. `now` returns seconds since 1970. `tell` is called when the file cannot be written, and when it can be
-    written again; commands continue meanwhile. When the file reaches `most` bytes, it becomes audit.1.jsonl and
-    replaces the previous file of this name. A line:
+    """The audit: a file with one line for each command, and for each user who enters or leaves. Without a path nothing
+    is written. `now` returns seconds since 1970. `tell` is called when writing fails, and when it succeeds again;
+    commands continue meanwhile. When the file reaches `most` bytes, it is renamed to audit.1.jsonl, which replaces the
+    previous file of this name. A line:
 
         {"when": "2027-03-01T09:30:00.123Z", "robot": "cell1", "who": "ada", "from": "10.0.0.7:51344",
          "what": "MOVE part", "result": "done"}
@@ -356,7 +358,7 @@ class RobotFiles:
         self._folder, self._allowance = folder, allowance
 
     def put(self, name: str, data: bytes, *, replace: bool) -> None:
-        """Write a file, whole or not at all. Raises FileError, FileOutside, FileExists, LimitReached."""
+        """Write a file completely or not at all. Raises FileError, FileOutside, FileExists, LimitReached."""
         path = self._folder.inside(name)
         if path.is_dir():
             raise FileError(f"{name} is a folder", "name a file")
@@ -381,14 +383,14 @@ class RobotFiles:
         return data
 
     def list(self) -> tuple[messages.StoredFile, ...]:
-        """List all files, those in subfolders with their paths; hidden ones are left out."""
+        """Return all files, also those in subfolders, by their relative paths; hidden files are left out."""
         found = [
             messages.StoredFile(path, it.st_size, it.st_mtime) for path, it in islice(self._files(), MAX_LISTED_FILES)
         ]
         return tuple(sorted(found, key=lambda one: one.name))
 
     def check_room(self, *new: int) -> None:
-        """Raises LimitReached if the folder holds too much, together with `new` files of these sizes."""
+        """Check that the folder has room for new files of these sizes [bytes]. Raises LimitReached."""
         allowance = self._allowance
         if allowance.folder >= UNMEASURED:
             return

@@ -1,7 +1,7 @@
-"""The client's side of a served robot, without sockets: a mirror of the robot, its clock, and the open requests. No
-command is sent twice, and none without its user's order. If the connection is cut while a command is on its way, the
-command ends later: either it was carried out, or it did not reach the robot. Only the user may send it again. The time
-of day is an argument."""
+"""The client's side of a served robot, without sockets: a mirror of the robot, its clock, and the open requests. Each
+command is sent at most once, and only by order of its user. If the connection is cut while a command is on its way, its
+end arrives later: the robot executed it, or did not receive it. Only the user may send it again. The clock is an
+argument."""
 
 from __future__ import annotations
 
@@ -39,34 +39,34 @@ from vrs_cli.wire.reports import ReportRows, reports_of
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-CATCHING_UP = 2.0  # [s] maximum time that the end of a command waits for the change made by the command
+CATCHING_UP = 2.0  # [s] maximum time that the answer to a command is held back until the change by it arrives
 COMMAND_TIMEOUT_S = 60.0  # [s] time after a cut for which a server remembers the outcome of a command
-REMEMBERED = 600.0  # [s] time for which flags of wrongly shown times are kept
-HELD_UP = 3.0  # [s] a command that takes a round trip and this long is no longer expected to take effect
-QUIET = 4.0  # [s] silence after which the connection may be cut: the robot answers a ping every two seconds
-NEAR = 0.05  # [s] with D_f + D_b below this, a user sees the effect of a command nearly at once
-FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of first pings, and the interval of first and of later pings [s]
+REMEMBERED = 600.0  # [s] time for which the flags of wrongly shown times are kept
+HELD_UP = 3.0  # [s] a command that arrives later than a round trip plus this time is refused
+QUIET = 4.0  # [s] a silence this long may be a cut: the robot answers a ping every two seconds
+NEAR = 0.05  # [s] if D_f + D_b is below this, the user sees the effect of a command almost at once
+FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # number of frequent pings at the start; interval of these, and later [s]
 
 SAME_VRS = "install the same vrs on both"
 Outlet = Callable[[messages.ServerMessage], None]
 
 
 class Ahead(Enum):
-    """How far ahead of the last known state a viewer sees the robot, computed from the measured delays: at the present
-    (D_b), or where a command issued now will find the robot (D_f + D_b)."""
+    """How far ahead of the last known state a viewer sees the robot, by the measured delays: D_b shows the present, and
+    D_f + D_b the state in which a command issued now will find the robot."""
 
     PRESENT = "present"
     AUTO = "auto"
 
 
 class FarEnd:
-    """The client's side of a robot: its connection, mirror and preview. Pure; `wall` is the clock here.
+    """The client's side of a robot: its connection, mirror and preview. Pure; `wall` returns the local clock [s].
 
-    `mirror` and `preview` (with the commands on their way) are None until the timeline is followed and the first
-    snapshot has arrived. `ahead`: how much later than the last known state viewers see the robot [s]. `flags`: times
-    for which something wrong was shown. `refusal`: the reason why the robot cannot be used. `news`: outlets for
-    messages that belong to no request. `window`: seconds of the past that are kept. `world`: the world of the cell
-    around the robot, None without a cell.
+    `mirror` and `preview` (with the commands on their way) are None until the client follows the timeline and the first
+    snapshot has arrived. `ahead`: how far ahead of the last known state viewers see the robot [s]. `flags`: times for
+    which a wrong motion was shown. `refusal`: the reason why the robot cannot be used. `news`: receivers of messages
+    that answer no request. `window`: length of the past that is kept [s]. `world`: computes the state of the cell
+    around the robot; None without a cell.
     """
 
     def __init__(
@@ -82,9 +82,9 @@ class FarEnd:
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync, self.status = TimeSync(), LastStatus(wall)
-        self.unmeasured = inf  # [s] time from which on reports of the body are missing
+        self.unmeasured = inf  # [s] start of the time for which reports of the body are missing
         self._told_reports = 0  # the number of the next report
-        self.cuts = self.stalls = 0  # number of cuts, and of silences that may have been cuts
+        self.cuts = self.stalls = 0  # number of cuts, and of silences longer than QUIET
         self._estimate: Estimate | None = None  # the estimate of the server's clock
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
@@ -93,7 +93,7 @@ class FarEnd:
         self._cell: dict[str, Any] | None = None  # the cell's data as the server sent them
         self._wishes, self._pulled = DragTargets(), PulledState()  # targets and state of a dragged tool
         self._outlets: dict[int, Outlet] = {}
-        # finished commands whose change has not arrived yet, with the time until which it is awaited [s]
+        # answers to commands whose change has not arrived yet, and the time until which they are held back [s]
         self._ended: dict[int, tuple[messages.Done, float]] = {}
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # whether the mirror is lost and a snapshot was requested
@@ -124,7 +124,7 @@ class FarEnd:
 
     @property
     def due(self) -> float:
-        """Return the time at which `look` is due next, by the local clock [s]."""
+        """Return the time of the next call of `look`, by the local clock [s]."""
         next_ping = self._next_ping if self.open else inf
         return min([next_ping, self._cut_at + COMMAND_TIMEOUT_S, *(until for _, until in self._ended.values())])
 
@@ -143,7 +143,7 @@ class FarEnd:
         self.connection.send(messages.Ping(now))
 
     def give_up(self, why: VrsError | None = None) -> None:
-        """End all requests, because the connection does not come back; `why` is the reason that users get."""
+        """End all requests with an error, because the connection will not be restored; `why`: the error."""
         self._cut_at = inf
         self._release(lambda _done, _until: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
@@ -153,8 +153,8 @@ class FarEnd:
     # --- asking ---
 
     def ask(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
-        """Send the request that `make` returns for an id; return the id. The outlet gets all messages of the request,
-        the final one last. Raises RequestRefused without a connection."""
+        """Send the request that `make` returns for an id; return the id. The outlet receives all answers to the
+        request; the last one ends it. Raises RequestRefused without a connection."""
         request = self.with_issue_time(make(self.connection.next_id()))
         self.send(request)
         self._outlets[request.id] = outlet
@@ -162,7 +162,7 @@ class FarEnd:
         return request.id
 
     def with_issue_time(self, request: messages.Request) -> messages.Request:
-        """Return the request; a motion without an issue time gets the present one."""
+        """Return the request; a motion without an issue time gets the current time."""
         if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
             return structs.replace(request, issued=self.now)
         return request
@@ -171,17 +171,17 @@ class FarEnd:
         """Add a sent request to the preview."""
         if not self._passes or self.preview is None:
             return
-        self.preview.forward = self.round_trip / 2.0  # the usual delay until a request arrives [s]
+        self.preview.forward = self.round_trip / 2.0  # the estimate of D_f [s]
         match request:
             case messages.At(act=Go() as go, issued=issued):
-                with suppress(VrsError):  # the location is impossible, and the robot will report the error
+                with suppress(VrsError):  # if the location is impossible, the robot will report the error
                     move = move_of(go, self._times)
                     self.preview.send(request.id, move, self.now if issued is None else issued, go.text)
             case _ if (text := changing(request)) is not None:
                 self.preview.send(request.id, None, self.now, text)
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Send a message. Raises RequestRefused without a connection: the message is not sent later."""
+        """Send a message. Raises RequestRefused without a connection; the message is then not sent later either."""
         match message:
             case messages.Put() | messages.At(act=Define()):
                 pass  # a long file may take any time to arrive
@@ -208,7 +208,8 @@ class FarEnd:
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 
     def extend(self, part: messages.Shown) -> bool:
-        """Add an older part of the timeline. Return False if it does not fit, as a change came first: ask again."""
+        """Add an older part of the timeline. Return False if it does not fit because of a newer change; the caller then
+        asks again."""
         if self.mirror is None or part.number < self.mirror.seq:
             return False
         try:
@@ -251,7 +252,7 @@ class FarEnd:
                 self._take_welcome(message)
             case messages.Change():
                 self._take_change(message)
-            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # a broadcast may be older than this
+            case messages.Clock(wall=wall) if wall >= self._clock.wall:  # ignore an outdated broadcast
                 self._set_clock(message)
             case messages.Pong():
                 self.sync.hear(message.sent, message.came, message.left, self._wall())
@@ -341,15 +342,15 @@ class FarEnd:
             self._flag(parting(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
-        """Flag the times that were shown wrongly before a change arrived that cuts the timeline at `cut` [s]. In real
-        time nothing before the change is cut."""
+        """Flag the times that were shown wrongly before a change arrived; `cut`: the time from which on the change
+        replaces the timeline [s]. In real time a change never replaces the past."""
         if self._passes and not self.near:
             self.flags.forget(self.now - REMEMBERED)
             self.flags.ahead = self.shown_time - self.now
             self.flags.add_change(cut, cut, self.now)
 
     def recall_reports(self, part: messages.ShownMeasured) -> None:
-        """Take reports of the body that were requested."""
+        """Take the answer to a request for reports of the body."""
         self._told_reports = max(self._told_reports, part.told)
         self._add_reports(part.parts)
 
@@ -368,14 +369,14 @@ class FarEnd:
         record.forget_before(self.now - self.mirror.window)
 
     def _find_again(self, *, full: bool) -> None:
-        """If the mirror is lost, ask for a snapshot, but only once."""
+        """If the mirror is lost (a change is missing), ask for a snapshot, but only once."""
         lost = self.mirror is not None and self.mirror.lost
         if lost and not self._resyncs and self.open:
             self.connection.send(messages.Resync(full=full))
         self._resyncs = lost
 
     def _set_clock(self, clock: messages.Clock) -> None:
-        """Take a reading of the robot's clock. The clock has continued since the reading was sent."""
+        """Take a reading of the robot's clock, and add the time since it was sent."""
         self._clock = clock
         if self.mirror is None:
             return
@@ -397,37 +398,37 @@ class FarEnd:
 
     @property
     def rate(self) -> float | None:
-        """Return the seconds of the robot's clock per real second; None if its time does not pass by itself."""
+        """Return the seconds of the robot's clock per real second; None if the clock is paused or virtual."""
         return self._clock.rate if self._clock.realtime and not self._clock.paused else None
 
     @property
     def now(self) -> float:
-        """Return the robot's clock [s], as estimated here; the error is half the difference of D_f and D_b."""
+        """Return the estimated robot's clock [s]; its error is half the difference of D_f and D_b."""
         return 0.0 if self.mirror is None else self.mirror.now
 
     @property
     def round_trip(self) -> float:
-        """Return the median of the measured D_f + D_b, in seconds of the robot."""
+        """Return the median of the measured D_f + D_b, in seconds of the robot's clock."""
         return (self.rate or 0.0) * self._round_trip
 
     @property
     def near(self) -> bool:
-        """Return whether the delays are too short to matter; for a robot of one user they always are."""
+        """Return whether the delays are too short to matter; always True for a robot with one user."""
         own = self.welcome is not None and self.welcome.one_user
         return own or max(self.round_trip, self.shown_time - self.heard_time) < NEAR
 
     @property
     def heard_time(self) -> float:
-        """Return the time up to which the timeline is certain [s]: the robot's clock D_b ago, when it sent what arrives
-        now. This time stops after a cut."""
+        """Return the time up to which the timeline is certain [s]: the robot's clock D_b ago, when it sent the messages
+        that arrive now. After a cut this time stands still."""
         if self.mirror is None:
             return 0.0
         return self.mirror.clock.at(min(self._wall(), self._silent_since)) - self.round_trip / 2.0
 
     @property
     def shown_time(self) -> float:
-        """Return the time of the robot that a viewer sees [s]. AUTO is right even if D_f and D_b differ: `now` is ahead
-        of the certain time by the mean of both, and this time is ahead of `now` by the same."""
+        """Return the time of the robot's clock that viewers see [s]. AUTO is correct even if D_f and D_b differ: `now`
+        is (D_f + D_b) / 2 after the certain time, and the returned time is as much after `now`."""
         match self.ahead:
             case Ahead.PRESENT:
                 return self.now
@@ -438,8 +439,8 @@ class FarEnd:
 
     @property
     def _drag_effect(self) -> Expected | None:
-        """Return the expected effect of a dragged tool. While the arm moves, it follows the newest target tick by tick,
-        so nothing is certain. At rest, a target changes the timeline from its arrival on."""
+        """Return the expected effect of a dragged tool. While the arm moves, it follows the newest target in each tick,
+        so all later motion is uncertain. At rest, a target changes the timeline when it arrives."""
         if self.mirror is None or not self._passes or self.near:
             return None
         oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard_time
@@ -472,8 +473,8 @@ class FarEnd:
     # --- ends ---
 
     def _is_seen(self, done: messages.Done, change: messages.Change | None) -> bool:
-        """Return whether the mirror contains the change of a command; `change`: the last change that came after
-        `done`."""
+        """Return whether the mirror contains the change made by a command; `change`: the newest change that arrived
+        after `done`, if any."""
         if self.mirror is None or isinstance(change, messages.Replaced):
             return True
         timeline = self.mirror.timeline
@@ -497,7 +498,7 @@ class FarEnd:
 
 
 class Predicted:
-    """The predicted robot for viewers: its timeline includes the commands on their way; its time is `shown_time`."""
+    """The predicted robot for viewers: its timeline includes the commands on their way, and `now` is `shown_time`."""
 
     def __init__(self, far: FarEnd) -> None:
         self._far = far

@@ -1,4 +1,4 @@
-"""Requests of browsers to a server: pages, meshes, a cookie for a token; and which pages may open a connection."""
+"""Answer HTTP requests of browsers to a server: pages, meshes, cookies; check which pages may open a connection."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ KINDS: Mapping[str, str] = {
     ".txt": "text/plain; charset=utf-8",
     ".webmanifest": "application/manifest+json",
 }
-SMALL = 512  # [bytes] size below which a file is not compressed
-ASK_FIRST = "no-cache"  # cache header: keep the file, but ask each time whether it is still valid
+SMALL = 512  # [bytes] files of at most this size are not compressed
+ASK_FIRST = "no-cache"  # Cache-Control: the browser keeps the file, but asks each time whether it is still valid
 
-# CodeMirror puts <style> elements into the page, so styles may be inline; scripts never are
+# inline styles are allowed, because CodeMirror adds <style> elements to the page; inline scripts are not
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' {styles}; connect-src 'self' blob:; "
     "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; manifest-src 'self'; "
@@ -64,7 +64,7 @@ li { padding: 0.3rem 0; }
 
 
 def response_of(status: HTTPStatus, body: bytes = b"", kind: str = KINDS[".txt"], *more: tuple[str, str]) -> Response:
-    """Return an answer to a request. `kind`: the type of its body; `more`: headers beside the usual ones."""
+    """Return an answer to a request. `kind`: the media type of its body; `more`: additional headers."""
     headers = Headers([("Connection", "close"), ("Content-Length", str(len(body))), *SECURITY, *more])
     if body or status is not HTTPStatus.NO_CONTENT:
         headers["Content-Type"] = kind
@@ -72,13 +72,13 @@ def response_of(status: HTTPStatus, body: bytes = b"", kind: str = KINDS[".txt"]
 
 
 def refusal_of(status: HTTPStatus, text: str, *more: tuple[str, str]) -> Response:
-    """Return a refusal with a line of text."""
+    """Return a refusal with a text of one line."""
     return response_of(status, f"{text}\n".encode(), KINDS[".txt"], ("Cache-Control", "no-store"), *more)
 
 
 class PageFile(Struct, frozen=True):
-    """A file of the page as it is sent. `mark`: its ETag; `zipped`: compressed by gzip, empty if that saves nothing.
-    `guarded`: sent only with a valid token.
+    """A file of the page with its headers. `mark`: its ETag; `zipped`: the data compressed with gzip, empty if that
+    saves nothing. `guarded`: the file is sent only with a valid token.
     """
 
     data: bytes
@@ -100,15 +100,15 @@ class PageFile(Struct, frozen=True):
 
 
 def page_file(data: bytes, kind: str, cache: str = ASK_FIRST, *, guarded: bool = False) -> PageFile:
-    """Return a file with its ETag, compressed if that saves something."""
+    """Return a file with its ETag, and with compressed data if that is shorter."""
     zipped = compress(data, 9, mtime=0) if len(data) > SMALL else b""
     mark = f'"{hashlib.sha256(data).hexdigest()[:32]}"'
     return PageFile(data, kind, mark, cache, zipped if len(zipped) < len(data) else b"", guarded)
 
 
 class ServedPage:
-    """The files of the page by their paths at the server. `cookies`: a token can be exchanged for a cookie, so that a
-    reload needs no token.
+    """The files of the page, by their paths at the server. `cookies`: the page can exchange its token for a cookie, so
+    that it needs no token after a reload.
     """
 
     def __init__(self, files: Mapping[str, PageFile], *, cookies: bool = False) -> None:
@@ -116,8 +116,8 @@ class ServedPage:
 
     @classmethod
     def read(cls, folder: Path | None = None, *, cookies: bool = False) -> ServedPage:
-        """Read the built page, by default that of the package. Raises NonexistentFile, which says how to build it, and
-        FileError.
+        """Read a built page, by default the page of the package. Raises NonexistentFile, which says how to build it,
+        and FileError.
         """
         folder = folder or BUILT_PAGE
         if not (folder / "index.html").is_file():
@@ -130,7 +130,7 @@ class ServedPage:
                     data = path.read_bytes()
                 except OSError as error:
                     raise unreadable(path, error) from None
-                hashed = name.startswith("/assets/")  # the name of the file has a hash of its content
+                hashed = name.startswith("/assets/")  # such names contain a hash of the content
                 cache = "public, max-age=31536000, immutable" if hashed else ASK_FIRST
                 files[name] = page_file(data, KINDS[path.suffix], cache)
         return cls(files, cookies=cookies)
@@ -140,12 +140,12 @@ class ServedPage:
         self._files[path] = page_file(data, kind, ASK_FIRST, guarded=True)
 
     def find(self, path: str) -> PageFile | None:
-        """Return the file of a request's path, None if there is none. Paths are only looked up in a table: they are not
-        decoded, and never become names of files.
+        """Return the file for the path of a request; None if there is none. Paths are only looked up in a table; they
+        are not decoded, and never used as file names.
         """
         name = path.removeprefix(VIEW)
         if path.startswith(VIEW) and 0 < len(name) <= 200 and not set(name) & set("/\\") and name.isprintable():
-            path = "/index.html"  # the page reports that no robot has this name
+            path = "/index.html"  # for an unknown robot the page itself reports the error
         elif path in (WALL, f"{WALL}/"):
             path = "/wall.html"
         return self._files.get(path)
@@ -165,8 +165,8 @@ def _takes_gzip(headers: Headers) -> bool:
 
 
 def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: bool) -> Response:
-    """Return the text for a browser at the address of a server. `robots`: visible without a token; `shown`: the server
-    has the page; `tokens`: it wants tokens.
+    """Return the start page of a server for a browser. `robots`: the names that are visible without a token; `shown`:
+    the server has the page of robots; `tokens`: the server requires tokens.
     """
     parts = ["<h1>Virtual robots</h1>", "<p>This is a server of <code>vrs</code>: it has robots that others hold.</p>"]
     if shown and tokens:
@@ -198,28 +198,28 @@ def explanation(address: str, robots: Iterable[str], *, shown: bool, tokens: boo
 
 
 ROBOTS, ENTER, LEAVE = "/robots/", "/enter/", "/leave/"
-LIST = "/robots"  # path of the list of the robots of a token, as JSON
-LEAVING = ("X-Vrs", "leave")  # a header that only the page itself can send
-METHOD_CHARS = 8  # length of the longest answered method name with the space after it
+LIST = "/robots"  # path of the robots of a token, a list in JSON
+LEAVING = ("X-Vrs", "leave")  # required header of LEAVE, which only a page of this server can send
+METHOD_CHARS = 8  # length of the longest method name (OPTIONS, CONNECT) with the space after it
 OTHER_METHODS = (b"POST", b"PUT", b"PATCH", b"DELETE", b"OPTIONS", b"TRACE", b"CONNECT")
 REQUEST_SECONDS = 10.0  # [s] maximum time until a request is complete
-BODY_SECONDS = 60.0  # [s] maximum time until the client has taken an answer
-MAX_ASKING = 1000  # maximum number of sockets without a connection to a robot
+BODY_SECONDS = 60.0  # [s] maximum time until the client has received an answer
+MAX_ASKING = 1000  # maximum number of sockets that are not connected to a robot
 MAX_SENDING = 64_000_000  # maximum bytes of answers that wait for their sockets
 
 
 class Doorway:
-    """Counts of all sockets of a server that have no connection to a robot: `asking` sockets, and `sending` bytes of
-    answers."""
+    """Counts of a server's sockets that are not connected to a robot. `asking`: number of these sockets; `sending`:
+    bytes of answers that wait for them."""
 
     def __init__(self) -> None:
         self.asking = self.sending = 0
 
 
 class HttpSocket(Socket):
-    """A socket that also answers HEAD, closes slow requests, and refuses other methods with a sentence."""
+    """A socket that also answers HEAD, closes slow requests, and refuses other methods with an explanation."""
 
-    same_origin = False  # whether a page of this server opens the connection
+    same_origin = False  # whether a page of this server opened the connection
 
     def __init__(self, *given: Any, doorway: Doorway, **options: Any) -> None:
         super().__init__(*given, **options)
@@ -247,7 +247,7 @@ class HttpSocket(Socket):
         super().connection_lost(exc)
 
     def let_in(self) -> None:
-        """Stop counting the socket as one without a connection."""
+        """Stop counting this socket in `asking`: it has a connection to a robot, or is closed."""
         self._doorway.asking -= self._asks
         self._asks = False
 
@@ -271,7 +271,7 @@ class HttpSocket(Socket):
         super().data_received(data)
 
     def answer(self, response: Response) -> Response:
-        """Return a response for this socket, within the limits of the server."""
+        """Return the response to send, which is a refusal if too many bytes of answers wait already."""
         if self.asks_head:
             response.body = b""
         if self._doorway.sending + len(response.body) > MAX_SENDING:
@@ -286,7 +286,7 @@ class HttpSocket(Socket):
 
 
 def is_local(host: str) -> bool:
-    """Return whether only this machine reaches an address."""
+    """Return whether an address can be reached only from this machine."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -294,9 +294,9 @@ def is_local(host: str) -> bool:
 
 
 class OwnNames:
-    """The host names under which a server answers browsers. A hostile site may let another name lead here, so that its
-    page counts as one of this server (DNS rebinding). This is impossible with a numeric address, and with TLS, where
-    the browser compares the name with the certificate.
+    """The host names under which a server answers browsers. Other names are refused: a hostile site could make its own
+    name point to this server, so that browsers treat its pages as pages of this server (DNS rebinding). Numeric
+    addresses are safe; so is TLS, because the browser compares the name with the certificate.
     """
 
     def __init__(self, host: str, *, tls: bool, origins: Iterable[str]) -> None:
@@ -307,7 +307,7 @@ class OwnNames:
         self._names = {"localhost", host.lower(), *others, *named} - {""}
 
     def __contains__(self, host: str) -> bool:
-        """Return whether a Host header, with or without a port, has one of the names."""
+        """Return whether a Host header, with or without a port, contains one of the names."""
         try:
             name = urlsplit(f"//{host}").hostname or ""
         except ValueError:
@@ -325,10 +325,10 @@ class OwnNames:
 
 
 class HttpAnswers:
-    """Answers to HTTP requests at the `port` of a server. `find`: returns the grant of a token from an address.
-    `tokens`: the server wants tokens. `robots`: returns the names of the robots of a grant. `own`: returns the wanted
-    robot and the grant's own ones. This and `find` raise RequestRefused. `mesh`: returns a mesh of a robot; raises
-    NonexistentFile.
+    """Answers HTTP requests at the `port` of a server. `find`: returns the grant of a token that came from an address.
+    `tokens`: the server requires tokens. `robots`: returns the names of a grant's robots. `own`: returns the names of
+    the wanted robot and of the grant's own robots. `find` and `own` raise RequestRefused. `mesh`: returns a mesh of a
+    robot; raises NonexistentFile.
     """
 
     port = 0
@@ -352,7 +352,7 @@ class HttpAnswers:
         self._tell, self._tls, self._tokens = tell, tls, tokens
 
     async def answer(self, socket: HttpSocket, request: Request) -> Response | None:
-        """Return the answer to a request; None for a WebSocket connection that may be opened."""
+        """Return the answer to a request; None if the request opens a WebSocket connection and may do so."""
         path = path_of(request)
         if "websocket" in ",".join(request.headers.get_all("Upgrade")).lower():
             return self._refuse_connection(socket, request.headers, path)
@@ -361,7 +361,8 @@ class HttpAnswers:
     # --- connections ---
 
     def _refuse_connection(self, socket: HttpSocket, headers: Headers, path: str) -> Response | None:
-        """Return why a connection may not be opened, or None. Programs send no origin; browsers send the page's."""
+        """Return the refusal of a WebSocket connection; None if it may be opened. Browsers send the origin of the page;
+        programs send none."""
         origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
         if len(origins) > 1 or len(hosts) != 1:
             return refusal_of(HTTPStatus.BAD_REQUEST, "one Host and one Origin at most are wanted")
@@ -380,7 +381,7 @@ class HttpAnswers:
     async def _page(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
         name, _, file = path.removeprefix(ROBOTS).partition(f"/{MESH}/")
         if path.startswith(ROBOTS) and file:
-            try:  # no token is needed, because only clients of the robot know the address of a mesh
+            try:  # no token is needed: only clients of the robot know the secret address of a mesh
                 found_mesh = await asyncio.to_thread(self._mesh, unquote(name), file)
             except VrsError as error:
                 if not isinstance(error, NonexistentFile):
@@ -407,7 +408,7 @@ class HttpAnswers:
             what = f"this is the address of a robot for programs, as vrs connect{page}"
             return refusal_of(HTTPStatus.UPGRADE_REQUIRED, what, ("Upgrade", "websocket"))
         if self._pages is not None and not self._pages.cookies and path.startswith(ENTER):
-            return response_of(HTTPStatus.OK)  # the page keeps its token
+            return response_of(HTTPStatus.OK)  # without cookies the page keeps its token
         if self._pages is not None and self._pages.cookies and self._tokens and path.startswith((ENTER, LEAVE)):
             return self._exchange(socket, headers, path)
         found = None if self._pages is None else self._pages.find(path)
@@ -427,8 +428,8 @@ class HttpAnswers:
     # --- a cookie for a token ---
 
     def _exchange(self, socket: HttpSocket, headers: Headers, path: str) -> Response:
-        """Exchange a token for a cookie for the token's own robots, or delete the cookie. A page of another site cannot
-        do this: the required headers make its browser ask first, which is refused.
+        """Exchange a token for a cookie that is valid for the token's own robots, or delete the cookie. Pages of other
+        sites cannot do this: the headers require a preflight request, which this server refuses.
         """
         leaves, name = path.startswith(LEAVE), unquote(path.partition("/")[2].partition("/")[2])
         if leaves and headers.get_all(LEAVING[0]) != [LEAVING[1]]:
@@ -453,19 +454,20 @@ class HttpAnswers:
 
 
 def path_of(request: Request) -> str:
-    """Return the path of a request as it was sent, without a query; "" if it is no path."""
+    """Return the undecoded path of a request, without its query; "" if it has no path."""
     path = request.path.partition("?")[0].partition("#")[0]
     return path if path.startswith("/") else ""
 
 
 def cookie_name(port: int) -> str:
-    """Return the name of a server's cookie. It has the port, as browsers send cookies to all ports of a host."""
+    """Return the name of a server's cookie. It contains the port, because browsers send cookies to all ports of a
+    host."""
     return f"vrs-{port}"
 
 
 def token_of(headers: Headers, port: int = 0) -> str:
-    """Return the token of a request, "" without one: from the header Authorization, or from the cookie of the server at
-    this port.
+    """Return the token of a request, from the header Authorization, or from the cookie of the server at this port (0:
+    no cookie); "" without a token.
     """
     given = headers.get_all("Authorization")
     if len(given) == 1 and given[0][:7].lower() == "bearer ":
@@ -473,5 +475,5 @@ def token_of(headers: Headers, port: int = 0) -> str:
     found: Mapping[str, str] = {}
     if port:
         pairs = (one.strip().partition("=") for one in ";".join(headers.get_all("Cookie")).split(";"))
-        found = {name: value for name, _, value in reversed([*pairs])}  # the cookie with the longest path comes first
+        found = {name: value for name, _, value in reversed([*pairs])}  # of equal names keep the first: longest path
     return unquote(found.get(cookie_name(port), ""))

@@ -1,5 +1,5 @@
-"""Limits of one client and of one robot at a server. Each limit has its own message of refusal. Pure: clocks are
-arguments. A limit stops only programs and lines of that robot's users; users of other robots do not wait."""
+"""Limits for the clients and the robots of a server. Each limit has its own error message. Pure: times are arguments. A
+limit of one robot stops only the programs and lines of its users; users of other robots are not delayed."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from vrs_cli.interfaces.tasks.limits import ATTENDED, Limits
 OURS = "the server sets this limit"
 TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
 HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
-WRONG_TOKENS = 10  # maximum number of wrong tokens from one address in a minute
+WRONG_TOKENS = 10  # maximum number of wrong tokens per minute from one address
 
 
 def advice(option: str) -> str:
-    """Return the advice for a limit of a run."""
+    """Return the hint for an exceeded limit of a program run; `option`: the field of `Limits`."""
     return HELP.get(option, OURS)
 
 
 class Allowance(Struct, frozen=True):
     """The limits of a server.
 
-    For one connection: bytes of one message, and messages per second (and at once). Connections: those of one token,
-    and all. For one robot: variables and programs, elements and characters in its arrays and strings, segments of its
-    timeline, bytes and files in its folder, steps of one program, and the share of a core that its programs may have on
-    average over `cpu_window` [s]. `looking`: the share of a core of one user who looks while another user drives, on
-    average over `looking_window` [s]; `all_looking`: the share of all these users together.
+    For one connection: `message`: bytes of one message; `rate`, `burst`: messages per second, and at once.
+    `connections_each`, `connections`: connections of one token, and of all. For one robot: `names`: variables and
+    programs; `elements`: elements of arrays and characters of strings; `segments` of its timeline; `folder`, `files`:
+    bytes and files in its folder; `steps` of one program; `cpu`: the fraction of a core for its programs, averaged over
+    `cpu_window` [s]. `looking`: the fraction of a core for a user who only views while another user drives, averaged
+    over `looking_window` [s]; `all_looking`: the fraction for all these users together.
     """
 
     message: int = 2_000_000
@@ -49,7 +50,7 @@ class Allowance(Struct, frozen=True):
     steps: int | None = None
 
     def of_run(self, *, realtime: bool) -> Limits:
-        """Return the limits of one run of a program; in real time its duration is not limited."""
+        """Return the limits of one program run; in real time the duration is unlimited."""
         return structs.replace(
             ATTENDED,
             max_time=None if realtime else ATTENDED.max_time,
@@ -59,12 +60,12 @@ class Allowance(Struct, frozen=True):
         )
 
     def of_looking(self, share: float, now: float) -> Bucket:
-        """Return a budget with this share of a core, on average over `looking_window`."""
+        """Return a budget of this fraction of a core, averaged over `looking_window`."""
         return Bucket(share, share * self.looking_window, now)
 
 
 USUAL = Allowance()
-UNMEASURED = 2**62  # size limit [bytes] of a folder that is the user's own: none in practice
+UNMEASURED = 2**62  # [bytes] size limit for a user's own folder: too large to matter, so the folder is not measured
 
 
 class Bucket:
@@ -91,16 +92,15 @@ class Bucket:
         return there
 
     def wait(self, now: float) -> float:
-        """Return the time until the budget is not overdrawn [s]."""
+        """Return the time until the budget is no longer overdrawn [s]."""
         return max(0.0, -self.left(now) / self._rate)
 
 
 class Share:
-    """The CPU time of a user who only views while another user drives.
+    """The CPU budgets of a user who only views while another user drives.
 
-    Requests made while a line is typed (completion, checks) have their own budget, so that the line does not wait for
-    them. `all`: the common budget of all users who only view; a user waits for it only after using more than an equal
-    share.
+    Requests made while the user types a line (completion, checks) have their own budget, so that they do not delay the
+    line. `all`: the common budget of all viewing users; it delays a user only after more than an equal share was used.
     """
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
@@ -114,14 +114,14 @@ class Share:
         self._all.spend(seconds, now)
 
     def wait(self, now: float, holders: int, *, typing: bool) -> float:
-        """Return how long the next request has to wait [s]; `holders`: the users who share the common budget."""
+        """Return how long the next request must wait [s]; `holders`: number of users who share the common budget."""
         own = self._typing if typing else self._lines
         fair = own.most - own.left(now) <= self._all.most / holders
         return own.wait(now) if fair else max(own.wait(now), self._all.wait(now))
 
 
 class Crowd:
-    """Counts of the connections of each name, and the addresses from which wrong tokens came recently."""
+    """The number of connections of each token name, and the addresses from which wrong tokens came recently."""
 
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
@@ -132,7 +132,8 @@ class Crowd:
         return sum(self._there.values())
 
     def enter(self, name: str) -> None:
-        """Add a connection of a name; the empty name has no limit of its own. Raises RequestRefused."""
+        """Add a connection of a token name; connections without a name count only in the total. Raises
+        RequestRefused."""
         allowance, there = self._allowance, self._there.get(name, 0)
         if len(self) >= allowance.connections:
             raise RequestRefused(f"this server has {allowance.connections} connections", "try again later")
@@ -158,15 +159,14 @@ class Crowd:
 
 
 class Meter:
-    """Measures the CPU time of one robot's programs. The limit is a share of a core, on average over a window."""
+    """Limits the CPU time of one robot's programs to a fraction of a core, averaged over a window."""
 
     def __init__(self, allowance: Allowance, now: float) -> None:
         self._allowance, self._used, self._looked = allowance, 0.0, now
         self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)
 
     def look(self, used: float, now: float) -> LimitReached | None:
-        """Return the reason why programs must stop; None if they may continue. `used`: their CPU time since the start
-        [s]."""
+        """Return the reason why the programs must stop; None if they may continue. `used`: their total CPU time [s]."""
         self._bucket.spend(used - self._used, self._looked)  # charged as of the time of the last call
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
@@ -180,21 +180,21 @@ class Meter:
 
 
 def check_growth(allowance: Allowance, names: int) -> None:
-    """Check that a robot has no more than the allowed number of names. Raises LimitReached."""
+    """Check that a robot has at most the allowed number of variables and programs. Raises LimitReached."""
     if names > allowance.names:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)
 
 
-HIGH_WATER_BYTES = 256 * 1024  # if more than this many bytes wait for a user, the robot waits until only
-LOW_WATER_BYTES = 64 * 1024  # this many are left
-MIN_PROGRESS_BYTES = 32 * 1024  # a user who takes fewer bytes than this in
-SEND_TIMEOUT_S = 5.0  # this time is not waited for again; TCP sends hundreds of KB at once to a slow reader
+HIGH_WATER_BYTES = 256 * 1024  # the robot starts to wait for a user when more bytes than this are unsent
+LOW_WATER_BYTES = 64 * 1024  # the robot stops waiting when no more bytes than this are unsent
+MIN_PROGRESS_BYTES = 32 * 1024  # the robot gives up waiting if the user takes fewer bytes than this in SEND_TIMEOUT_S
+SEND_TIMEOUT_S = 5.0  # [s] long, because TCP may take hundreds of KB at once for a slow reader, and then none
 
 
 class SendPace:
-    """Decides whether a robot waits for a user who has not taken the output of TYPE: in virtual time a program types as
-    fast as it computes. `waiting`: bytes that wait for the user's socket. A user who takes less than MIN_PROGRESS_BYTES
-    in SEND_TIMEOUT_S is not waited for again until only LOW_WATER_BYTES wait.
+    """Decides whether a robot waits until a user has received the output of TYPE: in virtual time a program types as
+    fast as it computes. `waiting`: unsent bytes for the user. If the user takes fewer than MIN_PROGRESS_BYTES in
+    SEND_TIMEOUT_S, the robot does not wait again until only LOW_WATER_BYTES are unsent.
     """
 
     def __init__(self) -> None:
@@ -202,7 +202,7 @@ class SendPace:
         self._least, self._until = (
             inf,
             0.0,
-        )  # bytes waiting, and the time by which another MIN_PROGRESS_BYTES must be taken; while the robot waits
+        )  # while the robot waits: unsent bytes at the last progress, and the time limit for the next progress [s]
         self._stuck = False
 
     def lags(self, now: float) -> bool:

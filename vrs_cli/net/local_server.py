@@ -1,4 +1,4 @@
-"""Servers that run in this process for one local user: they serve a robot of this process, or only pages."""
+"""Run a server in this process for one local user: it serves a robot of this process, or only pages."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from vrs_cli.net.tokens import TokenFile, digest_of
 from vrs_cli.values.acts import Define
 from vrs_cli.values.replies import Reply, StyledLine
 
-BROWSER, SHELL = "browser", "shell"  # names of the clients of a local robot, as other users see them
+BROWSER, SHELL = "browser", "shell"  # the client names that users of a local robot see
 STARTING = 10.0  # [s] maximum time until the server listens
 HERE = ListenAddress("127.0.0.1", 0)
 
 
 class PagePlace(Struct, frozen=True):
-    """The address and content of a page: the listening address, the secret, and the files of the page."""
+    """Where and how a page is served: the listening address, the secret that opens it, and its files."""
 
     address: ListenAddress
     secret: str
@@ -50,13 +50,13 @@ class PagePlace(Struct, frozen=True):
 
 
 def new_secret() -> str:
-    """Return a random secret that cannot be guessed."""
+    """Return a new random secret."""
     return secrets.token_urlsafe(18)
 
 
 def kept_secret(file: Path) -> str:
-    """Return the secret in a file that only its owner may read. Make the file if it does not exist; if it cannot be
-    made, return a new secret."""
+    """Return the secret in a file that only its owner may read. Create the file if it does not exist; if that fails,
+    return a new secret."""
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         with suppress(FileExistsError), open(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w") as made:
@@ -66,7 +66,7 @@ def kept_secret(file: Path) -> str:
 
 
 def checked_host(host: str) -> str:
-    """Return the address to listen at. Raises UsageError if other machines could reach it."""
+    """Return the listening address for a host. Raises UsageError if other machines could reach it."""
     if host not in LOOPBACK:
         raise UsageError(
             f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
@@ -76,8 +76,8 @@ def checked_host(host: str) -> str:
 
 
 class LocalServer:
-    """A server in a separate thread, for one user. `place`: the address of its page; None: any port and no page.
-    `tokens`: the tokens of the browser (the secret of the place) and of the shell. `relays`: as for `Server`. Raises
+    """A server in a separate thread, for one user. `place`: the address and files of its page; None: any free port and
+    no page. `tokens`: the tokens of the browser (the page's secret) and of the shell. `relays`: as for `Server`. Raises
     UsageError if the address is in use."""
 
     def __init__(
@@ -111,7 +111,7 @@ class LocalServer:
             raise
 
     def _prepare(self) -> None:
-        """Prepare the robots before anybody can connect."""
+        """Prepare the robots before clients can connect. Subclasses override this method."""
 
     def _start(self, server: Server, place: ListenAddress) -> str:
         loop, stop, address = Loop(), asyncio.Event(), asyncio.Queue[str | OSError]()
@@ -132,22 +132,22 @@ class LocalServer:
         return found
 
     def page(self, name: str, query: str = "") -> str:
-        """Return the address of the page of a robot, with the secret."""
+        """Return the address of a robot's page, with the secret."""
         return (
             f"{self.address.replace('ws', 'http', 1)}{VIEW}{quote(name, safe='')}{query}#token={self.tokens[BROWSER]}"
         )
 
     def close(self) -> None:
-        """Stop serving. Files in a folder of the user's stay."""
+        """Stop serving. Files in a folder that the user named are kept."""
         self._left.close()
 
 
 class LocalRobot(LocalServer):
-    """A local server of one robot. `name`: the robot's name; if empty, its model's name. `folder`: the folder of its
-    files; None: a temporary one. `url` and `tokens` are for clients, who are all one user and need no lease. `rate`:
-    seconds of the robot's clock in one second; None: virtual time. `cell`: the cell around the robot. `program`: a
-    program to load into its memory; `runs`: the first page executes the first program of it. `styled`: as for `Plan`.
-    Change `session` only in the robot's thread, with `session.actor.call`. Raises the error of a program that cannot be
+    """A local server of one robot. `name`: the robot's name; if empty, the name of its model. `folder`: the folder of
+    its files; None: a temporary folder. `url`, `tokens`: for clients, who are all one user and need no lease. `rate`:
+    seconds of the robot's clock per second; None: virtual time. `cell`: the cell around the robot. `program`: programs
+    to load; `runs`: the first page to connect executes the first of these programs. `styled`: as for `Plan`. Change
+    `session` only in the robot's thread, with `session.actor.call`. Raises the error of a program that cannot be
     loaded."""
 
     def __init__(
@@ -190,7 +190,7 @@ class LocalRobot(LocalServer):
             room.first_line = f"EXECUTE {names[0]}" if names and self._runs else ""
 
     def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
-        """Return a port to the robot. Raises RequestRefused."""
+        """Return a new port to the robot, for the client `who`. Raises RequestRefused."""
         hello = hello_of(self.tokens[who], attended=who == BROWSER)
         return SocketPort.connect(self.url, hello, told=told, window=WINDOW)
 

@@ -1,7 +1,7 @@
 """Messages between a server and its clients: connections, viewing, the lease, files, classes, and a robot's body.
 
-One message is one frame. Messages that a user in this process needs as well are in `wire/messages.py`. `FromClient` and
-`FromServer` are the unions of all messages.
+A body is the arm, real or simulated, that executes the motions. One message is one frame. Messages that users without a
+connection also need are in `wire/messages.py`. `FromClient` and `FromServer` are the unions of all messages.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ from vrs_cli.wire.reports import ReportRows
 from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1
-PORT = 8765  # the usual address and port of a server
+PORT = 8765  # the default TCP port of a server
 
 
 class Change(ServerMessage, frozen=True, kw_only=True):
@@ -68,7 +68,7 @@ class Change(ServerMessage, frozen=True, kw_only=True):
 
 
 class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
-    """The key of the connection that was cut, the last `seq` that arrived, and the ids of commands without `done`."""
+    """The connection to resume: its key, the last `seq` received, and the ids of commands that have no `done` yet."""
 
     connection: Name
     seq: Count
@@ -79,12 +79,12 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     """The first message of a client, always JSON. `versions`: the versions of the protocol that the client supports;
     `format`: the encoding of all messages that the server sends after `welcome`.
 
-    `robot`: the robot to join, empty if there is only one. `name`: the name that others see. `full`: send each change
-    as a `delta`, never as `steered`. `attended`: a person can answer questions. `answers`: a program answers them. With
-    neither, a command that asks a question ends with a refusal. `delay`: the longest delay of a command that the client
-    claims [s]. `offset`: how far the client's clock for the start of motions is ahead of the robot's [s]; a client at a
-    delay of D_f uses -D_f, so that no motion comes too late. `rendered`: the number of columns of the client's screen;
-    each reply is also sent as `lines` for it.
+    `robot`: the robot to join, empty if there is only one. `name`: the name that other users see. `full`: send each
+    change as a `delta`, never as `steered`. `attended`: a person can answer questions. `answers`: a program answers
+    them. If both are false, a command that asks a question is refused. `delay`: the maximum delay that the client
+    claims for its commands [s]. `offset`: how far the client's clock, which dates its motions, is ahead of the robot's
+    [s]; if commands take D_f to arrive, use -D_f, so that no motion comes too late. `rendered`: the width of the
+    client's screen in columns; each reply is also sent as `lines` of this width.
     """
 
     versions: tuple[Count, ...]
@@ -102,14 +102,14 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
 
 
 class Screen(ClientMessage, frozen=True):
-    """The number of columns of the client's screen has changed. Later replies are rendered for it, as with `rendered`
-    in `hello`."""
+    """The width of the client's screen has changed. Later replies are rendered for the new width, as with `rendered` in
+    `hello`."""
 
     columns: Columns
 
 
 class Ping(ClientMessage, frozen=True):
-    """Measure the delay. `sent`: the time by the client's clock [s]. `pong` answers."""
+    """Measure the delay. `sent`: the time of sending by the client's clock [s]. `pong` answers."""
 
     sent: Number
 
@@ -122,18 +122,18 @@ class Bye(ClientMessage, frozen=True):
 
 
 class Subscribe(Request, frozen=True):
-    """Choose what the server sends from now on; this replaces the subscription before. `done` answers.
+    """Choose what the server sends from now on; this replaces the previous subscription. `done` answers.
 
-    `deltas`: the timeline as `replaced`, then every change of it. `window`: begin it that many seconds before the
-    robot's clock; absent: at the beginning. The server may begin later than that where the snapshot would be too long
-    for one message: `first` of the snapshot says so, and `window` asks for the rest. `after`: the number of the last
-    change that the client has; only later changes are sent then. `rate`: samples per second, 0 for none, of the robot
-    `ahead` seconds later: D_b shows the present to a viewer with that delay, D_f + D_b where a command sent now will
-    find the robot. `console`: also send what the programs of other users TYPE. `joints`: send straight lines also as
-    `pieces` that no joint leaves by more than that [rad, m], from 1e-5 to 0.1; the server takes the next lower power of
-    ten. `world`: with `deltas`, also send where the parts of the cell are, what sensors see and what touches, as
-    `course` and `contacts`. `measured`: also send what the robot's body measures from now on, as `measurements`, at
-    most 20 times a second.
+    `deltas`: send the timeline as `replaced`, then every change. `window`: how many seconds before the robot's clock
+    this timeline begins; absent: send all of it. If that is too long for one message, the timeline begins later: then
+    `first` of the snapshot is not 0, and the message `window` asks for the rest. `after`: the number of the last change
+    that the client has; the server sends only later changes. `rate`: samples per second (0: none), each for the time
+    `ahead` seconds after the robot's clock. A viewer with the delay D_b sees the present with D_b; with D_f + D_b, the
+    state in which a command sent now will find the robot. `console`: also send the output of TYPE of other users'
+    programs. `joints`: also send straight lines as `pieces` in joint space, with at most this error of each joint [rad,
+    m], from 1e-5 to 0.1; the server uses the next lower power of ten. `world`: with `deltas`, also send the positions
+    of parts, the states of sensors and the contacts, as `course` and `contacts`. `measured`: also send new measurements
+    of the robot's body, as `measurements`, at most 20 times a second.
     """
 
     deltas: bool = False
@@ -148,7 +148,7 @@ class Subscribe(Request, frozen=True):
 
 
 class PlayStep(Enum):
-    """The ways to control the playback of samples."""
+    """The actions that control the playback of samples."""
 
     PLAY = "play"
     PAUSE = "pause"
@@ -166,8 +166,8 @@ class Play(ClientMessage, frozen=True):
 
 
 class Resync(ClientMessage, frozen=True):
-    """Ask for the timeline again, because a change is missing or does not fit: `replaced` follows. `full`: as in
-    `hello`, from now on.
+    """Ask for the timeline again, because a change is missing or does not fit; `replaced` follows. `full`: as in
+    `hello`, for all later changes.
     """
 
     full: bool = False
@@ -188,9 +188,9 @@ class Who(Request, frozen=True):
 
 
 class Drag(ClientMessage, frozen=True):
-    """Drag the tool to `pose` (T_world_tool, 12 numbers by rows); without `pose`, let it go. The newest message
-    replaces all earlier ones. After 0.6 s without a message the tool is let go as well. `pulled` shows all clients how
-    far the tool follows; a refusal is sent once. `issued`: as in `line`."""
+    """Drag the tool to `pose` (T_world_tool, 12 numbers by rows); without `pose`, release it. The newest message
+    replaces all earlier ones. After 0.6 s without a message the tool is released as well. `pulled` tells all clients
+    how far the tool is from `pose`; a refusal is sent once. `issued`: as in `line`."""
 
     pose: Transform | None = None
     issued: Number | None = None
@@ -212,8 +212,8 @@ class Names(Request, frozen=True):
 
 
 class AskHelp(Command, frozen=True):
-    """A student asks the teacher for help, or withdraws the request (`wanted` false). `student`: the student whom a
-    teacher has helped."""
+    """A student asks the teacher for help, or withdraws the request (`wanted` false). A teacher who has helped sends
+    the name of the `student`, with `wanted` false."""
 
     wanted: bool = True
     student: Name = ""
@@ -257,9 +257,9 @@ OF_CLASS = AskHelp | HandIn | TEACHING
 
 
 class Embody(Request, frozen=True):
-    """Become the robot's body; with `held` false, stop being it. `embodied` answers. One client at a time is the body.
-    `first`: the number of the oldest report that the client can still send; `rate`: the number of reports per
-    second."""
+    """Become the robot's body; with `held` false, stop being the body. `embodied` answers. Only one client at a time
+    can be the body. `first`: the number of the oldest report that the client can still send; `rate`: the number of
+    reports per second."""
 
     held: bool = True
     first: Count = 0
@@ -267,9 +267,9 @@ class Embody(Request, frozen=True):
 
 
 class Measured(ClientMessage, ReportRows, frozen=True, kw_only=True):
-    """Reports of the body, at most 2,000, with rising times. `first`: the number of the first one; the others have the
-    numbers after it. `sent`: the time of sending by the clock of `times` [s]. `round_trip`: the shortest measured
-    D_f + D_b [s]. At most one refusal a second is sent.
+    """At most 2,000 reports of the body, with rising times. `first`: the number of the first report; the next reports
+    have the following numbers. `sent`: the time of sending, on the same clock as `times` [s]. `round_trip`: the
+    shortest measured D_f + D_b [s]. The server sends at most one refusal a second.
     """
 
     first: Count
@@ -323,8 +323,8 @@ FromClient = (
 
 
 class Clock(ServerMessage, frozen=True):
-    """The robot's clock `now` [s] when the server's clock shows `wall` [s]. `realtime`: the clock advances by itself,
-    at `rate`, unless it is `paused`."""
+    """A reading of the robot's clock: it shows `now` [s] when the server's clock shows `wall` [s]. `realtime`: the
+    robot's clock advances by itself, at `rate`, unless it is `paused`."""
 
     now: float
     rate: float = 1.0
@@ -352,16 +352,16 @@ class Fate(Struct, frozen=True, omit_defaults=True):
 
 
 class Welcome(ServerMessage, frozen=True):
-    """The answer to `hello`. `connection`: the key for `resume`; `seq`: the `seq` of the last numbered message before
-    this connection. `resumed`: all numbered messages after the client's `seq` follow; if false, the `done` of the
-    commands in `unanswered` follow under new numbers. Open questions are sent again. `fates`: the outcome of each such
-    command.
+    """The answer to `hello`. `connection`: the key with which the client can resume this connection; `seq`: the number
+    of the last numbered message sent before it. `resumed`: the server now sends all numbered messages after the
+    client's `seq`. If false, it has lost some, and sends the `done` of the commands in `unanswered` under new numbers.
+    `fates`: the outcome of each command in `unanswered`. Open questions are sent again.
 
-    `life` names this run of the robot; in another run `number` begins again. `model`: the robot, with the keys of its
-    TOML file in m and rad (`docs/robots.md`). `role`: the role of this client. `one_user`: all clients are one user,
-    who has the lease without asking for it. `cell`: the cell around the robot as its cell file describes it
-    (`docs/cell.md`), in m and rad; none if there is no cell, or it has more than 1 MB. `first_line`: a line that this
-    client carries out once, as if its user had typed it.
+    `life`: the id of this run of the robot; each run counts `number` from 1 again. `model`: the robot model, with the
+    keys of its TOML file, in m and rad (`docs/robots.md`). `role`: the role of this client. `one_user`: all clients are
+    one user, who has the lease without asking for it. `cell`: the cell around the robot, with the keys of its cell file
+    (`docs/cell.md`), in m and rad; absent without a cell, or if it has more than 1 MB. `first_line`: a line that this
+    client executes once, as if its user had typed it.
     """
 
     version: Count
@@ -390,8 +390,8 @@ class Closing(ServerMessage, frozen=True):
 
 
 class Pong(ServerMessage, frozen=True):
-    """The answer to `ping`: its `sent`; when it `came` and when this message `left`, by the server's clock [s];
-    `clock`: the robot's clock then, a number [s].
+    """The answer to `ping`. `sent`: as in the ping; `came`, `left`: the time when the ping arrived and when this answer
+    was sent, by the server's clock [s]; `clock`: the robot's clock at that time, a number [s].
     """
 
     sent: float
@@ -411,21 +411,23 @@ class Delta(Change, frozen=True):
 
 
 class Steered(Change, frozen=True):
-    """A change by one target of steering, in short. Clients that asked for `full` get a `delta` instead."""
+    """A change of the timeline by one steering target, in a short form. Clients that asked for `full` get a `delta`
+    instead."""
 
     target: SteeredRecord
 
 
 class Replaced(Change, frozen=True):
-    """Another timeline replaces the one before. If `first` of the snapshot is not 0, its segments begin with that
-    number: subtract `first` from `keep` of later deltas."""
+    """A timeline that replaces the previous one. If `first` of the snapshot is not 0, the snapshot omits that many
+    segments at the start: subtract `first` from `keep` of later deltas."""
 
     snapshot: SnapshotRecord
 
 
 class Course(ServerMessage, frozen=True):
-    """The course of the world from `since` on [s]; absent: from its start. The rows replace all known rows of all lists
-    that begin at `since` or later. The course is known up to `until` [s]; absent: for ever."""
+    """The state of the cell over time (parts, signals, sensors) from `since` on [s]; absent: from the start. The rows
+    replace all known rows, in every list, that begin at `since` or later. The state is known up to `until` [s]; absent:
+    for ever."""
 
     rows: CourseRows
     since: float | None = None
@@ -433,7 +435,8 @@ class Course(ServerMessage, frozen=True):
 
 
 class Contacts(ServerMessage, frozen=True):
-    """The contacts between `since` and `until` [s] (absent: for ever). They replace all known contacts of that time."""
+    """The contacts between `since` and `until` [s] (absent: for ever). They replace all contacts known before for this
+    interval."""
 
     touches: tuple[ContactSpan, ...]
     since: float
@@ -447,8 +450,8 @@ class Missed(ServerMessage, frozen=True):
 
 
 class Sample(ServerMessage, frozen=True):
-    """The joints at the time `t` by timeline `version`, sent at `clock` [s]. `wrong`: a command has changed the
-    timeline from that time on, so that samples already sent for later times are wrong.
+    """The joints at time `t` [s] according to timeline `version`; `clock`: the robot's clock at sending [s]. `wrong`: a
+    command has changed the timeline from this time on [s], so samples already sent for later times are wrong.
     """
 
     t: float
@@ -459,14 +462,15 @@ class Sample(ServerMessage, frozen=True):
 
 
 class Activity(ServerMessage, frozen=True):
-    """The client that has the lease (empty: none) and the programs that run. Sent to all when it changes."""
+    """The client that has the lease (empty: none) and the running programs. Sent to all clients at each change."""
 
     driver: str = ""
     programs: tuple[str, ...] = ()
 
 
 class Pulled(ServerMessage, frozen=True):
-    """Who drags the tool, its distance from the target, and what holds it back. Sent to all when it changes."""
+    """The user who drags the tool, the tool's distance from the target, and the limit that stops it. Sent to all
+    clients at each change."""
 
     state: PulledState
 
@@ -501,7 +505,7 @@ class Present(Result, frozen=True):
 
 
 class StoredFile(Struct, frozen=True):
-    """A file. `size`: its length in bytes; `changed`: the time of its last change in seconds of the server's clock."""
+    """A file. `size`: its length [bytes]; `changed`: the time of its last change by the server's clock [s]."""
 
     name: str
     size: int
@@ -528,7 +532,7 @@ class Embodied(Result, frozen=True):
 
 
 class BodyOrder(Numbered, frozen=True):
-    """An order to the body: from the time `at` on [s] follow the timeline, or hold still."""
+    """An order to the body: from time `at` [s] on, follow the timeline or hold still."""
 
     mode: BodyMode
     at: float
@@ -539,8 +543,8 @@ class BodyReleased(Numbered, frozen=True):
 
 
 class BodyStatus(ServerMessage, frozen=True):
-    """The body of the robot, absent if there is none. `unknown`: there are no reports since that time [s]. Sent to all
-    when it changes; counts and clock at most once a second.
+    """The state of the robot's body; absent if there is none. `unknown`: the time since which reports are missing [s].
+    Sent to all clients at each change; if only counts and clock change, at most once a second.
     """
 
     body: BodySeen | None = None
@@ -548,16 +552,17 @@ class BodyStatus(ServerMessage, frozen=True):
 
 
 class Measurements(ServerMessage, ReportRows, frozen=True, kw_only=True):
-    """Reports of the body for subscribers, in the order of arrival. `first` counts the reports that were sent since the
-    robot was started. If it is not the next number, the client was too slow; `measuredwindow` asks for missing reports.
+    """Reports of the body for subscribers, in the order of arrival. `first`: the number of the first report, counted
+    since the start of the robot. If reports before it are missing, the client was too slow; `measuredwindow` asks for
+    them.
     """
 
     first: Count
 
 
 class ShownMeasured(Result, frozen=True):
-    """The answer to `measuredwindow`. `told`: the answer contains the reports up to this number of `measurements`.
-    `goes_on`: the reports do not fit into one message; ask again from the last time on."""
+    """The answer to `measuredwindow`. `told`: all reports before this number, as counted in `measurements`, are
+    included. `goes_on`: the reports do not fit into one message; ask again, from the last time received."""
 
     parts: tuple[ReportRows, ...] = ()
     told: Count = 0
@@ -574,7 +579,7 @@ class Alarm(Numbered, frozen=True):
 
 
 class StudentState(Struct, frozen=True, omit_defaults=True):
-    """A student: the student's own robots, the number of connections, and the robot `at` which the student was last.
+    """A student: the student's own `robots`, the number of connections (`here`), and the robot used last (`at`).
     `help`: the time when the student asked for help, in seconds since 1970; null if the student needs none. `lesson`,
     `step`, `of`: the current lesson, the step in it, and the number of its steps. `handed_in`: the names of the
     hand-ins, the newest last."""
@@ -599,8 +604,8 @@ class ClassState(ServerMessage, frozen=True):
 
 
 class LessonText(Numbered, frozen=True):
-    """A text of a lesson in Markdown: a step, a hint, or what is missing. `title`: the title of the lesson; `step`: the
-    number of the current step out of `of` steps, counted from 1."""
+    """A text of a lesson in Markdown: a step, a hint, or what the student still has to do. `title`: the title of the
+    lesson; `step`: the number of the current step out of `of` steps, counted from 1."""
 
     text: str
     title: str = ""

@@ -1,7 +1,7 @@
 """Mirror a robot for its remote user: its timeline (a snapshot and all changes after it), its clock and its status.
 
-Observers and viewers read a mirror as they read the robot itself. Pure: messages are put in, the wall clock is an
-argument. If a change is missing, the mirror is `lost`: it does not change until another snapshot arrives. It keeps a
+Observers and viewers read a mirror like the robot itself. Pure: the caller passes messages in, and the wall clock is an
+argument. If a change is missing, the mirror is `lost`: it stays as it is until a new snapshot arrives. It keeps only a
 window of the past, so that it does not grow with time.
 """
 
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
 WINDOW = 600.0  # [s] length of the past that is kept by default
-SLACK = 0.25  # share of the window below which old parts are not dropped, because dropping copies the rest
+SLACK = 0.25  # old parts are dropped when longer than this fraction of the window, because each drop copies the rest
 
 
 class ClockReading(Struct, frozen=True):
     """A reading of a robot's clock: `now` [s] when a wall clock showed `since` [s].
 
-    The clock runs at `rate`; None: it does not run, because time is virtual or paused. While the clock runs, it shows
-    no time before `floor` [s].
+    The clock runs at `rate`; None: it stands, because time is virtual or paused. A running clock shows at least `floor`
+    [s].
     """
 
     now: float = 0.0
@@ -52,14 +52,14 @@ class ClockReading(Struct, frozen=True):
         return max(self.now, self.floor, down_to_grid(self.now + self.rate * (wall - self.since)))
 
     def then(self, later: ClockReading, wall: float) -> ClockReading:
-        """Return a later reading, corrected so that the clock never goes back. If this clock was too far ahead, it
-        stops for a while."""
+        """Return the reading `later`, corrected so that the clock never goes back: if this clock was ahead of it, the
+        clock stands until the later reading has caught up."""
         return replace(later, floor=self.at(wall)) if self.rate is not None and later.rate is not None else later
 
 
 class _Held(Struct, frozen=True):
-    """The state of a mirror after change `seq`: the timeline from segment number `first` on, with the `known`
-    events."""
+    """The state of a mirror after change `seq`: the timeline from segment number `first` on, with the `known` part of
+    its events."""
 
     timeline: Timeline
     first: int
@@ -72,7 +72,8 @@ class _Held(Struct, frozen=True):
         return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq, snapshot.known_events)
 
     def since(self, t: float, world: World | None) -> _Held:
-        """Return the state without the segments that ended before t [s], and without events before the rest."""
+        """Return the state without the segments that ended before t [s], and without events before the remaining
+        segments, except the last value of each channel."""
         timeline, known = self.timeline, self.known
         gone = timeline.index_at(t)
         events = max(timeline.events_by(timeline[gone].start, before=True), known.values)
@@ -97,10 +98,10 @@ class _Held(Struct, frozen=True):
 
 
 class Mirror:
-    """A copy of a remote robot. One thread puts messages in; any thread reads. `window`: the seconds
-    before the robot's clock that are kept. `begins`: the start of the known part of the timeline [s]; joints before
-    it are not the robot's. `events`: every change of the known timeline, as for the robot. `world`: the world of the
-    cell around the robot, None without a cell. `record`: takes the reports of the body."""
+    """A copy of a remote robot. One thread passes messages in; any thread may read. `window`: how much of the past is
+    kept, before the robot's clock [s]. `begins`: the start of the known part of the timeline [s]; joints for earlier
+    times are invalid. `events`: the changes of the known timeline, as for a local robot. `world`: computes the state of
+    the cell around the robot; None without a cell. `record`: the reports of the body."""
 
     def __init__(
         self,
@@ -143,7 +144,7 @@ class Mirror:
 
     @property
     def rate(self) -> float | None:
-        """Return the seconds of the robot's clock per real second; None if its time does not pass by itself."""
+        """Return the seconds of the robot's clock per real second; None if the clock is paused or virtual."""
         return self.clock.rate
 
     @property
@@ -152,7 +153,7 @@ class Mirror:
         return self._held.seq
 
     def whole(self, delta: TimelineDelta) -> TimelineDelta:
-        """Convert a delta of the known timeline to one of the robot's whole timeline."""
+        """Return a delta of the known timeline as a delta of the robot's whole timeline."""
         return unfit_delta(delta, self._held.first, self._held.known)
 
     @property
@@ -163,14 +164,14 @@ class Mirror:
     # --- changes ---
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
-        """Replace the timeline by the one after change `seq`: the whole timeline, or a window up to its end. The mirror
-        is then in sync again."""
+        """Replace the timeline by a snapshot taken after change `seq`: the whole timeline, or a window up to its end.
+        The mirror is no longer `lost`."""
         self._held, self.lost = self._drop_old(_Held.of(snapshot, seq)), False
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
-        """Apply the change with the next number. Ignore old numbers. A gap in the numbers, or a change of an unknown
-        part of the past, makes the mirror `lost`.
+        """Apply change number `seq`; ignore it if it is old. If a change before it is missing, or it changes an unknown
+        part of the past, the mirror is `lost`.
         """
         held = self._held
         if self.lost or seq <= held.seq:
@@ -186,8 +187,8 @@ class Mirror:
         self.events.publish([here, TimelineReplaced(self.timeline, self.settings)] if forgot else [here])
 
     def steer(self, target: SteeredRecord, seq: int) -> None:
-        """Apply the change with this number, which is described by one target of steering. If the change cannot be
-        computed from the target, the mirror is `lost`, and later changes must come in full."""
+        """Apply change number `seq`, given by one steering target. If the change cannot be computed from the target,
+        the mirror is `lost`, and the server must send later changes in full."""
         held = self._held
         if self.lost or seq <= held.seq:
             return
@@ -199,9 +200,10 @@ class Mirror:
             self.change(delta, seq)
 
     def extend(self, older: Snapshot) -> bool:
-        """Add an older window, which ends where the known part begins. Return False if it no longer fits: ask again."""
+        """Add an older window, which ends where the known part begins. Return False if it no longer fits; the caller
+        then asks again."""
         held, count = self._held, self._held.first - older.first
-        joint = older.segments[count : count + 1]  # the first known segment, which may have been cut off since then
+        joint = older.segments[count : count + 1]  # the first known segment, which a later change may have shortened
         if self.lost or count < 0 or not joint or joint[0].truncate(held.timeline[0].finish) != held.timeline[0]:
             return False
         self._held = held.with_older(older)
@@ -209,14 +211,15 @@ class Mirror:
         return True
 
     def _drop_old(self, held: _Held) -> _Held:
-        """Return the state without parts older than the window, if they are long enough to justify the copy."""
+        """Return the state without the parts older than the window, or the same state if these are short."""
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
         return held.since(begin, self.world) if old else held
 
 
 def parting(before: Timeline, after: Timeline) -> float:
-    """Return the first time [s] at which two timelines differ, where both are known; infinity if they are equal."""
+    """Return the first time [s] at which two timelines differ, of the times that both contain; infinity if they are
+    equal."""
     begin = max(before.start, after.start)
     for one, other in zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after))):
         if one is None or other is None:
@@ -229,14 +232,14 @@ def parting(before: Timeline, after: Timeline) -> float:
 
 
 class LastStatus:
-    """Keeps the last status of the robot, with its clock continued. In real time the shown clock never goes back."""
+    """The last received status of the robot, with a clock that continues. In real time this clock never goes back."""
 
     def __init__(self, wall: Callable[[], float]) -> None:
         self._wall = wall
         self._status, self._clock = PromptStatus(), ClockReading()
 
     def see(self, status: PromptStatus) -> None:
-        """Take a status. Because it needed some time to arrive, the clock is now at or after its time."""
+        """Take a status. The robot's clock is now at or after the time in it, because the message was delayed."""
         now, pace = self._wall(), status.pace
         told = ClockReading(status.clock, None if pace is None or pace.paused else pace.rate, now)
         if told.rate is not None and pace == self._status.pace:
@@ -244,10 +247,10 @@ class LastStatus:
         self._status, self._clock = status, self._clock.then(told, now)
 
     def forget_pace(self) -> None:
-        """Stop the clock: the robot may be a different one, with a clock of its own."""
+        """Stop the clock, because the robot may have been restarted with a different clock."""
         self._status = replace(self._status, pace=None)
         self._clock = ClockReading(max(self._clock.now, self._clock.floor))
 
     def now(self) -> PromptStatus:
-        """Return the status with the present clock."""
+        """Return the status, with the clock of this moment."""
         return replace(self._status, clock=self._clock.at(self._wall()))

@@ -1,8 +1,8 @@
 """Publish served robots over NATS for any number of viewers; the server sends each message once.
 
-Each robot has a subject, `vrs.NAME`, and a stream of JetStream that keeps its last messages: a welcome with the robot
-as data, a snapshot, and every change after it. Welcome and snapshot are repeated from time to time, so that late
-viewers can begin. The messages are those of a connection (docs/protocol.md) in MessagePack. Viewers cannot command.
+Each robot has a subject, `vrs.NAME`, and a JetStream stream that keeps its last messages: a welcome with the robot
+model, a snapshot, and every change after it. Welcome and snapshot are repeated regularly, so that viewers can join
+later. The messages are the same as on a connection (docs/protocol.md), in MessagePack. Viewers cannot send commands.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vrs_cli.wire.records import RecordError
 
 TAIL = 500  # number of changes after which a snapshot is repeated
 KEPT = 4 * TAIL  # number of messages of a robot that JetStream keeps
-AGAIN = 0.2  # [s] time between two attempts to find a published robot
+AGAIN = 0.2  # [s] time between two attempts to subscribe to a robot
 OPENING = 10.0  # [s] maximum time until NATS answers, and until a robot is found
 FORM = MessageForm(text=False, full=True)
 
@@ -43,12 +43,12 @@ def subject_of(robot: str) -> str:
 
 
 def _stream_of(robot: str) -> str:
-    """Return the name of a robot's stream, which may have no dots."""
+    """Return the name of a robot's stream; NATS allows no dots in it."""
     return "vrs=" + robot.replace(".", "=")
 
 
 async def _connect(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
-    """Connect to NATS; after a cut the connection opens itself again. Raises RequestRefused if NATS does not answer."""
+    """Connect to NATS; the connection reopens itself after a cut. Raises RequestRefused if NATS does not answer."""
 
     async def tell_lost() -> None:
         if not connection.is_closed and not connection.is_draining:
@@ -59,7 +59,7 @@ async def _connect(url: str, told: Callable[[str], None], again: Callable[[], No
         again()
 
     async def wrong(error: Exception) -> None:
-        """Give up opening at the first error; later errors are ignored here."""
+        """Raise an error that occurs while the connection opens; ignore later errors."""
         if opens:
             raise error
 
@@ -88,8 +88,8 @@ def _reason(error: Exception) -> str:
 
 
 class Publisher:
-    """Publishes robots. `told` takes messages about the connection to NATS. Call all methods in the thread of the event
-    loop."""
+    """Publishes robots over NATS. `told`: callback for messages about the connection to NATS. Call all methods in the
+    thread of the event loop."""
 
     def __init__(self, url: str, told: Callable[[str], None]) -> None:
         self._url, self._told = url, told
@@ -97,7 +97,7 @@ class Publisher:
         self._connection: Connection | None = None
 
     async def open(self) -> None:
-        """Connect. Raises RequestRefused if NATS does not answer, or keeps no streams."""
+        """Connect. Raises RequestRefused if NATS does not answer, or has no JetStream."""
 
         def begin_anew() -> None:  # NATS has lost messages, and perhaps its streams
             for robot in self._robots.values():
@@ -128,7 +128,8 @@ class Publisher:
 
 
 class _Robot:
-    """A published robot: a listener of its broadcast. `lost`: NATS has lost messages, so publish a new beginning."""
+    """The publisher of one robot, which listens to the robot's broadcast. `lost`: NATS has lost messages, so a new
+    stream with a welcome and a snapshot is needed."""
 
     def __init__(self, robot: Room, connection: Connection, told: Callable[[str], None]) -> None:
         self._robot, self._connection, self._told = robot, connection, told
@@ -159,7 +160,7 @@ class _Robot:
                 asyncio.get_running_loop().call_soon(self._begin_anew)
 
     def _begin_anew(self) -> None:
-        """Make the next published message a full snapshot."""
+        """Publish a welcome and a full snapshot next."""
         self._robot.broadcast.resync(self._listener)
         self._robot.wake()
 
@@ -186,7 +187,7 @@ class _Robot:
                     await self._connection.publish(subject_of(self._robot.name), data)
 
     async def _make_stream(self) -> None:
-        """Make a new, empty stream; it replaces the stream of an earlier run of the server."""
+        """Create a new, empty stream; it replaces an existing stream of this robot."""
         name, streams = self._robot.name, self._connection.jetstream()
         with suppress(Error, TimeoutError):
             await streams.delete_stream(_stream_of(name))
@@ -210,7 +211,7 @@ class _Robot:
 
 
 class PublishedRobot:
-    """A published robot, for its viewers: `mirror` follows it."""
+    """A published robot on the side of a viewer: `mirror` follows it."""
 
     def __init__(self, robot: str) -> None:
         self._robot = robot
@@ -247,7 +248,7 @@ class PublishedRobot:
             await self._connection.close()
 
     def _begin(self) -> None:
-        """Follow the robot's messages from the beginning, at first and when NATS is back."""
+        """Follow the robot's messages from the start of the stream. Called at the start and when NATS answers again."""
         if self._task is not None:
             self._task.cancel()
         assert self._connection is not None, "it is open"
@@ -265,7 +266,7 @@ class PublishedRobot:
                 self._hear(_reader.read(heard.data))
 
     def _hear(self, message: messages.ServerMessage) -> None:
-        """Take a message. Those before the first welcome are of no use without their beginning."""
+        """Take a message. Ignore messages before the first welcome, which are changes without a snapshot."""
         before = self._far.welcome
         if isinstance(message, messages.Welcome):
             self._anew = self._anew or before is None or before.life != message.life
@@ -274,7 +275,7 @@ class PublishedRobot:
         elif isinstance(message, messages.Replaced) and not self._anew:
             mirror = self._far.mirror
             if mirror is not None and not mirror.lost and mirror.seq == message.number:
-                return  # the message is a repetition for viewers who came later
+                return  # a snapshot repeated for later viewers
         self._far.learn(message)
         if isinstance(message, messages.Replaced):
             self._anew = False

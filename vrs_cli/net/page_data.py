@@ -1,4 +1,4 @@
-"""Data for the page: shapes of a robot as tables, meshes as GLB, and a saved trajectory with its robot and cell."""
+"""Convert data for the page: shapes of a robot to tables, meshes to GLB, a saved trajectory with its cell to JSON."""
 
 from __future__ import annotations
 
@@ -30,12 +30,13 @@ from vrs_cli.wire.codec import table_of
 from vrs_cli.wire.messages import snapshot_record
 
 MESH = "mesh"
-MAX_KEPT_BYTES = 100_000_000  # maximum bytes of converted meshes that are kept
+MAX_KEPT_BYTES = 100_000_000  # maximum bytes of converted meshes kept in memory
 
 
 class ServedShapes:
-    """The shapes of robot `name`. Clients get `tables`; each mesh has the address of its GLB in `glb`. `shows_paths`:
-    its clients run on this machine for the same user, and may know where the files are.
+    """The shapes of the links of robot `name`. `tables`: the shapes as data for clients; `glb` in a table is the
+    address of the mesh in GLB format. `shows_paths`: include the paths of files, because the clients run on this
+    machine for the same user.
     """
 
     def __init__(self, name: str, model: RobotModel, *, shows_paths: bool) -> None:
@@ -57,13 +58,13 @@ class ServedShapes:
             self.tables.append(table)
 
     def glb(self, file: str) -> bytes:
-        """Return a mesh as GLB by the last part of its address. In any thread. Raises NonexistentFile for an unknown
-        mesh, FileError, FileDamaged for a file that cannot be converted.
+        """Return a mesh in GLB format; `file`: the last part of its address. Any thread may call this method. Raises
+        NonexistentFile for an unknown mesh, and FileError or FileDamaged if the file cannot be converted.
         """
         shape = self._meshes.get(file.removesuffix(".glb"))
         if shape is None or not isinstance(shape.body, MeshFile):
             raise NonexistentFile(file)
-        with self._lock:  # one conversion at a time, because conversions take memory
+        with self._lock:  # one conversion at a time, because each needs much memory
             if file not in self._converted:
                 found = glb_of(Path(shape.body.path), shape.body.scale, rgb(shape.colour))
                 if sum(map(len, self._converted.values())) + len(found) > MAX_KEPT_BYTES:
@@ -73,8 +74,8 @@ class ServedShapes:
 
 
 def _key(shape: LinkShape, body: MeshFile) -> str | None:
-    """Return a name that nobody can guess, and that changes with the file, its scale and its colour; None if the file
-    cannot be read."""
+    """Return a name for a mesh that is hard to guess and changes with the file, its scale and its colour; None if the
+    file cannot be read."""
     if missing_package(Path(body.path).suffix.lower()[1:]):
         return None
     try:
@@ -87,7 +88,7 @@ def _key(shape: LinkShape, body: MeshFile) -> str | None:
 
 
 FORMAT = "vrs page 1"
-MAX_PLACES = 200
+MAX_PLACES = 200  # maximum number of named locations on a page
 PLACE = re.compile(r"MOVE[ST]* ([A-Z][A-Z0-9_.]*)", re.IGNORECASE)  # a motion to a named location and nothing else
 GLB = "data:model/gltf-binary;base64,"
 
@@ -102,17 +103,17 @@ def recorded_page(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return a timeline for the page as values of JSON, with all meshes, the locations that motions name, and the
-    course of the parts in the `cell`.
+    """Return a timeline for the page as JSON values, with all meshes, the named targets of motions, and the states over
+    time of the parts in the `cell`.
 
-    `rate`: the first rate of playback. `between`: two times [s]; only motions between them are shown. `picture`: show
-    only the picture, for photographs, in this quality (1 is the finest).
+    `rate`: the initial playback rate. `between`: show only the motions between these two times [s]. `picture`: if not
+    0, show only the 3-D picture, for photographs, in this quality (1 is the finest).
     """
     return {**moments(arm, timeline, title=title, rate=rate, cell=cell, between=between, picture=picture), **robot(arm)}
 
 
 def robot(arm: RobotArm) -> dict[str, Any]:
-    """Return the part of a recorded page that is the same for all timelines of a robot: its model, with all meshes."""
+    """Return the robot model with all meshes: the fields of a recorded page that are the same for all timelines."""
     shapes = ServedShapes("", arm.model, shows_paths=False)
     model = to_dict(arm.model)
     model.pop("collision", None)  # contains paths of this machine
@@ -129,7 +130,7 @@ def moments(
     between: tuple[float, float] | None = None,
     picture: int = 0,
 ) -> dict[str, Any]:
-    """Return all fields of a recorded page except `robot`: the data that depend on the timeline."""
+    """Return the fields of a recorded page that depend on the timeline: all except those of `robot`."""
     snapshot = Snapshot.of(timeline, Settings())
     if between is not None:
         first, last = (timeline.index_at(t) for t in between)
@@ -154,7 +155,7 @@ def _course(arm: RobotArm, timeline: Timeline, cell: Cell, between: tuple[float,
 
 
 def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
-    """Return the table of a shape with its mesh, or without it if the file cannot be converted."""
+    """Return the table of a shape with its mesh as data; without the mesh if the file cannot be converted."""
     if "glb" not in table:
         return table
     try:
@@ -165,7 +166,7 @@ def _with_mesh(shapes: ServedShapes, table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _places(arm: RobotArm, timeline: Timeline) -> list[dict[str, Any]]:
-    """Return the named locations that motions go to, each with the pose of the tool at the end of the motion."""
+    """Return the named locations to which motions go, each with the tool pose at the end of the motion."""
     found: dict[str, dict[str, Any]] = {}
     for _, segments in groupby(timeline, lambda segment: segment.motion.number):
         *_, last = segments

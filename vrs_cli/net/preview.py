@@ -1,11 +1,11 @@
-"""Predict the motion of a robot behind a slow line, and keep the times for which viewers saw something wrong. Pure.
+"""Predict the motion of a robot behind a slow line, and keep the times for which viewers saw a wrong motion. Pure.
 
-The user's side plans a command that is still on its way as the robot will: it applies f to the same timeline, at the
-time when the command should arrive. The planned change is unconfirmed until the robot's own change has arrived. A
-viewer shows g at the present, or `ahead` of it.
+While a command is on its way, the user's side plans it as the robot will: it applies f (the planner) to the same
+timeline, at the expected time of arrival. The planned change is unconfirmed until the robot's own change has arrived. A
+viewer shows g (the position at a time of the timeline) at the present, or `ahead` of it.
 
-A change of the timeline becomes known some time after it was applied. If viewers saw times after its cut during this
-delay, they saw something wrong. `Flags` keeps these times.
+A change of the timeline becomes known here some time after the robot has applied it. Viewers who during this delay saw
+times after the cut of the change saw a wrong motion. `Flags` keeps these times.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ class Underway(Struct, frozen=True):
     """A command whose change is not in the known timeline yet.
 
     `issued`: the time of issue by the robot's clock [s]. `request`: None if the command cannot be planned here; then it
-    may change everything from its arrival on. `text`: the command as it was given. `version`: the version of the
-    timeline with its change, as soon as the robot has carried it out.
+    may change the whole timeline after its arrival. `text`: the command as the user gave it. `version`: the version of
+    the timeline that contains the change; None until the robot has executed the command.
     """
 
     request: Request | None
@@ -56,14 +56,16 @@ class Underway(Struct, frozen=True):
 
 
 class _ArrivalClock(VirtualClock):
-    """The robot's clock at the expected arrival of a command. It counts as real: the past cannot be changed."""
+    """A clock that shows the robot's time at the expected arrival of a command. It counts as real time, so the planner
+    does not change the past."""
 
     realtime = True
 
 
 class PreviewPlan(Struct, frozen=True):
-    """The `known` timeline, and the `timeline` with all commands on their way: the known one after `deltas`.
-    `expected`, `settings`: the expected effect of each command, and the settings after it.
+    """The predicted timeline of a robot. `known`: the last timeline received; `timeline`: the known timeline changed by
+    all commands on their way, that is, by `deltas`. `expected`, `settings`: the expected effect of each command, and
+    the settings after it.
     """
 
     known: Timeline
@@ -74,31 +76,31 @@ class PreviewPlan(Struct, frozen=True):
 
 
 class Preview:
-    """The known timeline of a robot with all commands on their way to it. `forward`: the expected delay D_f [s]. Any
-    thread may call any method.
+    """Predicts the timeline of a robot from the known timeline and all commands on their way. `forward`: the expected
+    delay D_f of a command [s]. Any thread may call any method.
     """
 
     def __init__(self, followed: Mirror, forward: float) -> None:
         self.forward, self._followed = forward, followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())
         self._underway: dict[int, Underway] = {}  # commands by id, in the order of sending
-        self._told = self._settings = followed.settings  # settings from the robot, and after commands
+        self._told = self._settings = followed.settings  # settings that the robot sent; and after confirmed commands
         self._plan = self._planned_after(followed.timeline)
         self._stale, self._lock = False, Lock()
 
     # --- commands and answers ---
 
     def send(self, id: int, request: Request | None, issued: float, text: str = "") -> Expected:
-        """Add a command that is on its way, issued at a time of the robot's clock [s]; return its expected effect.
-        `request` None: it cannot be planned here.
+        """Add a command that is on its way; return its expected effect. `issued`: the time of issue by the robot's
+        clock [s]; `request`: None if the command cannot be planned here.
         """
         with self._lock:
             self._underway[id], self._stale = Underway(request, issued, text), True
             return self._plan_again().expected[-1]
 
     def begin(self, id: int) -> None:
-        """Record that the robot has started a command. If the command cannot be planned here, its changes now arrive
-        one by one."""
+        """Record that the robot has started a command. Forget a command that cannot be planned here: its changes now
+        arrive one by one."""
         with self._lock:
             if id in self._underway and self._underway[id].request is None:
                 self._forget(id)
@@ -132,12 +134,12 @@ class Preview:
 
     @property
     def unconfirmed_from(self) -> float:
-        """Return the time [s] from which on the robot has not confirmed the timeline; infinity if it has confirmed all
-        of it."""
+        """Return the time [s] after which the timeline is not confirmed by the robot; infinity if all of it is
+        confirmed."""
         return min((it.begin for it in self.plan.expected if it.begin is not None), default=inf)
 
     def _plan_again(self) -> PreviewPlan:
-        """Return the plan; make it again if a command was sent, or the robot's timeline has changed."""
+        """Return the plan; make a new one if a command was sent or the robot's timeline has changed."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
             if self._told is not self._followed.settings:
@@ -163,7 +165,8 @@ class Preview:
         return PreviewPlan(known, engine.timeline, tuple(expected), tuple(settings), tuple(engine.book.deltas))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
-        """Plan a command; return from when on it changes the timeline [s], or why the robot will refuse it."""
+        """Plan a command; return the earliest time at which it changes the timeline [s] (None: no change), or the error
+        with which the robot will refuse it."""
         engine = self._engine
         count = len(engine.book.deltas)
         try:
@@ -210,12 +213,12 @@ def _moves(text: str) -> bool:
     return role is Role.DESIGNER or word in CHANGING
 
 
-MAX_TARGET_AGE_S = 1.0  # [s] after this time and a round trip the robot has dropped a target
+MAX_TARGET_AGE_S = 1.0  # [s] maximum time, besides a round trip, until the robot has applied or dropped a target
 
 
 class DragTargets:
-    """The targets of a dragged tool that are on their way to the robot, by their issue times of the robot's clock [s].
-    A repeated target does not count. Any thread may call any method.
+    """The issue times, by the robot's clock [s], of the targets of a dragged tool that are on their way to the robot. A
+    repeated target does not count. Any thread may call any method.
     """
 
     def __init__(self) -> None:
@@ -224,7 +227,7 @@ class DragTargets:
         self._lock = Lock()
 
     def add(self, pose: Transform | None, issued: float) -> None:
-        """Add a target (T_world_tool); None: the tool is let go, which changes no motion."""
+        """Add a target (T_world_tool); None: the tool is released, which changes no motion."""
         with self._lock:
             if pose is not None and pose != self._last:
                 self._under_way.append(issued)
@@ -240,7 +243,7 @@ class DragTargets:
             self._under_way.popleft()
 
     def oldest(self, now: float, round_trip: float) -> float | None:
-        """Return the issue time [s] of the first target on its way; None if there is none."""
+        """Return the issue time [s] of the oldest target on its way; None if there is none."""
         with self._lock:
             self._forget(now - round_trip - MAX_TARGET_AGE_S)
             return self._under_way[0] if self._under_way else None
@@ -254,21 +257,21 @@ class FlagWindow(NamedTuple):
 
 
 class Flags:
-    """The times for which viewers saw something wrong, by the robot's clock [s]. `ahead`: viewers see times up to this
-    much after the present [s]."""
+    """The times for which viewers saw a wrong motion, by the robot's clock [s]. `ahead`: how far ahead of the present
+    viewers see the robot [s]."""
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
         self.windows: tuple[FlagWindow, ...] = ()  # sorted by time; no two windows touch
 
     def add_change(self, cut: float, applied: float, at: float) -> FlagWindow | None:
-        """Add a change that cuts the timeline at `cut`, was `applied` then and became known here `at` a time [s].
-        Return the times of which something wrong was shown; None if there are none.
+        """Add a change of the timeline. `cut`: the time from which on it differs; `applied`: when the robot applied it;
+        `at`: when it became known here [s]. Return the times that were shown wrongly; None if there are none.
         """
         window = FlagWindow(max(cut, applied), at + self.ahead)
         if window.end <= window.begin:
             return None
-        windows, first = self.windows, len(self.windows)  # search from the end: usually the new one comes last
+        windows, first = self.windows, len(self.windows)  # search from the end: usually the new window comes last
         while first and windows[first - 1].end >= window.begin:
             first -= 1
         self.windows = windows[:first] + merge_windows([*windows[first:], window])

@@ -1,5 +1,4 @@
-"""The two ends of a connection, without sockets: they take frames, and return messages and frames. The time of the day
-is passed in.
+"""The two ends of a connection, without sockets: they take frames, and return messages and frames. Times are arguments.
 
     connection = ServerConnection(now)
     for message in connection.receive(frame, now):
@@ -7,7 +6,7 @@ is passed in.
     connection.send(Told(Message("hello")), now)
     for frame in connection.frames():
         ...                                 # to the socket
-    connection.closing                      # close the socket, when its frames are sent
+    connection.closing                      # if True, close the socket after its frames are sent
 
 No received frame raises an exception.
 """
@@ -28,19 +27,19 @@ from vrs_cli.wire.messages import Refusal
 from vrs_cli.wire.records import RecordError
 
 HELLO_SECONDS = 10.0  # maximum time until a client has sent its hello [s]
-HELLO_BYTES = 32_000
+HELLO_BYTES = 32_000  # maximum bytes of a hello
 CLIENT_BYTES = 2_000_000  # maximum bytes of one message of a client
 SERVER_BYTES = 256_000_000  # maximum bytes of one message of a server (a snapshot)
 BACKLOG = 4_000_000  # maximum bytes that wait for a socket
 COMMAND_BACKLOG_FACTOR = 8  # factor on BACKLOG while a command runs, because programs TYPE fast
-MAX_PENDING = 1000  # maximum number of unanswered requests of a client, and of questions to it
+MAX_PENDING = 1000  # maximum number of a client's unanswered requests, and of unanswered questions to it
 
 _from_client: Reader[messages.FromClient] = Reader(messages.FromClient)
 _from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
 
 
 class ConnectionState(Enum):
-    """The state of a connection: without a socket, before the first message, before its answer, open, or closing."""
+    """The state of a connection: without a socket, before `hello`, before `welcome`, open, or closing."""
 
     CUT = "cut"
     HELLO = "hello"
@@ -50,8 +49,8 @@ class ConnectionState(Enum):
 
 
 class ServerConnection:
-    """The server's end of a connection. `hello`: the first message of the client. `delivery_log`: the log of the client
-    session, which a later connection may resume. `why`: the reason for closing.
+    """The server's end of a connection. `hello`: the first message of the client. `delivery_log`: the messages of the
+    client session, with which a later connection can resume it. `why`: the reason for closing.
     """
 
     def __init__(self, now: float, most: int = CLIENT_BYTES, backlog: int = BACKLOG) -> None:
@@ -62,11 +61,11 @@ class ServerConnection:
         self._until, self._most = now + HELLO_SECONDS, most
         self._backlog, self._outbox = backlog, Outbox(backlog)
 
-    # --- what comes ---
+    # --- received frames ---
 
     def receive(self, frame: Frame, now: float) -> list[messages.ClientMessage]:
-        """Read a frame; return the messages to carry out. A command is returned once, however often the client sends
-        it.
+        """Read a frame; return the messages to carry out. A command is returned only once, even if the client sends it
+        several times.
         """
         self.look(now)
         if self.state is ConnectionState.CLOSING:
@@ -80,7 +79,7 @@ class ServerConnection:
             marks = marks_of(frame)
             if self.delivery_log is None or marks is None:  # the other end is not a client of this protocol
                 self._refuse(str(error), "see docs/protocol.md")
-            else:  # a later version of the client may send such a message
+            else:  # the client may be of a later version
                 self.delivery_log.tell(messages.Refused(_refusal(str(error)), marks.known_id), now)
             return []
         if self.delivery_log is not None and not isinstance(message, messages.Hello):
@@ -117,8 +116,8 @@ class ServerConnection:
         return [message]
 
     def _is_new(self, command: messages.Command, delivery_log: DeliveryLog, now: float) -> bool:
-        """Return whether a command is new. A finished one is answered from the delivery log; one in work is answered
-        when it ends. ABORT is taken even if too many commands wait.
+        """Return whether a command is new and is to be carried out. Answer a finished command from the delivery log; a
+        running command is answered when it ends. Accept ABORT even if too many commands wait.
         """
         id = command.id
         outcome, done = delivery_log.outcome(id), delivery_log.ended.get(id)
@@ -139,7 +138,7 @@ class ServerConnection:
         return False
 
     def look(self, now: float) -> None:
-        """Close the connection if no hello came in time, or if the user has a newer connection."""
+        """Close the connection if hello did not come in time, or if the user has a newer connection."""
         if self.state is ConnectionState.HELLO and now > self._until:
             self._refuse(f"no hello came within {HELLO_SECONDS:g} s", "")
         elif self.delivery_log is not None and self.delivery_log.put != self._outbox.put:
@@ -148,8 +147,8 @@ class ServerConnection:
     # --- messages to the client ---
 
     def welcome(self, welcome: messages.Welcome, delivery_log: DeliveryLog, now: float) -> None:
-        """Answer the hello: complete the caller's `welcome` with the state of the user's connection. Then send the
-        messages that the user has missed, the ends of commands that the client still waits for, and open questions.
+        """Answer the hello: complete the caller's `welcome` with the state of the user's session. Then send the
+        messages that the user has missed, the `done` of commands for which the client waits, and open questions.
         """
         assert self.hello is not None, "hello comes first"
         resume, encoding = self.hello.resume, self.hello.format
@@ -164,7 +163,7 @@ class ServerConnection:
         said = replace(welcome, version=self.version, connection=delivery_log.key, seq=delivery_log.seq)
         self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
-            self._outbox.put(frame, counts=False)  # the delivery log limits the number of these
+            self._outbox.put(frame, counts=False)  # the delivery log limits these bytes
         for id in ids if missed is None else ():
             if (done := delivery_log.ended.get(id)) is not None:
                 delivery_log.tell(done, now)
@@ -172,7 +171,7 @@ class ServerConnection:
             delivery_log.tell(question, now)
 
     def send(self, message: messages.ServerMessage, now: float) -> None:
-        """Send a message. The delivery log keeps a numbered one, so that it arrives even after a cut."""
+        """Send a message. The delivery log keeps numbered messages, so that they arrive even after a cut."""
         if isinstance(message, messages.Numbered):
             assert self.delivery_log is not None, "welcome comes first"
             self.delivery_log.tell(message, now)
@@ -180,7 +179,7 @@ class ServerConnection:
             self._outbox.send(message)
 
     def close(self, why: str, refusal: Refusal | None = None) -> None:
-        """Send the client the reason why the connection closes, and nothing after that. The user may resume."""
+        """Send the client the reason why the connection closes, as the last message. The user may resume it."""
         if self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, why
             self._outbox.send(messages.Closing(why, refusal))
@@ -201,7 +200,7 @@ class ServerConnection:
         return self._outbox.size
 
     def frames(self, most: float = inf) -> list[Frame]:
-        """Take the frames that the socket is to send now, until they have `most` bytes or more."""
+        """Return the next frames for the socket, until they have `most` bytes or more."""
         if self._outbox.overflown and self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, f"the client has not taken {self._outbox.most} bytes"
         taken = self._outbox.take_frames(most)
@@ -215,10 +214,10 @@ class ServerConnection:
 
 
 class ClientConnection:
-    """The client's end of a connection, which may use several sockets, one after the other.
+    """The client's end of a connection, which may use several sockets, one after another.
 
-    Call `begin` when a socket is open and `cut` when it is gone; call `receive` and `frames` in between. No command is
-    sent again after a cut: a command that never reached the robot ends with a refusal.
+    Call `begin` when a socket is open and `cut` when it is closed; call `receive` and `frames` in between. Commands are
+    not sent again after a cut: a command that did not reach the robot ends with a refusal.
     """
 
     def __init__(self, hello: messages.Hello, most: int = SERVER_BYTES) -> None:
@@ -226,7 +225,7 @@ class ClientConnection:
         self.welcomed: messages.Welcome | None = None
         self._most, self._outbox = most, Outbox(BACKLOG)
         self._id = 0
-        self._heard = 0  # the number of the last numbered message
+        self._heard = 0  # `seq` of the last numbered message
         self._unanswered: dict[int, messages.Request] = {}
         self._questions: dict[int, bool] = {}  # whether each question was answered, by number
         self._told: list[messages.Told] = []  # the received parts of a long reply
@@ -256,7 +255,7 @@ class ClientConnection:
         self.state = ConnectionState.CUT
 
     def frames(self) -> list[Frame]:
-        """Take the frames that the socket is to send now."""
+        """Return the next frames for the socket."""
         return self._outbox.take_frames()
 
     @property
@@ -271,15 +270,15 @@ class ClientConnection:
         return self._id
 
     def send(self, message: messages.ClientMessage) -> None:
-        """Send a message. Raises RequestRefused without a connection, for a message longer than a server takes, and if
-        too many requests wait for an answer; ABORT is sent even then.
+        """Send a message. Raises RequestRefused without a connection, for a message that is too long for a server, and
+        if too many requests are unanswered, except for ABORT.
         """
         if isinstance(message, messages.Answer) and message.question in self._questions:
             self._questions[message.question] = True
         if self.state is not ConnectionState.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         frame = encode(message, self._outbox.encoding)
-        if len(frame) > USUAL.message:  # else the server would cut the connection without a known reason
+        if len(frame) > USUAL.message:  # the server would cut the connection without telling the reason
             raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
         if isinstance(message, messages.Request):
             if len(self._unanswered) >= MAX_PENDING and not isinstance(message, messages.Abort):
@@ -289,10 +288,11 @@ class ClientConnection:
             self.subscription, self._change = message, message.after
         self._outbox.put(frame)
 
-    # --- what comes ---
+    # --- received frames ---
 
     def receive(self, frame: Frame) -> list[messages.ServerMessage]:
-        """Return the messages of a frame, each once. `Closing` is the last one, also if a frame could not be read."""
+        """Return the messages of a frame; omit repeated ones. The last message of a connection is `Closing`, also after
+        an unreadable frame."""
         if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
         if len(frame) > self._most:
@@ -309,7 +309,8 @@ class ClientConnection:
         return self._begin_or_resume(message) if isinstance(message, messages.Welcome) else self._take(message)
 
     def _skip(self, frame: Frame, error: RecordError) -> list[messages.ServerMessage]:
-        """Skip a message of a type that only later servers send. A numbered one is counted, and reported as refused."""
+        """Skip a message of a type that only later servers send. A numbered message is counted, and returned as
+        `Refused`."""
         marks = marks_of(frame)
         if marks is None or self.state is not ConnectionState.OPEN or type(marks.seq) is not int:
             return [] if isinstance(error, UnknownType) else self._close(str(error))
@@ -322,8 +323,8 @@ class ClientConnection:
         return [messages.Closing(why)]
 
     def _begin_or_resume(self, welcome: messages.Welcome) -> list[messages.ServerMessage]:
-        """Begin or resume the connection. Return the welcome, and a `Done` for each command that the robot never got or
-        has forgotten. Requests that change nothing are sent again.
+        """Begin or resume the connection. Return the welcome, and a `Done` for each command that the robot did not
+        receive or has forgotten. Send requests that change nothing again.
         """
         if welcome.version not in self.hello.versions:
             return self._close(f"the server speaks version {welcome.version}")
@@ -381,7 +382,7 @@ class ClientConnection:
         return [message]
 
     def _fits(self, change: messages.Change) -> bool:
-        """Return whether a change is the next one. If one is missing, ask for a snapshot."""
+        """Return whether a change has the next number. If a change is missing, ask for a snapshot."""
         if isinstance(change, messages.Replaced) or change.number - 1 == self._change:
             self._change = change.number
             return True

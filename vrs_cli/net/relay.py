@@ -1,9 +1,9 @@
-"""Relay connections of pages to a robot that is served elsewhere, through a server of this machine.
+"""Relay connections of pages to a remote robot, through a server of this machine.
 
-Whoever knows the secret of the page's address may open a connection here. For each page the relay opens a connection to
-the robot with the robot's token, which stays here; so each page is a user of its own. Frames pass unchanged, and one
-message is added: `preview`, the expected effects of the commands on their way. A page holds the timeline but cannot
-plan, so the relay reads the frames of both directions and predicts (`RelayedEnd`).
+A page that sends the secret of its address may open a connection here. For each page the relay opens a connection to
+the robot with the robot's token, which the page does not get; so each page is a separate user. Frames pass unchanged,
+and the relay adds one message: `preview`, the expected effects of the commands on their way. A page has the timeline
+but cannot plan, so the relay reads the frames of both directions and predicts (`RelayedEnd`).
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ from vrs_cli.wire.messages import ClientMessage, Refusal, ServerMessage
 from vrs_cli.wire.records import DeltaRecord, Motions, Number, RecordError, delta_record
 
 _from_server: Reader[messages.FromServer] = Reader(messages.FromServer)
-LOST = (messages.Outcome.UNSEEN, messages.Outcome.FORGOTTEN)
+LOST = (messages.Outcome.UNSEEN, messages.Outcome.FORGOTTEN)  # the server sends no `done` for such commands
 PRESENT = Ahead.PRESENT.value
-ROUND_TRIP_DIGITS = 3  # number of compared decimals of the round trip [s], because each pong differs a little
+ROUND_TRIP_DIGITS = 3  # decimals of the round trip [s]: smaller differences cause no new `preview`
 
 
 class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
-    """The expected effect of the command `id`, `issued` at that time of the robot's clock [s]: it changes the timeline
-    from `begin` on [s] (absent: it does not), or `refused` says why the robot will not do it. `planned` false: what it
-    does is not known here, and all from `begin` on may change.
+    """The expected effect of the command `id`. `issued`: its time of issue by the robot's clock [s]. `begin`: the time
+    from which on it changes the timeline [s]; absent: no change. `refused`: the reason why the robot will refuse it, if
+    any. `planned`: if false, the effect is unknown here, and the whole timeline after `begin` may change.
     """
 
     id: int
@@ -60,10 +60,10 @@ class ExpectedRecord(Struct, frozen=True, omit_defaults=True):
 class PreviewMessage(ServerMessage, frozen=True, tag="preview"):
     """The expected state of a robot behind a line with delays.
 
-    The predicted timeline is the timeline after change `number` and all `deltas`. `since_heard`: a tool is dragged, so
-    only the past is confirmed. `flagged`: times for which something wrong was shown, in order [s]. `round_trip`: D_f +
-    D_b in seconds of the robot. `ahead`: how far ahead of the last known state the robot is shown: `present`, `auto`,
-    or a time [s]. `near`: the delays are too short to matter.
+    The predicted timeline is the timeline after change `number`, changed by all `deltas`. `since_heard`: only the past
+    is confirmed, because the tool is being dragged. `flagged`: time intervals for which a wrong motion was shown, in
+    order [s]. `round_trip`: D_f + D_b in seconds of the robot's clock. `ahead`: how far ahead of the last known state
+    the robot is shown: `present`, `auto`, or a time [s]. `near`: the delays are too short to matter.
     """
 
     number: int
@@ -89,19 +89,20 @@ class LookAhead(ClientMessage, frozen=True, tag="ahead"):
 
 
 class RelayedConnection(ClientConnection):
-    """The client's end of a connection whose requests the page sends. It reads the robot's messages, and sends only
-    pings and requests for a snapshot. `cell`: for a robot whose server has none. `passed`: the last frame, as it is
-    passed on to the page; None: the answer to such a ping. `surrounded`: the robot is in `cell`.
+    """The relay's end of the connection to a robot. The page sends the requests; this end reads the robot's messages,
+    and sends only its own pings and requests for snapshots. `cell`: the cell around a robot whose server has none.
+    `passed`: the last frame as the page gets it; None: not for the page, because it answers a ping of the relay.
+    `surrounded`: whether `cell` is used.
     """
 
     def __init__(self, cell: dict[str, Any] | None = None) -> None:
         super().__init__(messages.Hello((messages.VERSION,)))
         self.passed: Frame | None = None
         self.cell, self.surrounded = cell, False
-        self._pings = set[float]()  # times at which unanswered pings were sent [s]
+        self._pings = set[float]()  # sending times of the relay's unanswered pings [s]
 
     def begin_with(self, hello: messages.Hello) -> None:
-        """Begin on a new socket with the hello of the page."""
+        """Begin on a new socket with the page's hello."""
         self.hello, self.state, self.why = hello, ConnectionState.WELCOME, ""
         self._outbox = Outbox(BACKLOG)
         self._outbox.encoding = hello.format
@@ -114,7 +115,7 @@ class RelayedConnection(ClientConnection):
         super().send(message)
 
     def receive(self, frame: Frame) -> list[ServerMessage]:
-        """Return the message of a frame; none if it cannot be read, or is the answer to a ping of the page."""
+        """Return the message of a frame; no message if the frame cannot be read, or answers a ping of the page."""
         self.passed = frame
         if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
@@ -142,8 +143,8 @@ class RelayedConnection(ClientConnection):
 
 
 class RelayedEnd(FarEnd):
-    """The client's side of a robot that a page holds. `ahead`: the initial choice of how far ahead the robot is shown.
-    `cell`: as in RelayedConnection."""
+    """The relay's model of a robot that a page is connected to. `ahead`: the initial value of how far ahead the robot
+    is shown. `cell`: as in RelayedConnection."""
 
     connection: RelayedConnection
 
@@ -156,13 +157,13 @@ class RelayedEnd(FarEnd):
         self._told: PreviewMessage | None = None
 
     def begin(self, hello: messages.Hello) -> None:
-        """Begin on a new socket with the hello of the page."""
+        """Begin on a new socket with the page's hello."""
         self.connection.begin_with(hello)
         self._told = None
 
     def hear_page(self, message: ClientMessage) -> ClientMessage:
-        """Take a message of the page; return it for the robot, with the issue time of a motion or of a target for a
-        dragged tool.
+        """Take a message of the page; return the message for the robot, with an issue time added to motions and to
+        targets of a dragged tool.
         """
         match message:
             case messages.Request():
@@ -174,12 +175,12 @@ class RelayedEnd(FarEnd):
         return message
 
     def hear_robot(self, frame: Frame) -> Frame | None:
-        """Take a frame of the robot; return it for the page, None if it is not for the page."""
+        """Take a frame of the robot; return the frame for the page, None if it is not for the page."""
         self.receive(frame)
         return self.connection.passed
 
     def learn(self, message: ServerMessage) -> None:
-        """Update the robot's state by a message; forget commands whose ends the page will not get."""
+        """Update the robot's state from a message; remove lost commands from the preview."""
         if isinstance(message, messages.Welcome) and self.preview is not None:
             for fate in message.fates:
                 if fate.outcome in LOST:
@@ -187,7 +188,7 @@ class RelayedEnd(FarEnd):
         super().learn(message)
 
     def news_of_preview(self) -> PreviewMessage | None:
-        """Return the present expectations; None if the page knows them, or nothing is known of the robot."""
+        """Return the current preview; None if the page has it already, or the robot's state is unknown."""
         mirror = self.mirror
         if mirror is None or self.preview is None or mirror.lost or self.refusal is not None:
             return None
@@ -228,7 +229,7 @@ _from_page: Reader[messages.FromClient | LookAhead] = Reader(messages.FromClient
 
 
 class _Direct(HTTPRedirectHandler):
-    """Follows no redirection, so that a server cannot make this machine ask another one."""
+    """Follows no redirections, so that a server cannot make this machine send requests to other machines."""
 
     def redirect_request(self, *_: object) -> None:
         """Return None: the redirection is raised as an HTTPError."""
@@ -237,9 +238,9 @@ class _Direct(HTTPRedirectHandler):
 class Relay:
     """Relays connections to `robot` at `url`.
 
-    `token`, `name`: for the server there. `secret`: pages send it instead of the token. `window`: seconds of the past
-    to request; None: as many as the page wants. `cell`: the cell around a robot whose server knows none; its parts are
-    computed from the start of the timeline.
+    `token`, `name`: sent to the robot's server. `secret`: sent by pages instead of the token. `window`: length of the
+    past to request [s]; None: as the page requests. `cell`: the cell around a robot whose server has none; its parts
+    are computed from the start of the timeline.
     """
 
     def __init__(
@@ -262,7 +263,8 @@ class Relay:
         self._ends: dict[str, RelayedEnd] = {}  # resumable connections by key, the oldest first
 
     def mesh(self, file: str) -> bytes:
-        """Return a mesh of the robot by the last part of its address. In any thread. Raises NonexistentFile."""
+        """Return a mesh of the robot; `file`: the last part of its address. Any thread may call this method. Raises
+        NonexistentFile."""
         there, robot = (
             urlsplit(self.url),
             urlsplit(self.url).path.rstrip("/") or f"/robots/{quote(self.robot, safe='')}",
@@ -290,7 +292,8 @@ class Relay:
                 await page.send(encode(messages.Closing(why), hello.format))
 
     async def _take_hello(self, page: PageSocket) -> messages.Hello | None:
-        """Return the page's hello. If the page may not enter, send it the reason and return None."""
+        """Return the page's hello; None if it does not come in time. If the secret is wrong, send the page an error and
+        return None."""
         try:
             async with asyncio.timeout(HELLO_SECONDS):
                 frame = await page.recv()
@@ -309,7 +312,7 @@ class Relay:
         return None
 
     async def _relay(self, page: PageSocket, hello: messages.Hello) -> str:
-        """Relay until one end closes; return why."""
+        """Relay until one end closes; return the reason."""
         end = self._end(hello)
         try:
             async with open_socket(self.url, self._tls) as robot:
@@ -345,7 +348,7 @@ class Relay:
 
 
 class _Link:
-    """One connection of a page, and its connection to the robot."""
+    """A connection of a page, with its connection to the robot."""
 
     def __init__(
         self, page: PageSocket, robot: RobotSocket, end: RelayedEnd, encoding: Encoding, window: float | None
@@ -353,7 +356,7 @@ class _Link:
         self._page, self._robot, self._end, self._encoding, self._window = page, robot, end, encoding, window
         self._wanted = False  # whether the page wants the course of the world
         self._woken = asyncio.Event()
-        self._course: CourseThread | None = None  # computes the motion of parts in a cell that the server does not know
+        self._course: CourseThread | None = None  # computes the states of parts, for a cell unknown to the server
         self._shown: Timeline | None = None  # the timeline for which the course is computed
         self._heard = Heard()
         self._failed: list[Exception] = []  # errors raised in the thread that computes the course of the world
@@ -374,7 +377,7 @@ class _Link:
                     self._wanted = message.world
                     window = message.window if self._window is None else self._window
                     if self._end.connection.surrounded:
-                        window = None  # the places of parts depend on the whole timeline
+                        window = None  # the positions of parts depend on the whole timeline
                     after = message.after if self._end.mirror is not None else None  # None: begin with a snapshot
                     await self._robot.send(encode(structs.replace(message, window=window, after=after), self._encoding))
                 case _:
@@ -392,7 +395,7 @@ class _Link:
             self._woken.set()
 
     async def keep(self) -> None:
-        """Send pings on time, and the states of parts over time (the course of the world)."""
+        """Regularly send pings to the robot, and the states of parts (the course of the world) to the page."""
         while True:
             self._end.look()
             await self._send()
@@ -409,12 +412,12 @@ class _Link:
             await self._robot.send(frame)
 
     async def _tell(self) -> None:
-        """Send the page the expectations, if they have changed."""
+        """Send the page the preview, if it has changed."""
         if (news := self._end.news_of_preview()) is not None:
             await self._page.send(encode(news, self._encoding))
 
     async def _tell_course(self) -> None:
-        """Send the page new parts of the course of the world, for a cell that the server does not know."""
+        """Send the page new sections of the course of the world, for a cell unknown to the robot's server."""
         end = self._end
         if not (self._wanted and end.connection.surrounded) or end.mirror is None or end.mirror.world is None:
             return

@@ -1,8 +1,8 @@
-"""A served robot with its users and those who watch it, and the hub of all robots of a server.
+"""A served robot with its users and viewers, and the hub of all robots of a server.
 
-Requests go into the robot's inbox. Messages of the robot come back in one queue, in the order of sending; the thread of
-the connections is woken once for the whole queue. That thread sends answers to users first, then the messages for
-everybody.
+Requests go into the robot's inbox. Messages of the robot return in one queue, in the order of sending, which wakes the
+thread of the connections once for all its entries. That thread sends the answers to users first, then the messages for
+all clients.
 """
 
 from __future__ import annotations
@@ -47,17 +47,17 @@ from vrs_cli.values.measured import DivergenceAlarm, ResyncReport, alarm_text
 from vrs_cli.values.replies import Message, Tone, refusal
 from vrs_cli.version import __version__
 
-PUMP_CPU_S = 0.005  # [s] maximum CPU time for the robot's messages before sockets are flushed
-MAX_CUT_CLIENTS = 200  # maximum number of users whose connection is cut and who may resume it
-PULLED_PERIOD_S = 0.1  # [s] period of messages on the distance of a dragged tool from its target
+PUMP_CPU_S = 0.005  # [s] maximum CPU time spent on the robot's messages before the sockets are flushed
+MAX_CUT_CLIENTS = 200  # maximum number of users with a cut connection, which they may resume
+PULLED_PERIOD_S = 0.1  # [s] time between messages with the distance of a dragged tool from its target
 NO_CELLS: Mapping[str, Cell] = MappingProxyType({})
 DRIVER_SILENCE_S = 3.0  # [s] silence after which a driver is pinged
 
 
 class Room(ServedRobot):
-    """A served robot with its users. `wake` is called, in any thread, when `pump` is due in the thread of the
-    connections. `life`: the id of this run of the robot. `first_line`: a line that the next page executes as if its
-    user had typed it.
+    """A served robot with its users. `wake`: called, in any thread, to request a call of `pump` in the thread of the
+    connections. `life`: the id of this run of the robot. `first_line`: a line that the next page to connect executes as
+    if its user had typed it.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Room(ServedRobot):
         self._delivery_logs: dict[str, ClientSession] = {}
         self._user_states: dict[object, ClientSession] = {}
         self._hears: ClientSession | None = None  # the last user who got output of TYPE
-        self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in the thread of the connections
+        self._typed_bytes = self._given_bytes = 0  # output of TYPE: bytes from the robot, and bytes given to clients
         self._at_prompt: dict[ClientSession, None] = {}
         self._away: dict[ClientSession, None] = {}  # clients without a connection, in the order of the cuts
         super().__init__(name, plan, wake, audit, tell, robots, wall, self._driven, self._journal_lost)
@@ -86,7 +86,7 @@ class Room(ServedRobot):
         self.first_line = ""
         self._paused_at: float | None = None  # time since which the robot is paused for lack of users and viewers
         self._watch: Ticket[None] | None = None
-        self._looked: object = None  # the state for which the status of prompts was last requested
+        self._looked: object = None  # the robot's state at the last update of the prompts
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # the robot's clock that was last sent to clients [s]
@@ -144,7 +144,7 @@ class Room(ServedRobot):
         return client
 
     def greeting(self) -> messages.Welcome:
-        """Return the welcome for viewers who hold no connection of their own."""
+        """Return the part of the welcome that is the same for all clients; viewers over NATS get only this."""
         told = to_dict(self.plan.model)
         if not self.plan.one_user:
             told.pop("collision", None)  # contains paths of this machine
@@ -179,7 +179,7 @@ class Room(ServedRobot):
                 self.leave(next(iter(self._away)))
 
     def leave(self, client: ClientSession) -> None:
-        """Remove a user who does not come back."""
+        """Remove a user who will not reconnect."""
         self._away.pop(client, None)
         self._at_prompt.pop(client, None)
         if self.clients.pop(client.name, None) is None:
@@ -197,7 +197,7 @@ class Room(ServedRobot):
     # --- messages of the robot: in its own thread ---
 
     def _take_message(self, message: messages.ServerMessage) -> None:
-        """Queue a message without a request for the user who started the running program."""
+        """Queue a message that answers no request, for the user who started the running program."""
         tasks = self.session.tasks
         track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
         by = track.driven_by if track is not None else self.session.user_state
@@ -216,8 +216,8 @@ class Room(ServedRobot):
         self.session.actor.tell(lambda: self.put(lambda: self._spread(message, by, ticket)))
 
     def _lags(self) -> bool:
-        """Return whether the robot has to wait until the output of TYPE is sent. In virtual time the robot also waits
-        until its user has taken this output.
+        """Return whether the robot has to wait until the output of TYPE is sent; in virtual time, also until its user
+        has received it.
         """
         return self._typed_bytes - self._given_bytes > HIGH_WATER_BYTES or (
             self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self.wall())
@@ -229,7 +229,7 @@ class Room(ServedRobot):
             client.spend(seconds, typing=client.types(ticket))
 
     def _body_told(self, what: BodyNews) -> None:
-        """Send the body its order, and everybody alarms; write alarms and resynchronisations into the audit."""
+        """Send orders to the body, and alarms to all clients; write alarms and resynchronisations into the audit."""
 
         def tell() -> None:
             note = partial(self.audit.note, self.name, self.session.body.name, "")
@@ -293,10 +293,10 @@ class Room(ServedRobot):
         self._announce()
 
     def _spread(self, message: messages.ServerMessage, by: object, ticket: Ticket[Any] | None = None) -> None:
-        """Send a message that belongs to no request to the user with the state `by`, or to all users if there is none.
+        """Send a message that answers no request to the user with the state `by`, or to all users if there is none.
 
-        Output of TYPE also goes to all consoles. A reply gets the id of the command of the ticket, for the user who
-        gave the command.
+        Output of TYPE also goes to all consoles. For the user who gave the command of the ticket, a reply gets the id
+        of this command.
         """
         clients = tuple(self.clients.values())
         if isinstance(message, messages.Typed):
@@ -315,8 +315,8 @@ class Room(ServedRobot):
     def _announce(self) -> None:
         """Announce the clock, the activity and the dragged tool if they have changed.
 
-        Virtual time is usually known from changes of the timeline. The user who drags the tool is announced at once,
-        the tool's distance from its target some times a second.
+        Clients usually know virtual time from changes of the timeline. A new user who drags the tool is announced at
+        once, the tool's distance from its target every PULLED_PERIOD_S.
         """
         now, before = self.clock(), self._clock
         same = before is not None and (now.rate, now.paused) == (before.rate, before.paused)
@@ -337,8 +337,8 @@ class Room(ServedRobot):
     # --- as time passes ---
 
     def tick(self) -> None:
-        """Do the periodic work: drop users who are gone, stop programs over their limits, write reports. Call it
-        several times a second. Raises an error of the robot's thread that no caller has received."""
+        """Do the periodic work: drop users who are gone, stop programs over their limits, write reports. Call this
+        method several times a second. Raises an internal error of the robot's thread, if there was one."""
         now = self.wall()
         for client in tuple(self._away):
             if client.link is None and client.delivery_log.is_expired(now):
@@ -351,11 +351,11 @@ class Room(ServedRobot):
         self._mind_idleness(now)
         session = self.session
         if session.running and not session.driver.awaited and (self._watch is None or self._watch.done()):
-            self._watch = self._self.put(session.watch_over())  # so that a program continues after its user has left
+            self._watch = self._self.put(session.watch_over())  # keeps a program running after its user has left
         self._withdraw_questions()
         wrong = self._meter.look(session.actor.worked, now)
         if wrong is not None and not session.driver.end_by(wrong):
-            self._call(Session.stop, urgent=True)  # tasks without a user who waits for them
+            self._call(Session.stop, urgent=True)  # the programs run without a request that waits for their end
             self.put(partial(self._spread, messages.Told(refusal(wrong, "")), None))
         self._push_status()
         if self.broadcast.course is not None:
@@ -371,7 +371,7 @@ class Room(ServedRobot):
             raise self.session.actor.internal_errors.pop(0)
 
     def _driver_gone(self, who: str) -> None:
-        """Pause or stop a running program when its driver has left, if the plan says so."""
+        """Pause or stop a running program whose driver has left, if the plan says so."""
         if not self.session.running or self.plan.when_gone is WhenGone.GO_ON:
             return
         aborts = self.plan.when_gone is WhenGone.ABORT
@@ -383,7 +383,7 @@ class Room(ServedRobot):
         self._self.put(quietly(lambda: act(self.session)), urgent=urgent)
 
     def _mind_idleness(self, now: float) -> None:
-        """Pause a robot that works without users and viewers; let it continue when one has come."""
+        """Pause a working robot that has had no users or viewers for `plan.idle` seconds; resume it when one comes."""
         if self.broadcast.is_watched:
             self._watched_at = now
             if self._paused_at is not None:
@@ -397,7 +397,7 @@ class Room(ServedRobot):
             self.audit.note(self.name, "", "", "(pause)", "nobody holds or watches it")
 
     def _withdraw_questions(self) -> None:
-        """Withdraw the questions of programs that were stopped."""
+        """Withdraw the questions of stopped programs."""
         if not (asked := tuple(one for client in self.clients.values() for one in client.asked_by_programs)):
             return
 
@@ -409,7 +409,7 @@ class Room(ServedRobot):
         self._call(look)
 
     def _push_status(self) -> None:
-        """Update the status of users at a prompt: when something has happened, and each second."""
+        """Update the status of users at a prompt: after each change, and each second."""
         engine, t = self.session.engine, self._self.now
         happened = engine.timeline.version, self.session.running, engine.settings, self.driving.lease.holder
         now = (*happened, min(t, engine.end), int(t))
@@ -425,8 +425,8 @@ class Room(ServedRobot):
 
 
 class RobotFolders(Struct, frozen=True):
-    """The folders of journals (None: no journals) and of files. Each robot has a folder of files below `folder`; the
-    `only` robot of a server has all of it.
+    """The folders of journals (None: no journals) and of files. Each robot has its own subfolder of `folder`; if
+    `only`, the server has one robot, which uses `folder` itself.
     """
 
     journal: Path | None
@@ -439,12 +439,12 @@ class RobotFolders(Struct, frozen=True):
 
 
 class Hub:
-    """All robots of a server, and who may hold which.
+    """All robots of a server, and the users who may connect to each.
 
-    `robots`: the shared robots, by name. `own`: the number of robots that each token has for itself; they are made at
-    the first use, and paused after `own_idle` [s] without users and viewers. A teacher may hold the robots of all
-    `grants`. `cells`: cells of some shared robots, by name; they replace the usual cell. Any thread may call `open`,
-    which takes some time; all other methods are for the thread of the connections.
+    `robots`: the shared robots, by name. `own`: the number of robots that each token has for itself; they are created
+    at the first use, and paused after `own_idle` [s] without users and viewers. A teacher may use the robots of all
+    `grants`. `cells`: the cells of some shared robots, by name; they replace the usual cell. Any thread may call
+    `open`, which is slow; all other methods are for the thread of the connections.
     """
 
     def __init__(
@@ -468,7 +468,8 @@ class Hub:
         self._opening = Lock()
 
     def names(self, grant: Grant) -> tuple[str, ...]:
-        """Return the robots that a token may hold: its own and shared ones; a body also others that it names."""
+        """Return the robots that a token may use: its own and the shared ones; for a body, also robots that it
+        names."""
         shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
         of_all = (name for one in self._grants() for name in self.own_names(one))
         others = (name for name in of_all if grant.teacher or (grant.body and name in (grant.robots or ())))
@@ -479,8 +480,8 @@ class Hub:
         return grant.own_names(self._own) if grant.name else ()
 
     def choose(self, grant: Grant, wanted: str) -> str:
-        """Return the wanted robot; without a name, the only one or the first of the token's own. Raises RequestRefused,
-        which names no robots that the token may not hold.
+        """Return the wanted robot; without a name, the only robot or the first of the token's own. Raises
+        RequestRefused, which lists only robots that the token may use.
         """
         names = self.names(grant)
         if wanted in names:
@@ -493,7 +494,7 @@ class Hub:
         )
 
     def open(self, name: str) -> Room:
-        """Return the room of a robot, and make it if there is none yet. Raises VrsError."""
+        """Return the room of a robot; create it at the first call. Raises VrsError."""
         with self._opening:
             if (room := self.rooms.get(name)) is None:
                 model = self._robots.get(name, self._usual.model)
@@ -509,7 +510,7 @@ class Hub:
         return tuple(client for room in self.rooms.values() for client in room.clients.values())
 
     def drop_forgotten(self) -> tuple[Room, ...]:
-        """Remove the rooms that no token may hold any longer; return them, for the caller to close."""
+        """Remove the rooms of robots that no token may use any longer; return them, for the caller to close."""
         with self._opening:
             kept = {*self._robots, *(name for grant in self._grants() for name in self.own_names(grant))}
             gone = tuple(room for name, room in self.rooms.items() if name not in kept)
@@ -517,7 +518,7 @@ class Hub:
         return gone
 
     def take_away(self, name: str) -> Room | None:
-        """Remove the room of a robot; return it, for the caller to close. The next client opens another one."""
+        """Remove the room of a robot; return it, for the caller to close. The next client opens a new room."""
         with self._opening:
             room = self.rooms.get(name)
             self.rooms = {key: one for key, one in self.rooms.items() if key != name}
