@@ -1,8 +1,8 @@
-"""Find the first contact of an arm and its held part with each other and with the things around them. The search goes
-from pose to pose. At each pose it computes the distances of all nearby pairs of solids. Then it steps to the earliest
-time at which any pair, nearby or not, can touch (`Sweep`). So the steps are short where something is near, and long
-elsewhere. Only an overlap deeper than `DEEP` is a touch, because shapes are not known more exactly. Some pairs are
-ignored: neighbours in the arm, links that touch at READY or at NEST, and the hand with the part that it holds. A pair
+"""Find the first contact of an arm and its held part with each other and with the things around them. The search steps
+through the motion. At each step it computes the distances of all nearby pairs of solids, and then goes to the earliest
+time at which any pair, nearby or not, can touch (`Sweep`). So the steps are short where solids are near, and long
+elsewhere. Only an overlap deeper than `DEEP` counts as a contact, because shapes are not known more exactly. Some pairs
+are ignored: neighbouring links, links that touch at READY or at NEST, and the hand with the part that it holds. A pair
 that already touches when the search begins, or when its part is taken, put down or fed, is checked only after it has
 separated."""
 
@@ -29,29 +29,29 @@ from vrs_cli.values.world import CellScene, Contact
 from vrs_cli.world.course import WorldCourse
 from vrs_cli.world.history import floor_height
 
-DEEP = 5e-4  # [m] minimum depth of a touch
-APART = 5e-4  # [m] minimum distance of a pair that has separated after a touch
-MARGIN = 0.02  # [m] pairs up to this much farther apart than the contact distance are examined
-NUDGE = 1e-4  # [m] minimum relative motion between two samples of a pair that touched
-SLIDE = 5e-3  # [m] maximum relative motion between two samples of a sliding pair
-EVEN = 1e-4  # [m] tolerance for an equal distance of a sliding pair at two samples
-BENT = 1e-4  # [m] maximum deviation from a straight line between two samples
-CLOSE = 6e-4  # [m] pairs this close to the contact distance are examined at the exact joints
+DEEP = 5e-4  # [m] minimum overlap of two solids in contact
+APART = 5e-4  # [m] a pair has separated when its distance exceeds the contact distance (at least 0) by this much
+MARGIN = 0.02  # [m] pairs are examined up to this much beyond the contact distance
+NUDGE = 1e-4  # [m] minimum relative motion of an excused pair between two samples
+SLIDE = 5e-3  # [m] maximum relative motion of a sliding pair between two samples
+EVEN = 1e-4  # [m] maximum change of a sliding pair's distance that counts as none
+BENT = 1e-4  # [m] maximum error of positions at linearly interpolated joints
+CLOSE = 6e-4  # [m] within this distance of contact, a pair is examined again at the exact joints
 TICK = 5e-4  # [s] minimum step of the search
-LOOK = 5e-3  # [s] time between two samples, to find the deepest overlap
-MAX_LOOKS = 50
+LOOK = 5e-3  # [s] time between two samples while the deepest overlap is searched
+MAX_LOOKS = 50  # maximum number of these samples
 SLOTS = 32  # minimum number of slots for the solids of parts near the arm
 
 Pair = tuple[int, int]  # the numbers of two owners, the smaller number first
-STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
+STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))  # used for solids that do not move
 
 
 class Checker:
-    """Finds contacts of an arm in a scene. `clearance`: solids that are closer than this also count as touching [m].
-    `allow`: the names of pairs whose contacts are ignored; the last link may also be named "hand".
+    """Finds contacts of an arm in a scene. `clearance`: solids closer than this also count as touching [m]. `allow`:
+    pairs of names whose contacts are ignored; "hand" also names the last link.
 
-    An owner of solids has a number, its index in `names`: first the links, then the floor, the fixtures and the parts,
-    which begin at `first_part`.
+    Each owner of solids has a number, its index in `names`: first the base and the links, then the floor, the fixtures
+    and the parts, which begin at `first_part`.
     """
 
     def __init__(
@@ -74,7 +74,8 @@ class Checker:
         self._physics: Physics | None = None
 
     def physics(self, slots: int = 0) -> Physics:
-        """Return the MuJoCo model of the scene, with slots for at least this number of solids of parts."""
+        """Return the MuJoCo model of the scene, with slots for at least this number of solids of parts. Build it if
+        there is none, or it has too few slots."""
         if self._physics is None or slots > self._slots:
             counts = [len(solids) for solids in self.solids.values()]
             self._slots = min(max(slots, 2 * self._slots, SLOTS), sum(counts))
@@ -102,12 +103,12 @@ class Checker:
         return self._physics
 
     def first_contact(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> Contact | None:
-        """Return the first contact between two times [s], or None. `course`: the course of the parts."""
+        """Return the first contact between two times [s], or None. `course`: the states of the parts over time."""
         return self.first_in(timeline, stages(timeline, course, begin, end))
 
     def first_changed(self, before: Course, after: Course, since: float, shift: float) -> Contact | None:
-        """Return the first contact, from `since` [s] on, of parts or a hand that an edit has changed. The edit shifts
-        the motions by `shift` [s]."""
+        """Return the first contact, from `since` [s] on, of parts or of a hand whose states differ after an edit. The
+        edit shifts the motions by `shift` [s]."""
         return self.first_in(after[0], changed_stages(before, after, since, shift))
 
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
@@ -122,9 +123,9 @@ class Checker:
         return None
 
     def touches(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> list[OwnersTouch]:
-        """Return the touches between two times [s], sampled every `LOOK` seconds. Owners that touched before count too.
-        Contacts between the hand and a part are ignored during a motion in which the hand holds or takes the part, or
-        could take it at the start or end."""
+        """Return the touches between two times [s], sampled every `LOOK` seconds; include owners that touch from the
+        start. Contacts between the hand and a part are ignored during a motion in which the hand holds or takes the
+        part, or could take it at the start or end."""
         found: dict[Pair, list[OwnersTouch]] = {}
         while begin < end:
             since, finish = under_way(timeline, begin)
@@ -148,8 +149,8 @@ def _held_parts(course: WorldCourse, begin: float, end: float) -> frozenset[str]
 
 
 def under_way(timeline: Timeline, t: float) -> tuple[float, float]:
-    """Return the start and the end of the motion at t [s], or of the rest at t. The end of a rest without a later
-    motion is infinity."""
+    """Return the start and the end of the motion, or of the rest, at time t [s]. A rest without a later motion ends at
+    infinity."""
     finish = finish_after(timeline, t)
     if t < finish:
         return start_before(timeline, t), finish
@@ -158,7 +159,7 @@ def under_way(timeline: Timeline, t: float) -> tuple[float, float]:
 
 
 class OwnersTouch(NamedTuple):
-    """A touch: two owners touch from `begin` to `end` [s]."""
+    """A contact that lasts: two owners touch from `begin` to `end` [s]."""
 
     begin: float
     end: float
@@ -166,8 +167,9 @@ class OwnersTouch(NamedTuple):
 
 
 class _SolidPair(NamedTuple):
-    """A pair of solids: its owners, the accumulated bounds on how far the solids approach each other [m], the distances
-    at which they touch (`limit`) and are apart again (`apart`) [m], and whether their contacts count."""
+    """A pair of solids. `owners`: their owners; `sums`: the accumulated bounds on how far the solids approach each
+    other [m]; `limit`, `apart`: the distances below which they touch, and above which they have separated [m];
+    `counts`: whether their contacts count."""
 
     owners: Pair
     sums: list[float]
@@ -177,7 +179,7 @@ class _SolidPair(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """A pair of solids at one pose: their distance [m], and their index in the result of `Physics.near`."""
+    """A pair of solids at one pose of the arm: its distance [m], and its index in the result of `Physics.near`."""
 
     distance: float
     number: int
@@ -185,8 +187,8 @@ class _Seen(NamedTuple):
 
 
 class _Search:
-    """The search in one stage. `excused`: the pairs that touched and have not separated yet; None in the first
-    stage."""
+    """The search in one stage. `excused`: the pairs that touched from the start and have not separated yet, so their
+    contacts are ignored; None in the first stage."""
 
     def __init__(self, checker: Checker, timeline: Timeline, stage: Stage, excused: set[Pair] | None) -> None:
         self.checker, self.stage, self.n = checker, stage, checker.arm.model.joint_count
@@ -200,7 +202,7 @@ class _Search:
             self.only.add(self.n)
         self.excused = set(excused or ())
         self.pairs: dict[int, _SolidPair] = {}  # pairs of solids by the key of `Physics.near`
-        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # accumulated bounds on how far a solid approaches a link
+        self.sums: dict[tuple[Bounds, int], list[float]] = {}  # accumulated approach of a solid to a link (bounds) [m]
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}
@@ -209,8 +211,8 @@ class _Search:
                 self.excused.add(pair.owners)
 
     def _room(self) -> tuple[Floats, Floats]:
-        """Compute the bounds on the arm's motion. Return two opposite corners of the box in which the arm moves, in the
-        robot's frame [m]."""
+        """Compute the bounds on the arm's motion. Return two opposite corners of a box that contains the moving arm, in
+        the robot's frame [m]."""
         checker, sweep, n, stage = self.checker, self.sweep, self.n, self.stage
         bodies, between = checker.balls, checker.between
         if stage.held is not None:
@@ -230,7 +232,7 @@ class _Search:
         return (centres.min(axis=1) - radii).min(axis=0), (centres.max(axis=1) + radii).max(axis=0)
 
     def _place(self, room: tuple[Floats, Floats]) -> None:
-        """Put the arm, the held part, and the parts in the box around the arm into the model."""
+        """Set the poses of the arm, of the held part, and of the parts in the box `room` in the MuJoCo model."""
         checker, stage = self.checker, self.stage
         near, (low, high) = [], (corner.tolist() for corner in room)
         only = self.only
@@ -254,7 +256,8 @@ class _Search:
     # --- samples ---
 
     def _look(self, t: float, *, exact: bool = True) -> list[_Seen]:
-        """Return the nearby pairs of solids at t, except pairs whose contacts are ignored."""
+        """Return the nearby pairs of solids at time t [s], except pairs whose contacts are ignored. `exact`: use the
+        exact joints, otherwise joints interpolated between samples."""
         if self.moving_hand:
             self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
         sweep = self.sweep
@@ -273,16 +276,14 @@ class _Search:
         counts = owners not in self.ignored and (self.only is None or not self.only.isdisjoint(owners))
         if of not in self.sums:
             self.sums[of] = sums_of(self._way(*of))
-        # the clearance does not apply to a held part, or between the hand and any part, because the hand must approach
-        # parts to take them
+        # for a held part, and between the hand and a part, the clearance does not apply: the hand must approach parts
         handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
         limit = -DEEP if handled else self.checker.limit
         found = self.pairs[key] = _SolidPair(owners, self.sums[of], limit, max(limit, 0.0) + APART, counts)
         return found
 
     def _way(self, moving: Bounds, other: int) -> Floats:
-        """Return bounds on how far a solid approaches the solids of another link between samples [m]; 0 for a solid
-        that does not move."""
+        """Return bounds on how far a solid approaches the solids of the link `other` between successive samples [m]."""
         way = (
             self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other)))
             if other
@@ -291,7 +292,7 @@ class _Search:
         return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:
-        """Return the ball that bounds a solid. The ball of a solid that does not move is in the base frame."""
+        """Return the ball around a solid of the arm or the held part; `STANDS` for a solid that does not move."""
         held = self.physics.owners[number] == self.held
         return self.checker.bounds.get(number, self.held_bounds if held else STANDS)
 
@@ -300,8 +301,9 @@ class _Search:
     def run(self) -> Contact | None:
         """Return the first contact in the stage.
 
-        A pair that touched and slides along is sampled at growing intervals. If its distance has changed after a long
-        interval, it may have separated and touched again in between, so the search returns to the previous sample.
+        A pair that touched from the start and slides is sampled at growing intervals. If its distance has changed after
+        a long interval, it may have separated and touched again meanwhile, so the search returns to the previous
+        sample.
         """
         if self.nothing:
             return None
@@ -335,7 +337,7 @@ class _Search:
             )
 
     def _unclear(self, near: Iterable[_Seen]) -> bool:
-        """Return whether exact joints are needed to decide if a pair touches or has separated."""
+        """Return whether the exact joints are needed to decide if a pair touches or has separated."""
         excused = self.excused
         return any(
             abs(distance - pair.apart) < BENT if pair.owners in excused else distance - pair.limit < CLOSE
@@ -343,8 +345,8 @@ class _Search:
         )
 
     def _deepest(self, near: Iterable[_Seen]) -> dict[Pair, _Seen]:
-        """Return, for each ignored pair of owners, the two solids with the deepest overlap: the owners cannot separate
-        before these two do."""
+        """Return, for each excused pair of owners, the two solids with the deepest overlap: the owners cannot separate
+        before these two solids do."""
         found: dict[Pair, _Seen] = {}
         for one in near if self.excused else ():
             owners = one.pair.owners
@@ -353,8 +355,8 @@ class _Search:
         return found
 
     def _ways_apart(self, deepest: Mapping[Pair, _Seen], bent: float, least: float) -> list[tuple[list[float], float]]:
-        """Return how far each ignored pair must move to separate [m], at least `least`, with the accumulated bounds of
-        its motion."""
+        """Return, for each excused pair, the accumulated bounds of its motion, and how far it must move to separate
+        [m], at least `least`."""
         return [
             (pair.sums, max(pair.apart - distance - bent, least))
             for owners, (distance, _, pair) in deepest.items()
@@ -362,8 +364,8 @@ class _Search:
         ]
 
     def _next(self, t: float, ways: Iterable[tuple[list[float], float]], earliest: float) -> float:
-        """Return the first time after t at which one of the distances in `ways` may have been covered, or `earliest` if
-        that is earlier."""
+        """Return the first time after t at which a pair may have moved by its distance in `ways` (accumulated bounds,
+        and distance [m]), or `earliest` if that is earlier [s]."""
         sweep = self.sweep
         first, last = sweep.place(t), sweep.place(earliest) + 1
         for sums, way in ways:
@@ -373,8 +375,8 @@ class _Search:
         return earliest
 
     def touches(self) -> list[OwnersTouch]:
-        """Return the touches in the stage. Samples are `LOOK` seconds apart, or farther if no touch can have begun or
-        ended in between."""
+        """Return the touches in the stage. Samples are `LOOK` seconds apart, or farther if no touch can begin or end in
+        between."""
         t, end = self.stage.begin, self.stage.end
         since, found = dict[Pair, float](), list[OwnersTouch]()
         while True:
@@ -389,8 +391,8 @@ class _Search:
             t = min(max(self._next(t, ways, reached), t + LOOK), end)
 
     def _contact(self, t: float, pair: _SolidPair, distance: float, place: Vector) -> Contact:
-        """Return the contact that begins at t. Sample onwards until the pair has separated, to find the maximum
-        depth."""
+        """Return the contact that begins at time t [s]. To find its maximum depth, sample the motion until the pair has
+        separated."""
         checker, end, least, (owners, limit) = self.checker, self.stage.end, distance, (pair.owners, pair.limit)
         step = max(LOOK, (end - t) / MAX_LOOKS)
         self.physics.margin(max(limit, 0.0))
@@ -407,12 +409,12 @@ class _Search:
 
 
 def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
-    """Return the levers of bodies towards each link except the neighbouring links."""
+    """Return, for each body, its levers relative to each earlier link that is not a neighbour of its own link."""
     return [levers(model, body, other) for body in bodies for other in range(1, body.link - 1)]
 
 
 def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
-    """Return, for each link, a ball around all solids that move with the link."""
+    """Return, for each link, a ball around the balls of all solids that move with the link."""
     balls: list[list[Ball]] = [[] for _ in range(model.joint_count + 1)]
     for link, ball in bounds:
         balls[link].append(ball)

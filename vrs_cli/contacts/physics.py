@@ -1,13 +1,13 @@
-"""The MuJoCo model of an arm and of the things around it, and the search for its nearby pairs of solids. The package is
+"""Build a MuJoCo model of an arm and of the things around it, and find its nearby pairs of solids. The package is
 `mujoco-core`; an installed `mujoco` provides the same module. Four properties of MuJoCo decide how the model is built.
 
 Bodies that no joint moves are never compared with each other, so joints move the links, and mocap bodies are not used.
-A geom at the origin of its body ignores `geom_pos`, so a solid that changes its position has its own body (a slot),
-whose `body_pos` changes. Two solids are compared if they are closer than the sum of their margins and if their bodies
-are, so `geom_margin` and `body_margin` are set together. The depth of a cylinder below a plane is computed from the
-part of its axis along the plane; for an upright axis that part is only rounding, and the depth is wrong by up to the
-radius. So the floor is tilted by an angle so small that heights change by some micrometres, far less than the depth of
-a contact.
+A geom at the origin of its body ignores `geom_pos`, so a solid whose position changes has its own body (a slot), whose
+`body_pos` is set. Two solids are compared only if both their distance and that of their bodies are below the sum of the
+margins, so `geom_margin` and `body_margin` are set together. The depth of a cylinder below a plane is computed from the
+projection of its axis onto the plane; for an upright cylinder this projection is only a rounding error, and the depth
+is wrong by up to the radius. So the floor is tilted by a very small angle: heights change by some micrometres, far less
+than the depth of a contact.
 """
 
 from __future__ import annotations
@@ -37,35 +37,35 @@ from vrs_cli.kinematics.transform import (
 )
 
 ARENA = 4 << 20  # [bytes] memory for the contacts at one pose
-SCENE, ARM = 1, 2  # collision bits: the arm is compared with the scene and itself, the scene only with the arm
+SCENE, ARM = 1, 2  # collision bits: the arm is compared with the scene and with itself, the scene only with the arm
 TYPES = {
     SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
     SolidForm.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
     SolidForm.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
     SolidForm.HULL: mujoco.mjtGeom.mjGEOM_MESH,
 }
-ALIKE = 1e-9  # [m, rad] tolerance for equal axes
+ALIKE = 1e-9  # [m, rad] tolerance for axes that coincide
 NOBODY = -1  # owner number of an empty slot
 TINY = 1e-3  # [m] size of the solid in an empty slot
-LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion of the floor, which is tilted by 5e-6 rad
+LEANING = [1.0, 1.5e-6, 2e-6, 0.0]  # quaternion (w, x, y, z) of the floor, a tilt of 5e-6 rad
 
 
 class Ball(NamedTuple):
-    """A ball around a body, in the frame of the body [m]."""
+    """A ball around one or more solids. `centre` in the frame of their link, or of their part; `radius` [m]."""
 
     centre: Vector
     radius: float
 
 
 class Bounds(NamedTuple):
-    """A ball around a solid, in the frame of the link `link`, with which the solid moves."""
+    """A ball around a solid, in the frame of the link with the number `link`, with which the solid moves."""
 
     link: int
     ball: Ball
 
 
 class Standing(NamedTuple):
-    """A part: its owner, its solids, and its pose T: T_world_part, or T_flange_part if it is held."""
+    """A part at a pose: its owner number, its solids, and T_world_part, or T_flange_part if the hand holds the part."""
 
     owner: int
     solids: Sequence[Solid]
@@ -73,11 +73,12 @@ class Standing(NamedTuple):
 
 
 class Physics:
-    """The model of an arm in a scene. An owner of solids is a number: the index of a link, or a higher number that the
-    caller gives to another body.
+    """The MuJoCo model of an arm in a scene. The owner of a solid is a number: the index of a link, or a higher number
+    that the caller chooses for another object.
 
-    `fixed`: solids that never move. `kinds`: all solids that can be put into one of the `slots` of the scene or the
-    `grips` of the hand. `apart`: pairs of links that are not compared.
+    `fixed`: solids that never move, with their owners. `floor`: its owner and its height [m]. `kinds`: all solids that
+    can be put into one of the `slots` of the scene or the `grips` (slots) of the hand. `apart`: pairs of links that are
+    not compared.
     """
 
     def __init__(
@@ -168,7 +169,7 @@ class Physics:
         self._move(self._links[0], compose(T_world_robot, self.model.base))
 
     def open_hand(self, hand: float) -> None:
-        """Set how far the hand is open: 1 open, 0 closed."""
+        """Set the opening of the hand: 1 is open, 0 closed."""
         if hand == self._hand:
             return
         self._hand = hand
@@ -176,7 +177,7 @@ class Physics:
             self._move(body, opening_motion(opens, hand))
 
     def fill(self, standing: Iterable[Standing], held: Standing | None = None) -> None:
-        """Put the solids of parts into the slots, replacing earlier ones. There must be a slot for each solid."""
+        """Put the solids of parts into the slots, replacing the earlier solids. There must be enough slots."""
         self._fill(self._slots, [(SCENE, one.owner, one.T, solid) for one in standing for solid in one.solids])
         self._fill(self._grips, [] if held is None else [(ARM, held.owner, held.T, solid) for solid in held.solids])
 
@@ -206,12 +207,12 @@ class Physics:
     # --- distances ---
 
     def margin(self, distance: float) -> None:
-        """Set the maximum distance of the pairs that `near` returns [m]."""
+        """Set the distance below which `near` returns a pair [m]."""
         self.m.geom_margin[:] = self.m.body_margin[:] = 0.5 * distance
 
     def near(self, joints: Sequence[float] | Floats) -> list[tuple[int, float]]:
-        """Return the pairs of solids that are closer than the margin at these joints [rad, m], pairs within the arm
-        included: the key of each pair and its distance [m], negative if the solids overlap."""
+        """Return the pairs of solids that are closer than the margin at these joints [rad, m], including pairs within
+        the arm. A pair is given by its key and its distance [m], which is negative if the solids overlap."""
         m, d = self.m, self.d
         d.qpos[:] = joints
         mujoco.mj_kinematics(m, d)
@@ -222,16 +223,17 @@ class Physics:
         return list(zip((contacts.geom @ self._radix).tolist(), contacts.dist.tolist(), strict=True))
 
     def place(self, number: int) -> Vector:
-        """Return the point midway between the two solids of a pair from the last call of `near`, in the world [m]."""
+        """Return the point midway between the two solids of pair number `number` in the last result of `near`, in the
+        world frame [m]."""
         x, y, z = self.d.contact.pos[number].tolist()
         return x, y, z
 
     def pair(self, key: int) -> tuple[int, int]:
-        """Return the numbers of the two solids of a pair, from the pair's key."""
+        """Return the numbers of the two solids of a pair; `key`: the key of the pair."""
         return divmod(key, int(self.m.ngeom))
 
     def owners_of(self, key: int) -> tuple[int, int]:
-        """Return the owners of the two solids of a pair, from the pair's key, the smaller number first."""
+        """Return the owners of the two solids of a pair, the smaller number first; `key`: the key of the pair."""
         one, other = (self.owners[number] for number in self.pair(key))
         return (one, other) if one < other else (other, one)
 
@@ -252,7 +254,7 @@ class Physics:
         T = link_pose(self.model, link, 0.0) if link else IDENTITY
         round_ = m.geom_type[number] in (TYPES[SolidForm.CYLINDER], TYPES[SolidForm.CAPSULE], TYPES[SolidForm.BALL])
         if link and round_ and self.model.links[link - 1].kind is JointKind.REVOLUTE and _on_axis(compose(T, pose)):
-            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # it turns in place on its joint axis
+            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # it turns in place on the joint axis
         return Bounds(link, Ball(position(pose), radius))
 
     def arm_solids(self) -> list[int]:
@@ -264,7 +266,7 @@ class Physics:
         ]
 
     def ball_of(self, solids: Iterable[Solid]) -> Ball:
-        """Return a ball around solids that can be put into slots, in their own frame."""
+        """Return a ball around the solids of a part, in the part's frame. The solids must be among the `kinds`."""
         shelf = self._shelf
         rows = [shelf.geom(f"kind{self._kinds[solid]}").id for solid in solids]
         return around([Ball(tuple(shelf.geom_pos[row].tolist()), float(shelf.geom_rbound[row])) for row in rows])

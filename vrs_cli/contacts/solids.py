@@ -1,8 +1,8 @@
-"""Convex solids that represent the links of an arm and the things in a scene in the search for contacts. A link has the
+"""Represent the links of an arm and the things in a scene as convex solids, for the search for contacts. A link has the
 solids of its shapes (`RobotModel.collision`, otherwise `kinematics.bodies`). Cylinders and capsules are used unchanged.
-A box becomes the hull of its corners, because MuJoCo's own comparison of boxes misses some boxes that are near. A cone,
-a slab and a capsule with two radii become the convex hull of points on their surface, a mesh file its convex hull. A
-link whose mesh cannot be read gets capsules along its length."""
+A box becomes the hull of its corners, because MuJoCo's test of two boxes misses some that are near. A cone, a slab and
+a capsule with two radii become the convex hull of points that enclose them, and a mesh file its convex hull. A link
+whose mesh cannot be read gets capsules along its length."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from vrs_cli.kinematics.link_data import Body, Box, Capsule, Cylinder, LinkShape
 from vrs_cli.kinematics.model import RobotModel, frame
 from vrs_cli.values.world import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
 
-AROUND = 24  # number of points by which a circle is approximated in a hull
-OUTSIDE = 1.0 / cos(pi / AROUND)  # radius of a polygon's corners divided by the radius of the circle inside
+AROUND = 24  # number of points that approximate a circle in a hull
+OUTSIDE = 1.0 / cos(pi / AROUND)  # circumradius of the regular polygon divided by the radius of the circle inside it
 SHORT = 1e-9  # [m] lengths below this count as zero
 
 
 class SolidForm(Enum):
-    """The form of a solid. Its sizes are the radius, and half the length along z; a hull has no sizes."""
+    """The form of a solid. `sizes` of a solid: the radius, and half the length along z [m]; a hull has no sizes."""
 
     BALL = "ball"
     CAPSULE = "capsule"
@@ -38,7 +38,7 @@ class SolidForm(Enum):
 
 
 class Solid(NamedTuple):
-    """A convex solid around the origin of `pose` [m]. A hull has `points` instead of `sizes`."""
+    """A convex solid, centred at the frame `pose`. A hull has `points` in this frame [m] instead of `sizes` [m]."""
 
     form: SolidForm
     sizes: transform.Vector = (0.0, 0.0, 0.0)
@@ -47,8 +47,8 @@ class Solid(NamedTuple):
 
 
 class LinkSolids(NamedTuple):
-    """Solids of a link that move together. `opens`: how they also move as the hand opens; empty if they move with the
-    link alone."""
+    """Solids of a link that move together. `opens`: their motion as the hand opens, if they are part of a finger; empty
+    if they are fixed to the link."""
 
     link: int
     opens: tuple[Opening, ...]
@@ -128,7 +128,7 @@ def _along_z(place: transform.Vector, way: transform.Vector) -> transform.Transf
 
 
 def _hull(start: transform.Vector, end: transform.Vector, points: Sequence[transform.Vector]) -> Solid:
-    """Return the hull of points that are given in a frame at `start` whose z axis points to `end`."""
+    """Return the hull of points given in a frame with its origin at `start` and its z axis towards `end`."""
     T = _along_z(start, transform.vector_difference(end, start))
     return Solid(SolidForm.HULL, points=tuple(transform.moved_point(T, point) for point in points))
 
@@ -141,8 +141,8 @@ def _circle(radius: float, height: float) -> Iterator[transform.Vector]:
 
 
 def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[transform.Vector]:
-    """Yield points that enclose half a ball around the point at `height` on the z axis: its lower half (side -1) or
-    upper half (1)."""
+    """Yield points that enclose the lower half (side -1) or the upper half (side 1) of a ball, whose centre is at
+    `height` on the z axis."""
     yield 0.0, 0.0, height + side * radius
     for k in range(4):
         latitude = 0.125 * pi * k

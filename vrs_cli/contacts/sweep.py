@@ -1,9 +1,9 @@
 """Divide a time interval into stages in which no part changes its state, and bound how far bodies can move in a stage,
 for the search for contacts. Each body has a ball around it. Between two samples, a point of the body moves at most as
 far as the ball's centre plus the rotation angle times the ball's radius. The change of speed between samples bounds how
-much faster the point can be in between. Two links approach each other by at most the sum of the turns of the joints
-between them, each times its lever. The accumulated bounds grow with time, so a search by halving finds the earliest
-time at which a given distance may have been covered. Steps of this length reach the first contact and never pass it
+much faster the point can be in between. Two links approach each other by at most the sum of the rotations of the joints
+between them, each times its lever. The accumulated bounds grow with time, so a binary search finds the earliest time at
+which a body may have moved by a given distance. Steps of this length reach the first contact and never pass it
 (conservative advancement; Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996)."""
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import HAND, Event, Frames
 from vrs_cli.world.course import WorldCourse
 
-AT_ONCE = 1e-6  # [s] minimum duration of a motion of the fingers
+AT_ONCE = 1e-6  # [s] minimum duration of an opening or closing of the hand
 SAME = 1e-6  # [s] tolerance for equal times
-SAME_PLACE = 1e-9  # [m] tolerance for equal positions
+SAME_PLACE = 1e-9  # [m] tolerance for equal elements of two poses
 
-Course = tuple[Timeline, WorldCourse | None]  # a timeline and the course of its parts (None without parts)
+Course = tuple[Timeline, WorldCourse | None]  # a timeline, and the states of its parts over time (None without parts)
 
 
 class HeldPart(NamedTuple):
@@ -44,12 +44,12 @@ class HeldPart(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """An interval from `begin` to `end` [s] in which no part changes its state: T_world_part of the parts at rest, and
-    the part in the hand.
+    """An interval from `begin` to `end` [s] in which no part changes its state. `standing`: T_world_part of the parts
+    at rest; `held`: the part in the hand.
 
-    `hand`: times [s], and how far the hand is open at these times. `changed`: parts that were taken, put down or fed at
-    the start. `gripped`: parts whose contacts with the hand are ignored, because the hand takes them next. `only`: the
-    parts whose contacts are searched, and the hand if `hand_too`; None: contacts of all bodies are searched.
+    `hand`: times [s], and the opening of the hand at these times (0 closed, 1 open). `changed`: parts that were taken,
+    put down or fed at the start. `gripped`: parts whose contacts with the hand are ignored, because the hand takes them
+    next. `only`: search only contacts of these parts, and of the hand if `hand_too`; None: search all contacts.
     """
 
     begin: float
@@ -65,7 +65,7 @@ class Stage(NamedTuple):
 
 
 def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: float) -> Iterator[Stage]:
-    """Yield the stages between two times [s]. `course`: the course of the parts, None without parts."""
+    """Yield the stages between two times [s]. `course`: the states of the parts over time; None without parts."""
     moves = [] if course is None else course.moves(begin, end)
     cuts = sorted({begin, end, *(t for t, _ in moves if t < end), *_new_frames(timeline, begin, end)})
     held_at = [None if course is None else course.held_part(t) for t in cuts]
@@ -93,7 +93,7 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
     for begin, end in pairwise([since, *begins, timeline.end]):
         for stage in stages(timeline, course, begin, end) if end > begin else ():
             found = list(stages(*before, stage.begin - shift, stage.end - shift))
-            was = [one for one in found if one.end - one.begin > SAME] or found  # no length due to rounding
+            was = [one for one in found if one.end - one.begin > SAME] or found  # without stages caused by rounding
             parts = frozenset(name for one in was for name in _other_parts(one, stage))
             hand = any(
                 not _same_rows(zip(*one.hand, strict=True), zip(*stage.hand, strict=True), shift=shift) for one in was
@@ -103,8 +103,8 @@ def changed_stages(before: Course, after: Course, since: float, shift: float) ->
 
 
 def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> bool:
-    """Return whether the hand and the parts have the same states at the start and change at the same times before and
-    after an edit. Then all later states are equal too, because they follow from these and from the motions."""
+    """Return whether, before and after an edit, the hand and the parts have the same states at the start and change at
+    the same times. Then all later states are equal too, because they follow from these changes and from the motions."""
     begun = since - shift
     first, other = (next(stages(*of, t, t + SAME)) for of, t in ((before, begun), (after, since)))
     hands = (zip(*_hand(of[0], t, of[0].last), strict=True) for of, t in ((before, begun), (after, since)))
@@ -113,13 +113,14 @@ def _go_on_alike(before: Course, after: Course, since: float, shift: float) -> b
 
 
 def _same_rows(rows: Iterable[tuple[float, object]], others: Iterable[tuple[float, object]], *, shift: float) -> bool:
-    """Return whether two lists of rows are equal, except that times in `others` are later by `shift` [s]."""
+    """Return whether two lists of rows (time [s], value) are equal, except that times in `others` are later by `shift`
+    [s]."""
     return all(a and b and a[1] == b[1] and abs(b[0] - a[0] - shift) < 2.0 * SAME for a, b in zip_longest(rows, others))
 
 
 def _other_parts(one: Stage, other: Stage) -> set[str]:
-    """Return the parts that are at rest or held at different poses in two stages, or that the hand takes next in only
-    one of them."""
+    """Return the parts whose poses, at rest or in the hand, differ between two stages, and the parts that the hand
+    takes next in only one of them."""
     found = set(one.gripped ^ other.gripped)
     if one.standing != other.standing:
         found |= {
@@ -136,8 +137,8 @@ def _same_place(T: Transform | None, U: Transform | None) -> bool:
 
 
 def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[str | None]:
-    """Return, for each time, the part that the hand takes next after it. `graspable`: the part taken after the last
-    time."""
+    """Return, for each entry of `held_at`, the next part that the hand takes after it. `graspable`: the part taken
+    after the last entry."""
     taken = [graspable]
     for held in reversed(held_at[1:]):
         taken.append(held or taken[-1])
@@ -156,8 +157,8 @@ def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]
 
 
 def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], list[float]]:
-    """Return times, and how far the hand is open at these times. Between them the hand moves at constant speed. The
-    first time is not after `begin`."""
+    """Return times [s], and the opening of the hand at these times (0 closed, 1 open). Between these times the hand
+    opens or closes at constant speed. The first time is before `begin`."""
     moving, before = list[Event](), None
     for event in _of_hand(timeline, end):
         before = event
@@ -175,7 +176,7 @@ def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], li
 
 
 def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
-    """Yield the events of the hand up to a time [s], the latest event first."""
+    """Yield the events of the hand up to time `end` [s], the latest event first."""
     index = timeline.events_by(end) if HAND in timeline.channels else 0
     while index:
         index -= 1
@@ -184,26 +185,26 @@ def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
             yield event
 
 
-STEP = 0.006  # [s] maximum time between samples of a motion
-LEAST_STEPS = 3  # minimum number of steps between samples in a segment
-SAFE = 1.5  # safety factor for the change of speed between samples
+STEP = 0.006  # [s] maximum time between two samples of a motion
+LEAST_STEPS = 3  # minimum number of sample intervals in a segment
+SAFE = 1.5  # safety factor on the change of speed between samples
 
 
 class LinkFrames(NamedTuple):
-    """T_base_link of each link at N samples: rotations (n + 1, N, 3, 3) and positions (n + 1, N, 3)."""
+    """T_base_link of the base and the n links at N samples: rotations (n + 1, N, 3, 3), positions (n + 1, N, 3) [m]."""
 
     turns: Floats
     places: Floats
 
 
 def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
-    """Return the frames of all links at N samples of the joints, q (N, n)."""
+    """Return the frames of all links at N samples of the joints, q (N, n) [rad, m]."""
     n, count = model.joint_count, len(q)
     turns, places = np.empty((n + 1, count, 3, 3)), np.empty((n + 1, count, 3))
     base = np.array(model.base).reshape(3, 4)
     turns[0], places[0] = base[:, :3], base[:, 3]
     cosine, sine = np.cos(q.T)[:, :, None], np.sin(q.T)[:, :, None]
-    turned = np.empty((count, 3, 3))  # frames that are rotated by the joint only
+    turned = np.empty((count, 3, 3))  # frames of the previous link, rotated by the joint
     for i, link in enumerate(model.links, 1):
         step, before = np.array(link_pose(model, i, 0.0)).reshape(3, 4), turns[i - 1]
         if link.kind is JointKind.PRISMATIC:
@@ -212,14 +213,14 @@ def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
         else:
             x, y, c, s = before[:, :, 0], before[:, :, 1], cosine[i - 1], sine[i - 1]
             turned[:, :, 0], turned[:, :, 1], turned[:, :, 2] = c * x + s * y, c * y - s * x, before[:, :, 2]
-            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one matrix product, not `count`
+            moved = (turned.reshape(-1, 3) @ step).reshape(count, 3, 4)  # one matrix product is faster than `count`
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
     return LinkFrames(turns, places)
 
 
 def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:
-    """Return the lever of each joint: the maximum distance of the body's points from the axis of a joint that turns
-    [m], 1 for a joint that slides, 0 for joints that are not between the body's link and the other link."""
+    """Return the lever of each joint: for a revolute joint the maximum distance of the body's points from its axis [m],
+    for a prismatic joint 1; 0 for joints that are not between the body's link and the link `other`."""
     (link, ball), steps = body, _steps(model)
     far, found = length(ball.centre) + ball.radius, [0.0] * model.joint_count
     for i in range(link, other, -1):
@@ -243,7 +244,7 @@ class Sweep:
     """A time interval of a timeline, sampled at `times` [s]: joints `q` (N, n) [rad, m], and bounds on how far bodies
     move.
 
-    `way` in names means a row (N - 1,): the maximum distance that a body moves from each sample to the next [m].
+    A `way` is a row (N - 1,): the maximum distance that a body moves from each sample to the next [m].
     """
 
     def __init__(self, arm: RobotArm, timeline: Timeline, begin: float, end: float) -> None:
@@ -254,11 +255,11 @@ class Sweep:
         self.frames = frames_over(arm.model, self.q)
         self._spans = np.diff(at)
         self._joint_ways = self._inflate(np.abs(self.q[1:] - self.q[:-1]).T)
-        # twice the sine of half an angle; _inflate makes it a bound on the angle
+        # twice the sine of half the rotation angle; `_inflate` enlarges it to a bound on the angle [rad]
         self._turned = np.sqrt(0.5 * np.square(np.diff(self.frames.turns, axis=1)).sum(axis=(2, 3)))
 
     def _inflate(self, ways: Floats) -> Floats:
-        """Return distances (k, N - 1), enlarged to allow for changes of speed between two samples."""
+        """Return the distances `ways` (k, N - 1), enlarged to allow for changes of speed between two samples."""
         if ways.shape[1] < 2:
             return ways
         change = np.abs(np.diff(ways / self._spans, axis=1))
@@ -285,19 +286,19 @@ class Sweep:
         return self._inflate(far + radii[:, None] * self._turned[[one.link for one in bodies]])
 
     def way_between(self, levers: Floats) -> Floats:
-        """Return by how much two bodies approach each other at most from each sample to the next [m]. `levers`: the
-        levers of the joints between them: a row (n,), or rows (k, n) for k pairs."""
+        """Return the maximum distance by which two bodies approach each other from each sample to the next [m].
+        `levers`: the levers of the joints between them, a row (n,), or rows (k, n) for k pairs."""
         return np.asarray(levers @ self._joint_ways)
 
     def joints(self, t: float) -> Floats:
-        """Return the joints at t, interpolated linearly between two samples [rad, m]."""
+        """Return the joints at time t [s], interpolated linearly between two samples [rad, m]."""
         k = self.place(t)
         part = (t - self.times[k]) / (self.times[k + 1] - self.times[k])
         return np.asarray(self.q[k] + part * (self.q[k + 1] - self.q[k]))
 
     def reaches(self, sums: Sequence[float], t: float, way: float) -> float:
-        """Return the earliest time after t at which the distance `way` [m] may have been covered, at most the end.
-        `sums`: the accumulated bounds on the distance, beginning with 0."""
+        """Return the earliest time at which a body may have moved by the distance `way` [m] since t, at most the end of
+        the interval [s]. `sums`: the accumulated bounds on its motion, beginning with 0 [m]."""
         times, k = self.times, self.place(t)
         begun = sums[k] + (t - times[k]) / (times[k + 1] - times[k]) * (sums[k + 1] - sums[k])
         k = bisect_right(sums, begun + way, k) - 1
@@ -306,7 +307,7 @@ class Sweep:
         return times[k] + (begun + way - sums[k]) / (sums[k + 1] - sums[k]) * (times[k + 1] - times[k])
 
     def place(self, t: float) -> int:
-        """Return the index of the last sample that is not after t, at most the last but one."""
+        """Return the index of the last sample at or before time t [s]; at most that of the second last sample."""
         return min(bisect_right(self.times, t), len(self.times) - 1) - 1
 
 
@@ -316,7 +317,7 @@ def sums_of(way: Floats) -> list[float]:
 
 
 def _samples(timeline: Timeline, begin: float, end: float) -> list[float]:
-    """Return sample times from `begin` to `end`: the ends of all segments, and times between them while the arm
+    """Return sample times from `begin` to `end` [s]: the ends of all segments, and times between them while the arm
     moves."""
     times, index = [begin], timeline.index_at(begin)
     while times[-1] < end:

@@ -29,8 +29,9 @@ MAX_CONTACTS = 1000  # maximum number of contacts kept
 
 
 class ContactWatch:
-    """Checks the motions of an engine for contacts. `around` returns the scene and its world (None for no world).
-    `tell` shows a message to the user. `checker`: the checker that was used last, or None."""
+    """Checks the motions of an engine for contacts. `around`: returns the scene of the cell and its world, which
+    computes the states of parts (None: no world). `tell`: shows a message to the user. `checker`: the checker used
+    last, or None."""
 
     def __init__(
         self,
@@ -48,7 +49,8 @@ class ContactWatch:
         engine.checks.append(self.check)
 
     def check(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> None:
-        """Report a contact that a change causes; raise CollisionAhead instead if COLLISION is enabled."""
+        """Report the first contact that a change of the timeline causes; if COLLISION is enabled, raise CollisionAhead
+        instead."""
         found, later = self.of_change(timeline, delta, settings)
         if found is None:
             return
@@ -63,14 +65,14 @@ class ContactWatch:
                 place=found.place,
             )
         if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
-            return  # a further target of a motion whose contact was already reported
+            return  # a contact of this steered motion was already reported for an earlier target
         self._number = delta.motion.number
         self.contacts.append((text, found))
         self._tell(said)
 
     def of_change(self, timeline: Timeline, delta: TimelineDelta, settings: Settings) -> tuple[Contact | None, str]:
-        """Return the first contact that a change causes, and text that names the motion if the contact is on a later
-        one. Return no contact if contacts are not checked."""
+        """Return the first contact that a change causes (None if contacts are not checked), and, for a contact on a
+        later motion, a text with the name of this motion."""
         if self._around()[1] is None and not settings.switch("COLLISION"):
             return None, ""
         found, after = None, timeline.apply(delta)
@@ -83,8 +85,8 @@ class ContactWatch:
         return found, f" (on {after.locate(found.t)[0].motion.text})" if found is not None else ""
 
     def _later(self, before: Timeline, after: Timeline, delta: TimelineDelta, settings: Settings) -> Contact | None:
-        """Return the first contact on motions that a change only shifts. Their paths stay the same, but the hand may
-        hold another part, and parts may have other positions."""
+        """Return the first contact on motions that a change only shifts in time. Their paths stay the same, but the
+        hand may now hold a different part, and parts may be at different positions."""
         times = [delta.segments[-1].finish] if delta.segments else []
         if not times and delta.events is not None:
             times = [event.time for event in delta.events.events]
@@ -96,8 +98,8 @@ class ContactWatch:
         return checker.first_changed((before, old), (after, new), since, delta.shift)
 
     def ahead(self, move: Move) -> Contact | None:
-        """Return the first contact of a motion if it began now; its time counts from now. Return None if there is no
-        contact, or if the arm cannot perform the motion."""
+        """Return the first contact of a motion if it started now; `t` of the contact counts from now [s]. Return None
+        if there is no contact, or if the arm cannot execute the motion."""
         try:
             delta = self._engine.trial(move)
         except (MotionError, IllegalValue):
@@ -116,7 +118,7 @@ class ContactWatch:
 
     def prepare(self, checker: Checker | None = None) -> None:
         """Import MuJoCo now: the import may start a process, which is not allowed later, while programs of other users
-        run. `checker`: the checker of another robot with the same model and scene, to be used again."""
+        run. `checker`: the checker of another robot with the same model and scene, to reuse."""
         if find_spec("mujoco") is not None:
             import_module("vrs_cli.contacts.checker")
             self.checker = checker
@@ -133,7 +135,7 @@ class ContactWatch:
         if scene.empty and not refused:
             return None
         if find_spec("mujoco") is None:
-            if refused:  # report it only if a contact would be refused
+            if refused:  # tell the user only if COLLISION is enabled
                 self.tell_missing()
             return None
         from vrs_cli.contacts.checker import Checker

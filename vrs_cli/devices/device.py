@@ -1,12 +1,12 @@
 """External devices, to which tasks attach logical units, and the bytes that arrive from them.
 
-Bytes arrive at an instant of the robot's clock, before everything that programs do at that instant. So programs that
-receive the same arrivals at the same times behave identically: a recording is a list of arrivals, and a script replaces
-peers.
+Bytes arrive at an instant of the robot's clock, before all actions of programs at that instant. So programs that
+receive the same arrivals at the same times behave identically: a recording is a list of arrivals, and a script can
+replace peers.
 
-Each byte is one character here, so that a V+ string can hold any bytes. A line ends with LF, CR LF or CR, which are not
+Each byte becomes one character, so that a V+ string can hold any bytes. A line ends with LF, CR LF or CR, which are not
 part of it. A line longer than the maximum is delivered in several pieces. Bytes without a line end count as a line if
-the peer then pauses or closes: V+ reads the contents of one packet.
+the peer then pauses or closes the connection, because in V+ a READ returns the contents of one packet.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 TCP, SERIAL = "TCP", "SERIAL:"
 MAX_LINE_BYTES = 1024  # maximum length of a line [bytes], unless BUFFER_SIZE is given
-RANGES: Mapping[str, tuple[int, int]] = {
+RANGES: Mapping[str, tuple[int, int]] = {  # minimum and maximum of each number in the text of FOPEN
     "LOCAL_PORT": (0, 65535),
     "REMOTE_PORT": (1, 65535),
     "CLIENTS": (1, 64),
@@ -37,8 +37,8 @@ PIECE = r"/(?P<key>[A-Z_]+)[\s=]*(?P<number>\d*)|(?P<host>[^\s/]+)"
 
 
 class Address(Struct, frozen=True):
-    """The address of a TCP unit. `host`: the machine of the other program; "" to wait for clients. `longest`: the
-    maximum length of a line [bytes]."""
+    """The address of a TCP unit. `host`: the machine of the other program; "" to wait for clients. `clients`: the
+    maximum number of clients. `longest`: the maximum length of a line [bytes]."""
 
     host: str
     port: int
@@ -47,12 +47,12 @@ class Address(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """The device name in a recording."""
+        """Return the name of the device in a recording."""
         return f"TCP:{self.host}:{self.port}" if self.host else f"TCP:{self.port}"
 
 
 def read_address(how: str) -> Address:
-    """Return the address in the text of FOPEN, as public V+ programs have it. Raises IllegalValue.
+    """Return the address in the text of FOPEN, in the form that public V+ programs use. Raises IllegalValue.
 
     /LOCAL_PORT 11000 /CLIENTS 5 /BUFFER_SIZE 1024 waits for clients; 192.168.0.7 /REMOTE_PORT 3000 connects to another
     program.
@@ -79,20 +79,20 @@ def read_address(how: str) -> Address:
 
 
 class DeviceEvent(Enum):
-    """Events that happen on a device without a request."""
+    """The events that a device reports."""
 
     OPENED = "opened"  # a connection was opened
-    REFUSED = "refused"  # a requested connection was refused; the code gives the reason
-    CAME = "data"
-    PAUSED = "pause"  # the last bytes have no end of line, and nothing follows
+    REFUSED = "refused"  # a requested connection was refused; `code` of the arrival gives the reason
+    CAME = "data"  # bytes have arrived
+    PAUSED = "pause"  # the last bytes have no line end, and no more have arrived for a while
     ENDED = "closed"  # the peer sends no more bytes; it may still receive
     GONE = "gone"  # sent bytes no longer reach the peer
-    WRITTEN = "written"  # all sent bytes have left
+    WRITTEN = "written"  # all bytes were handed to the operating system
 
 
 class Arrival(Struct, frozen=True):
-    """An event on a device. `device`: the name by which it was opened. `handle`: the number of the connection, 0 if
-    there is only one.
+    """An event on a device. `device`: the name with which it was opened. `handle`: the number of the connection; 0 if
+    the device has only one connection. `data`: the bytes that arrived. `code`: the error code of a refusal.
     """
 
     device: str
@@ -103,11 +103,11 @@ class Arrival(Struct, frozen=True):
 
 
 class Outside:
-    """The devices to which units may be attached: sockets, serial lines, or scripts that replace them. This base class
-    has none; `hint` says how to get some.
+    """The devices to which units can be attached: sockets, serial lines, or scripts that replace them. This base class
+    has no devices; `hint`: how the user can allow some.
 
-    `live`: arrivals come from other programs, in real time. `patience`: how long a unit waits, in seconds of the
-    robot's clock. `wake` is called, in any thread, when something has arrived. `tell` takes messages for the person who
+    `live`: whether arrivals come from other programs, in real time. `patience`: the maximum time that a unit waits, by
+    the robot's clock [s]. `wake`: called, in any thread, after an arrival. `tell`: takes messages for the person who
     runs the programs.
     """
 
@@ -119,53 +119,53 @@ class Outside:
         self.tell: Callable[[str], None] = lambda _text: None
 
     def check(self, device: str) -> None:
-        """Raise DeviceNotReady if no unit may be attached to a device."""
+        """Check that a unit may be attached to a device. Raises DeviceNotReady if not."""
         check_known(device)
         raise errors.DeviceNotReady(f"the device {device}", self.hint)
 
     def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
-        """Open a device, or start to open it: for a connection to another program, OPENED or REFUSED arrives later.
-        Without an address it is a serial line. Raises DeviceNotReady, PortTaken."""
+        """Open a device: a serial line if `address` is None. For a connection to another program only start to open it;
+        OPENED or REFUSED arrives later. Raises DeviceNotReady, PortTaken."""
         self.check(device)
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
-        """Send bytes to a connection. `ask`: let WRITTEN arrive when all bytes have left."""
+        """Send bytes to a connection. `ask`: report WRITTEN when all bytes were handed to the operating system."""
 
     def confirm_read(self, device: str, handle: int, count: int) -> None:
-        """Report that `count` bytes were read, so that as many more may arrive."""
+        """Confirm that the program has read `count` bytes, so that as many more may arrive."""
 
     def release(self, device: str, handle: int) -> None:
-        """Close a connection. A later one may get the same handle."""
+        """Close a connection. A later connection may get the same handle."""
 
     def close(self, device: str) -> None:
         """Close a device with all its connections, and free its port."""
 
     def close_all(self) -> None: ...
     def due(self, clock: RobotClock) -> float:  # noqa: ARG002
-        """Return the time of the next arrivals [s]; infinity if none are known."""
+        """Return the time of the next arrivals by the robot's clock [s]; infinity if none are known."""
         return inf
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
-        """Return the arrivals up to `now`, in their order."""
+        """Return the arrivals up to `now` [s], in their order, and remove them."""
         return ()
 
 
 def check_known(device: str) -> None:
-    """Raise DeviceNotReady if no device has this name."""
+    """Check that a device with this name can exist. Raises DeviceNotReady if not."""
     if device != TCP and not (device.startswith(SERIAL) and device[len(SERIAL) :].isdigit()):
         raise errors.DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")
 
 
-FULL = 65536  # number of unread bytes at a peer above which the program waits
-CONFIRM_BYTES = 8192  # bytes
-CLOSE_CONNECTION, HANDLE = 600, 2  # FCMND's number, and its bytes of a handle (public V+ programs)
-END_OF_LINE = "\r\n"  # ends written lines
-RETURN, LINE_FEED = 13, 10
+FULL = 65536  # number of sent bytes, not known to have left, above which the program waits
+CONFIRM_BYTES = 8192  # number of read bytes that are confirmed together
+CLOSE_CONNECTION, HANDLE = 600, 2  # number of the FCMND that closes a connection; bytes of its handle (V+ programs)
+END_OF_LINE = "\r\n"  # end of a written line
+RETURN, LINE_FEED = 13, 10  # character codes of CR and LF
 _END = re.compile(rb"[\r\n]")
 
 
 class Waits(Enum):
-    """The result of a request that is not complete yet."""
+    """The result of an operation that is not complete yet."""
 
     YET = "yet"
 
@@ -174,9 +174,10 @@ YET: Final = Waits.YET
 
 
 class DeviceConnection(Struct, eq=False):
-    """A connection of a device. `told`: the program has been informed that the connection is open. `unwritten`: bytes
-    sent since the last time when all bytes had left; `asked`: WRITTEN was requested. `taken`: bytes read since the last
-    `confirm_read`. `returned`: a line has ended with CR, so a following LF belongs to that line."""
+    """A connection of a device. `told`: whether the program was informed that the connection is open. `data`: unread
+    bytes. `paused`, `ended`, `gone`: as in `DeviceEvent`. `unwritten`: number of sent bytes not known to have left;
+    `asked`: WRITTEN was requested. `taken`: number of bytes read since the last `confirm_read`. `returned`: the last
+    line ended with CR, so an LF that follows is part of this line end."""
 
     handle: int
     told: bool
@@ -190,7 +191,7 @@ class DeviceConnection(Struct, eq=False):
     returned: bool = False
 
     def record(self, longest: int) -> bytes | None:
-        """Take the next line; None if it is not complete."""
+        """Remove and return the next line; None if it is not complete."""
         data = self.data
         self._pass_line_feed()
         if (end := _END.search(data, 0, longest + 1)) is None:
@@ -214,9 +215,9 @@ class DeviceConnection(Struct, eq=False):
 
 
 class Device(Struct, eq=False):
-    """The device of a unit. `attached`: the name given to ATTACH; `name`: the same with the port once the port is
-    known. `fault`: the reason why the device cannot be used. `status`, `length` and `handle`: results of the last
-    operation. `expired`: GETC has waited long enough. `dialing`: a connection was requested."""
+    """The device of a unit. `attached`: the name given to ATTACH; `name`: this name, with the port once it is known.
+    `fault`: the reason why the device cannot be used. `status`, `length`, `handle`: results of the last operation.
+    `expired`: the maximum wait of GETC is over. `dialing`: a connection was requested and is not open yet."""
 
     attached: str
     name: str
@@ -236,7 +237,7 @@ class Device(Struct, eq=False):
     # --- opening and closing ---
 
     def begin(self) -> None:
-        """Attach the unit; this opens a serial line. Raises DeviceNotReady."""
+        """Attach the unit; open the device if it is a serial line. Raises DeviceNotReady."""
         self.outside.check(self.name)
         if self.name != TCP:
             self.outside.open(self.name, None)
@@ -244,8 +245,8 @@ class Device(Struct, eq=False):
             self._connections[0] = DeviceConnection(0, told=True)
 
     def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
-        """Execute FOPEN; `dial_result` returns the outcome. `in_use`: names of devices. Raises IllegalValue,
-        FileOpened, FileError, DeviceNotReady, PortTaken.
+        """Execute FOPEN; `dial_result` then gives the outcome. `how`: the text of FOPEN; `in_use`: names of the devices
+        in use. Raises IllegalValue, FileOpened, FileError, DeviceNotReady, PortTaken.
         """
         self._check_fault()
         if self.open:
@@ -254,12 +255,12 @@ class Device(Struct, eq=False):
             raise errors.FileError(f"{self.name} has no ports", "FOPEN is for TCP")
         address = read_address(how)
         names = (address.name if number == 1 else f"{address.name}#{number}" for number in count(1))
-        name = next(one for one in names if one not in in_use)  # two connections to one port have two names
+        name = next(one for one in names if one not in in_use)  # two connections to one port need different names
         self.outside.open(name, address)
         self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 
     def dial_result(self) -> Waits | None:
-        """Return YET while a connection is being made; then set the status to its outcome."""
+        """Return YET while a connection is being opened; then set the status to the outcome and return None."""
         if self.dialing and self._refused is None:
             return YET
         refused, self._refused, self.dialing = self._refused, None, False
@@ -296,7 +297,7 @@ class Device(Struct, eq=False):
         self.status = SUCCESS
 
     def check_open(self) -> None:
-        """Raise FileNotOpened, or the reason why the device is not open."""
+        """Check that the device is open. Raises FileNotOpened, or the reason why the device cannot be used."""
         self._check_fault()
         if not self.open:
             raise errors.FileNotOpened(self.name, "FOPEN opens a port")
@@ -309,10 +310,10 @@ class Device(Struct, eq=False):
         del self._connections[handle]
         self.outside.release(self.name, handle)
 
-    # --- what arrives ---
+    # --- arrivals ---
 
     def arrive(self, arrival: Arrival) -> None:
-        """Store incoming data until a program reads it."""
+        """Take an arrival, and keep its data until a program reads them."""
         self._fresh = True
         handle, event = arrival.handle, arrival.event
         if event is DeviceEvent.REFUSED:
@@ -335,8 +336,8 @@ class Device(Struct, eq=False):
     # --- reading ---
 
     def read(self, notices: bool, wait: bool) -> str | Waits | None:
-        """Return a line, or None if the status gives the result. Raises NoDataReceived, NetworkClosed, and the errors
-        of `check_open`."""
+        """Execute READ: return a line, None if the result is only a status, or YET to wait. `notices`: report opened
+        and closed connections as a status. Raises NoDataReceived, NetworkClosed, and the errors of `check_open`."""
         self.check_open()
         longest = MAX_LINE_BYTES if self.address is None else self.address.longest
         for one in self._in_turn(self.handle + 1):
@@ -356,7 +357,7 @@ class Device(Struct, eq=False):
         return self._nothing(wait)
 
     def character(self, wait: bool) -> int | Waits:
-        """Return the next byte. Raises NetworkTimeout, and the errors of `read`."""
+        """Execute GETC: return the next byte, or YET to wait. Raises NetworkTimeout, and the errors of `read`."""
         self.check_open()
         if self.expired:
             self.expired = False
@@ -374,31 +375,33 @@ class Device(Struct, eq=False):
         return self._nothing(wait)
 
     def put_back(self, bytes_: Iterable[int]) -> None:
-        """Put back bytes, so that the current step reads them again."""
+        """Put bytes back, so that the current step reads them again when it is repeated."""
         if (one := self._connections.get(self.handle)) is not None:
             one.data[:0] = bytes(bytes_)
 
     @property
     def has_more(self) -> bool:
-        """Return whether bytes have arrived since GETC began to wait. The step then reads its earlier bytes again."""
+        """Return whether a waiting GETC can continue: something has arrived, its wait is over, or the device was
+        closed."""
         return self.expired or self._fresh or not self.open
 
     def _count_read(self, one: DeviceConnection, count: int) -> None:
-        """Count bytes as read, and confirm them from time to time: a message for each byte would cost too much."""
+        """Count bytes as read. Confirm them only every CONFIRM_BYTES, because confirming each byte would be slow."""
         one.taken += count
         if one.taken >= CONFIRM_BYTES:
             self.outside.confirm_read(self.name, one.handle, one.taken)
             one.taken = 0
 
     def _in_turn(self, first: int) -> list[DeviceConnection]:
-        """Return the connections in turn, beginning after the one that was read last."""
+        """Return the connections by rising handle, starting at handle `first`, the smaller handles last."""
         return sorted(self._connections.values(), key=lambda one: (one.handle < first, one.handle))
 
     def _set_status(self, one: DeviceConnection, status: int, length: int = 0) -> None:
         self.handle, self.status, self.length = one.handle, status, length
 
     def _nothing(self, wait: bool) -> Waits:
-        """Return YET to wait. Raises NoDataReceived, or NetworkClosed if nothing more can arrive."""
+        """Return YET if the program waits. Raises NoDataReceived if it does not wait, and NetworkClosed if no more data
+        can arrive."""
         if not self._connections and not self._listens:
             raise errors.NetworkClosed(self.name)
         if not wait:
@@ -412,8 +415,8 @@ class Device(Struct, eq=False):
     # --- writing ---
 
     def write(self, text: str, newline: bool, handle: int | None, wait: bool) -> Waits | None:
-        """Send text to a connection: the one with the handle, else that of the last READ, else the first. Raises
-        NetworkClosed, and the errors of `check_open`.
+        """Send text to the connection with this handle; None: to that of the last READ, otherwise to the first one.
+        Return YET if the program has to wait. Raises NetworkClosed, and the errors of `check_open`.
         """
         self.check_open()
         one = self._connections.get(self.handle if handle is None else handle)
@@ -437,10 +440,10 @@ class Device(Struct, eq=False):
         self.status, self.length = SUCCESS, len(text)
         return None
 
-    # --- waiting in vain ---
+    # --- timeouts ---
 
     def expire(self, *, of_getc: bool) -> None:
-        """Cancel the waiting operation."""
+        """End the waiting operation with NetworkTimeout. `of_getc`: the operation is a GETC, which raises the error."""
         if of_getc:
             self.expired = True
         else:

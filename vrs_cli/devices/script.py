@@ -1,11 +1,12 @@
-"""Scripts of peers, for tests and batch runs, and recordings of real peers.
+"""Play scripts of peers (other programs on TCP and serial lines), for tests and batch runs; record real peers.
 
     {"time": 0.5, "device": "TCP:11000", "event": "opened", "handle": 1}
     {"in": 0.1, "data": "J 0 -90 90 0 0 0\\r\\n"}
     {"after": "done\\r\\n", "event": "closed"}
 
-A line without device or handle has those of the previous line. `time` and `in` [s] are of the robot's clock; `after` is
-a text that the program has to write first. Blank lines and lines that begin with # are skipped.
+A line without device or handle has those of the previous line. `time`: the time by the robot's clock [s]; `in`: the
+delay after the previous line, or after `after` [s]; `after`: a text that the program must write first. Blank lines and
+lines that begin with # are skipped.
 """
 
 from __future__ import annotations
@@ -26,14 +27,15 @@ from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.wire.codec import decode, to_json
 from vrs_cli.wire.records import RecordError
 
-SENT, OPEN = "sent", "open"  # event names in a recording: text that the program wrote, and the result of opening
+SENT, OPEN = "sent", "open"  # further events in a recording: text that the program wrote, and the outcome of opening
 EVENTS = {event.value: event for event in DeviceEvent}
-FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
+FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}  # of opening, by code
 
 
 class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, rename={"within": "in"}):
-    """An event on a device, at a `time` [s] of the robot's clock, or `within` some seconds after the line before or
-    after the program has written the text `after`. `data`: bytes as characters, code for code.
+    """A line of a script: an event on a device. It happens at `time` by the robot's clock [s], or `within` seconds
+    after the previous line, or after the program has written the text `after`. `data`: bytes as the characters with
+    these codes.
     """
 
     time: float | None = None
@@ -47,21 +49,22 @@ class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=Tr
 
 
 class _Part(Struct):
-    """The lines of one device. `due`: the time of its next line [s], None if it is not known. `written`: the
-    program's text since the last expected text. `last`: the time of the line before [s].
+    """The lines of a script for one device. `due`: the time of the next line [s]; None if it is not known yet.
+    `written`: the text that the program has written since the last match of `after`. `last`: the time of the previous
+    line [s].
     """
 
     lines: deque[tuple[int, UnitLine]] = field(default_factory=deque)
-    opened: deque[int] = field(default_factory=deque)  # codes of the outcomes of opening, 0 for success
-    sent: dict[int, bytearray] = field(default_factory=dict)  # the expected text of the program, by handle
+    opened: deque[int] = field(default_factory=deque)  # error codes of the next openings, 0 for success
+    sent: dict[int, bytearray] = field(default_factory=dict)  # text that the program wrote in the recording, by handle
     open: bool = False
     due: float | None = None
     last: float = 0.0
     written: bytearray = field(default_factory=bytearray)
 
     def look(self, now: float) -> float:
-        """Update and return the time of the next line of the script [s]; it comes after the last action of the
-        program."""
+        """Update and return the time of the next line [s], which is after the program's actions up to `now` [s];
+        infinity if it is not known."""
         if self.due is None and self.open and self.lines:
             _, line = self.lines[0]
             if line.after is None:
@@ -72,7 +75,7 @@ class _Part(Struct):
         return inf if self.due is None else self.due
 
     def due_lines(self, now: float) -> Iterable[tuple[int, UnitLine]]:
-        """Yield the lines that are due."""
+        """Yield the lines that are due at `now` [s], with their numbers."""
         while self.due is not None and self.due <= now:
             yield self.lines.popleft()
             self.last, self.due = self.due, None
@@ -82,7 +85,8 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Supplies units with the arrivals of a script. Warns once if a program writes something else than was recorded."""
+    """Devices whose arrivals come from a script. Warns once if a program writes a text that differs from the
+    recording."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)
@@ -136,12 +140,12 @@ class Script(Outside):
 
 
 def read_script(path: str, patience: float = inf) -> Script:
-    """Return the script of a file. Raises NonexistentFile, and FileDamaged, which names all wrong lines."""
+    """Read a script from a file; return it. Raises NonexistentFile, and FileDamaged, which lists all wrong lines."""
     return Script(parse_script(text_at(path), path), patience)
 
 
 def parse_script(text: str, path: str = "units") -> list[UnitLine]:
-    """Return the lines of a text, each with its device and handle. Raises FileDamaged, which names all wrong lines."""
+    """Return the lines of a text, each with its device and handle. Raises FileDamaged, which lists all wrong lines."""
     lines, wrong = list[UnitLine](), list[str]()
     device, handle = "", None
     for number, written in enumerate(text.split("\n"), 1):
@@ -161,7 +165,7 @@ def parse_script(text: str, path: str = "units") -> list[UnitLine]:
 
 
 def _on_grid(line: UnitLine) -> UnitLine:
-    """Check a line, and put its time on the grid of the clock. Raises ValueError."""
+    """Check a line; return it with its time rounded to a tick of the clock. Raises ValueError."""
     if not line.device:
         raise ValueError('no device is named: "device": "TCP:11000"')
     if line.event not in (*EVENTS, SENT, OPEN):
@@ -177,7 +181,7 @@ def _on_grid(line: UnitLine) -> UnitLine:
 
 
 def _bytes(text: str) -> bytes:
-    """Convert characters to bytes, code for code. Raises ValueError for those above 255."""
+    """Return the bytes with the codes of the characters. Raises ValueError for codes above 255."""
     try:
         return text.encode("latin-1")
     except UnicodeEncodeError:
@@ -188,19 +192,19 @@ def _bytes(text: str) -> bytes:
 
 
 def line_of(arrival: Arrival, now: float) -> UnitLine:
-    """Return the line of a recording for an arrival."""
+    """Return an arrival as a line of a recording."""
     data, event = arrival.data.decode("latin-1"), arrival.event.value
     return UnitLine(time=now, device=arrival.device, event=event, handle=arrival.handle, data=data, code=arrival.code)
 
 
 class DeviceRecording(Outside):
-    """Passes everything between units and another outside, and records the arrivals in a file."""
+    """Devices of another `Outside`, whose arrivals and sent bytes are also recorded in a file."""
 
     def __init__(self, outside: Outside, path: str) -> None:
         """Open the file. Raises FileError."""
         super().__init__(patience=outside.patience)
         self.live = outside.live
-        outside.wake = lambda: self.wake()  # noqa: PLW0108 (it is set later)
+        outside.wake = lambda: self.wake()  # noqa: PLW0108 (`self.wake` is set later)
         outside.tell = lambda text: self.tell(text)  # noqa: PLW0108
         self._outside, self._path = outside, path
         self._clock: RobotClock | None = None

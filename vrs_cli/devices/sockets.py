@@ -1,4 +1,4 @@
-"""TCP over real sockets, and serial lines. This module decides which programs may use them, and when programs see
+"""Open real TCP sockets and serial lines for programs; decide which of them are allowed, and when programs see
 arrivals."""
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken
 from vrs_cli.trajectory.instant import TICK
 
-LOOK = 0.005  # [s] between two checks whether a pseudo-terminal was read
+LOOK = 0.005  # [s] time between two checks whether the bytes in a pseudo-terminal were read
 LOOPBACK = "127.0.0.1"
-USUAL_SPEED = 9600
+USUAL_SPEED = 9600  # [baud] default speed of a serial line
 
 
 class FileEnd:
-    """The end of a serial line that is open as a file."""
+    """Our end of a serial line, which is open as a file."""
 
     def __init__(self, handle: int) -> None:
         self._handle = handle
@@ -46,8 +46,8 @@ class FileEnd:
 
 
 class PseudoEnd(FileEnd):
-    """The end of a pseudo-terminal called `name`. It stays open until `leave`, whatever programs do. Its other end is
-    held open too, so that others may come and go.
+    """Our end of the pseudo-terminal `name`. It stays open until `leave`, even if programs close the device. The other
+    end is kept open too, so that other programs may open and close it.
     """
 
     def __init__(self) -> None:
@@ -63,7 +63,7 @@ class PseudoEnd(FileEnd):
         """Do nothing: the pseudo-terminal stays open."""
 
     def unread(self) -> int:
-        """Return the number of bytes that nobody has read at the other end."""
+        """Return the number of bytes that are still unread at the other end."""
         import fcntl
         import termios
 
@@ -76,8 +76,8 @@ class PseudoEnd(FileEnd):
 
 
 def open_serial(what: str) -> tuple[FileEnd, str]:
-    """Open `pty`, or a device by its path, perhaps with its speed: /dev/ttyUSB0,115200. Return the line and its name
-    for the user. Raises DeviceNotReady.
+    """Open a serial line: `pty` for a new pseudo-terminal, or the path of a device, optionally with its speed:
+    /dev/ttyUSB0,115200. Return our end and a description for the user. Raises DeviceNotReady.
     """
     try:
         import termios
@@ -107,8 +107,9 @@ def open_serial(what: str) -> tuple[FileEnd, str]:
 
 
 class Sockets(Outside):
-    """TCP and serial lines of this machine. `host`: the address at which ports are opened; if it is a loopback address,
-    connections reach only this machine. `serial`: the device of each serial line by its number.
+    """TCP sockets and serial lines of this machine. `host`: the address at which ports are opened; None: no TCP. With a
+    loopback address, programs may connect only to this machine. `serial`: the device of each serial line, by the number
+    of the line.
     """
 
     live = True
@@ -123,7 +124,7 @@ class Sockets(Outside):
         self._due: float | None = None
         self._open: set[str] = set()
         self._pseudo: dict[str, PseudoEnd] = {}
-        self._traffic: Traffic | None = None  # None while nothing is open
+        self._traffic: Traffic | None = None  # None while no device is open
 
     def check(self, device: str) -> None:
         check_known(device)
@@ -157,7 +158,7 @@ class Sockets(Outside):
         return self._traffic
 
     def _keep(self, arrival: Arrival) -> None:
-        """Keep an arrival. This runs in the thread of the traffic."""
+        """Queue an arrival. Called in the thread of the traffic."""
         with self._coming:
             self._come.append(arrival)
         self.wake()
@@ -167,7 +168,7 @@ class Sockets(Outside):
         assert self.host is not None
         listener = socket.socket(socket.AF_INET6 if ":" in self.host else socket.AF_INET, socket.SOCK_STREAM)
         try:
-            if sys.platform != "win32":  # on Windows this would give one port to two programs
+            if sys.platform != "win32":  # on Windows the option would let two programs open the same port
                 listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.setblocking(False)
             listener.bind((self.host, address.port))
@@ -182,8 +183,8 @@ class Sockets(Outside):
         return listener
 
     def _numeric_address(self, host: str) -> str:
-        """Return a numeric address. Raises DeviceNotReady for a name, as looking it up may take any time, and for
-        another machine if only this one is allowed.
+        """Return the numeric address of a host. Raises DeviceNotReady for a name, because the lookup of a name may be
+        slow, and for other machines if only this machine is allowed.
         """
         if (address := address_of(host)) is None:
             raise self._not_ready(f"a connection to {host}", "give the address in numbers, as 192.168.0.7")
@@ -192,7 +193,7 @@ class Sockets(Outside):
         return str(address)
 
     def _not_ready(self, what: str, hint: str) -> DeviceNotReady:
-        """Report why a device is not ready, because its status does not contain the reason. Return the error."""
+        """Return the error, and tell the user its text, because the status of a unit is only a number."""
         fault = DeviceNotReady(what, hint)
         self.tell(str(fault))
         return fault
@@ -234,7 +235,8 @@ class Sockets(Outside):
         self._pseudo.clear()
 
     def due(self, clock: RobotClock) -> float:
-        """Return the earliest time [s] that programs have not reached yet; infinity if nothing has arrived."""
+        """Return the time at which programs see the arrivals: the earliest that they have not reached yet [s]; infinity
+        if there are no arrivals."""
         if not self._come:
             return inf
         if self._due is None:
@@ -248,7 +250,7 @@ class Sockets(Outside):
 
 
 def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """Return a numeric address, or that of localhost; None for other names."""
+    """Return a host as a numeric address; None for a name other than localhost."""
     try:
         return ipaddress.ip_address(LOOPBACK if host.lower() == "localhost" else host)
     except ValueError:

@@ -1,8 +1,8 @@
-"""All open ports and connections, and the one thread that serves them.
+"""Serve all open ports and connections of programs, in one thread.
 
-The thread runs an event loop, and owns ports and connections. Other threads hand it calls. It reads from each
-connection no more than the unit can hold, so a peer that sends more has to wait. A port has as many clients as it was
-opened for; others wait until one is released. The thread ends with the last device.
+The thread runs an event loop, and owns the ports and connections. Other threads pass calls to it. From each connection
+it reads only as many bytes as the unit can hold, so a peer that sends more has to wait. A port accepts as many clients
+as FOPEN allows; further clients wait until one is released. The thread ends when the last device is closed.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ from vrs_cli.errors import NetworkClosed
 
 WINDOW = 65536  # maximum number of unread bytes of one connection
 PIECE = 16384  # maximum number of bytes of one read
-PAUSE = 0.02  # [s] silence after which an unfinished line counts as a line
-GRACE = 0.5  # [s] maximum time to send written bytes after the device is closed
-ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: finds peers that are gone
+PAUSE = 0.02  # [s] silence after which bytes without a line end count as a line
+GRACE = 0.5  # [s] maximum time to send the remaining bytes after the device was closed
+# keepalive, which finds peers that are gone: idle time [s], interval [s] and number of probes
+ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
 
 
 class NonBlockingEnd(Protocol):
-    """One end of a connection that does not block."""
+    """Our end of a connection, which does not block."""
 
     def fileno(self) -> int: ...
     def receive(self, size: int) -> bytes: ...
@@ -36,7 +37,7 @@ class NonBlockingEnd(Protocol):
 
 
 class SocketEnd:
-    """The end of a TCP connection."""
+    """Our end of a TCP connection."""
 
     def __init__(self, it: socket.socket) -> None:
         self._it = it
@@ -63,9 +64,9 @@ class SocketEnd:
 
 
 class _Connection:
-    """A connection. `room`: the number of bytes that may arrive before some are read. `asked`: WRITTEN is wanted when
-    all bytes have left. `ended`: no more bytes arrive. `broken`: nothing can be sent either. `closing`: close it when
-    all bytes have left. `pause`: the timer after which an unfinished line counts as a line."""
+    """A connection. `room`: the number of bytes that may arrive before the program reads some. `out`: unsent bytes.
+    `asked`: report WRITTEN when all bytes were sent. `ended`: no more bytes arrive. `broken`: bytes can neither arrive
+    nor be sent. `closing`: close it when all bytes were sent. `pause`: the timer of PAUSE."""
 
     def __init__(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
         self.device, self.handle, self.ends = device, handle, ends
@@ -75,21 +76,21 @@ class _Connection:
 
 
 class _Port(NamedTuple):
-    """A port for clients, and the handles that are free."""
+    """A port for clients, and the free handles for new connections."""
 
     listener: socket.socket
     free: set[int]
 
 
 class Traffic:
-    """Ports and connections in a thread of their own. `arrived` is called there with each arrival."""
+    """Serves ports and connections in a separate thread. `arrived`: called in this thread with each arrival."""
 
     def __init__(self, arrived: Callable[[Arrival], None]) -> None:
         self._arrived = arrived
         self._ports: dict[str, _Port] = {}
         self._connections: dict[tuple[str, int], _Connection] = {}
         self._dialling: dict[str, socket.socket] = {}
-        self._leaving: list[_Connection] = []  # closed connections with bytes to send
+        self._leaving: list[_Connection] = []  # released connections that still send bytes
         self._ended = False
         self._loop = asyncio.SelectorEventLoop()
         self._thread = Thread(target=self._serve, name="units", daemon=True)
@@ -98,17 +99,17 @@ class Traffic:
     # --- from another thread ---
 
     def do(self, act: Callable[[Traffic], None]) -> None:
-        """Let the thread call `act`, in the order of these calls."""
+        """Schedule a call of `act` in the thread, in the order of these calls."""
         self._loop.call_soon_threadsafe(act, self)
 
     def close(self, device: str) -> None:
-        """Close a device. No more events of the device arrive."""
+        """Close a device. After the return no more of its events arrive."""
         done = Done()
         self.do(lambda it: it._close(device, done))
         done.wait(GRACE)
 
     def end(self) -> None:
-        """Stop the thread once all written bytes are sent."""
+        """Stop the thread when all bytes were sent."""
         self.do(Traffic._end)
         self._thread.join(2 * GRACE)
 
@@ -124,7 +125,7 @@ class Traffic:
             self._loop.stop()
 
     def listen(self, device: str, listener: socket.socket, clients: int) -> None:
-        """Accept clients at a port."""
+        """Accept clients at a port, at most `clients` at a time."""
         self._ports[device] = _Port(listener, set(range(1, clients + 1)))
         self._watch_port(device)
 
@@ -148,7 +149,7 @@ class Traffic:
         self._watch_port(device)
 
     def connect(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
-        """Serve an open connection. The only connection of a device has the handle 0."""
+        """Serve an open connection. If a device has only one connection, its handle is 0."""
         one = self._connections[device, handle] = _Connection(device, handle, ends)
         self._watch(one)
 
@@ -176,7 +177,7 @@ class Traffic:
         self._arrived(Arrival(device, DeviceEvent.REFUSED, code=NetworkClosed.code))
 
     def _watch(self, one: _Connection) -> None:
-        """Make the loop watch whether a connection can be read and written, if that is useful now."""
+        """Let the loop watch a connection for reading if bytes may arrive, and for writing if bytes are unsent."""
         if one.room > 0 and not (one.ended or one.broken or one.closing):
             self._loop.add_reader(one.ends, self._receive, one)
         else:
@@ -235,7 +236,7 @@ class Traffic:
             self._arrived(Arrival(one.device, DeviceEvent.GONE, one.handle))
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
-        """Send bytes. `ask`: let WRITTEN arrive when all bytes have left."""
+        """Send bytes. `ask`: report WRITTEN when all bytes were sent."""
         one = self._connections.get((device, handle))
         if one is not None and not one.broken:
             one.out += data
@@ -262,7 +263,7 @@ class Traffic:
             self._watch_port(device)
 
     def _shut(self, one: _Connection) -> None:
-        """Close a released connection: all bytes have left, or the time is over."""
+        """Close a released connection, after all its bytes were sent or GRACE is over."""
         if one in self._leaving:
             self._leaving.remove(one)
             one.out.clear()

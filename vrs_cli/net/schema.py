@@ -1,4 +1,4 @@
-"""`python3 -m vrs_cli.net.schema`: a JSON Schema of all messages, made from their types."""
+"""Print a JSON Schema of all messages, made from their types: `python3 -m vrs_cli.net.schema`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serve one robot, without its users: its session, lease, body, durable log, and the broadcast of its changes."""
+"""Serve one robot, apart from its users: its session, lease, body, durable log, and the broadcast of its changes."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ from vrs_cli.wire.cells import cell_record
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.reports import MAX_MESSAGE_REPORTS, ReportRows, reports_of, row_fields, row_parts
 
-MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports per second, and in one burst after a cut
+MAX_RATE, MAX_AT_ONCE = 2000.0, 100_000.0  # maximum reports of a body per second, and in one burst after a cut
 REFUSED_EVERY = 1.0  # [s] minimum time between two refusals of reports
-STATUS_EVERY = 1.0  # [s] time between two messages of counts and clock
-DELAY_SHARE = 1.0 / 16.0  # weight of a new delay in the running mean
+STATUS_EVERY = 1.0  # [s] time between two messages with the body's counts and clock
+DELAY_SHARE = 1.0 / 16.0  # weight of the newest delay in the moving average of the delays
 
 
 class ServedBody:
-    """Passes messages of clients to the `body` of a robot, and its state to all clients. For the thread of the
-    connections.
+    """The body (the real or simulated arm) of a served robot: passes messages of clients to `body`, and its state to
+    all clients. Call all methods in the thread of the connections.
     """
 
     def __init__(self, body: RobotBody, broadcast: Broadcast, wall: Callable[[], float]) -> None:
@@ -66,7 +66,8 @@ class ServedBody:
     # --- messages of clients ---
 
     def embody(self, name: str, message: messages.Embody) -> messages.Embodied:
-        """Make a client the body, or end that. Raises RequestRefused if another client is the body."""
+        """Make the client `name` the body, or end its being the body. Raises RequestRefused if another client is the
+        body."""
         body = self.body
         if not message.held:
             body.leave(name)
@@ -76,7 +77,7 @@ class ServedBody:
         return messages.Embodied(message.id, body.embody(name, message.first), body.order, body.ordered_at)
 
     def take(self, name: str, message: messages.Measured) -> None:
-        """Take reports of a client. Raises errors in them, at most one a second."""
+        """Take reports of the client `name`. Raises VrsError for wrong reports, at most once a second."""
         try:
             came = self.body.now()
             self.body.check_is(name)
@@ -100,7 +101,7 @@ class ServedBody:
                 raise
 
     def window(self, message: messages.MeasuredWindow) -> messages.ShownMeasured:
-        """Return the reports of a stretch of time, as many as fit into one message."""
+        """Return the reports of a time interval, as many as fit into one message."""
         told = self._broadcast.measured.count
         end = inf if message.end is None else message.end
         found = list(islice(self.body.record.view.between(message.begin, end), MAX_MESSAGE_REPORTS + 1))
@@ -123,13 +124,13 @@ class ServedBody:
             self._broadcast.announce(status)
 
 
-MEASURED_SECONDS = 3600.0  # [s] length of the reports that stay in memory; the journal keeps all reports
-SIZE_CHECK_S = 0.1  # [s] time between two measurements of a robot's size, which take long for a large one
-LATELY = 1.0  # [s] time after a request for which a user counts as active
-FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # words that a full robot accepts
+MEASURED_SECONDS = 3600.0  # [s] time for which reports stay in memory; the journal keeps all reports
+SIZE_CHECK_S = 0.1  # [s] time between two checks of a robot's size, which are slow for a large robot
+LATELY = 1.0  # [s] time after a request during which a user counts as active
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed when a robot is full
 
 
-LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and the messages to users
+LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the new lease, and the notices for users
 
 
 class WhenGone(Enum):
@@ -141,8 +142,8 @@ class WhenGone(Enum):
 
 
 class Driving:
-    """The lease of one robot. Any thread may call any method; `told` is called in that thread with each change.
-    `by_asking`: a user takes the lease only by asking for it, not by commanding."""
+    """The lease of one robot. Any thread may call any method; `told` is called in the same thread with each change.
+    `by_asking`: a user gets the lease only by requesting it, not by giving a command."""
 
     def __init__(
         self, wall: Callable[[], float], told: Callable[[RobotLease, Notice | None], None], *, by_asking: bool = False
@@ -152,7 +153,7 @@ class Driving:
         self.lease = RobotLease()
 
     def may(self, who: str) -> None:
-        """Check that a user may command. If nobody has the lease, the user takes it, unless users must ask for it.
+        """Check that a user may give commands. If nobody has the lease, the user gets it, unless users must request it.
         Raises LeaseHeld."""
         with self._lock:
             now = self._wall()
@@ -166,18 +167,18 @@ class Driving:
             self._take(self.lease.acquire(who, now))
 
     def change(self, step: Callable[[RobotLease, float], LeaseStep]) -> None:
-        """Change the lease by a step such as `acquire`, at the present time. Raises LeaseHeld."""
+        """Change the lease by a step such as `acquire`, at the current time. Raises LeaseHeld."""
         with self._lock:
             self._take(step(self.lease, self._wall()))
 
     def beat(self, who: str) -> None:
-        """Record that a message of a user has arrived; this matters only for the driver."""
+        """Record that a message of a user has arrived. If the user is the driver, this extends the lease."""
         with self._lock:
             if self.lease.drives(who):
                 self.lease = self.lease.beat(who, self._wall())
 
     def take_lapsed(self) -> str:
-        """Take the lease from a driver who was silent for too long; return the driver's name, or an empty one."""
+        """End the lease of a driver who was silent for too long; return the driver's name, "" if there is none."""
         with self._lock:
             lease, now = self.lease, self._wall()
             if not lease.holder or not lease.is_free(now):
@@ -196,10 +197,11 @@ class Driving:
 class Plan(Struct, frozen=True):
     """The settings with which a robot is served.
 
-    `journal`: the file for its timeline, None for none. `folder`: the folder of its files. `one_user`: all clients are
-    one person, so the lease is taken only by asking for it. `idle`: seconds without users and viewers after which the
-    robot is paused. `reach`: how much of the journal stays in memory. `cell`: the cell around the robot. `styled`:
-    renders a reply as lines, for clients that ask for them with `rendered`.
+    `folder`: the folder of its files. `journal`: the file for its timeline; None: no file. `realtime`: seconds of the
+    robot's clock per second; None: virtual time. `one_user`: all clients are one person, who gets the lease only by
+    requesting it. `idle`: time without users and viewers after which the robot is paused [s]. `reach`: how much of the
+    journal stays in memory. `cell`: the cell around the robot. `styled`: renders a reply as lines of a given width, for
+    clients that request them with `rendered`.
     """
 
     model: RobotModel
@@ -217,7 +219,7 @@ class Plan(Struct, frozen=True):
 
 
 class _LeasedSession(Session):
-    """A session in which only the driver may command, according to the lease."""
+    """A session in which only the user with the lease may give commands."""
 
     driving: Driving
 
@@ -228,11 +230,11 @@ class _LeasedSession(Session):
 
 
 class ServedRobot:
-    """A robot that is served. `wake` is called, in any thread, when the queue `said` has work for the thread of the
-    connections. `tell` takes messages for the operator of the server. `robots`: the names of the robots that a grant
-    allows. `driven` is called when the lease changes; `lost`, with the reason, when the journal cannot be written.
-    `touched`: functions that flush the sockets with new messages. Raises FileError, FileDamaged, UsageError if the
-    robot cannot be served.
+    """A robot that is served. `said`: the queue of calls for the thread of the connections; `wake` is called, in any
+    thread, when it has entries. `tell`: takes messages for the operator of the server. `robots`: returns the names of
+    the robots that a grant allows. `driven`: called when the lease changes. `lost`: called with the reason when the
+    journal cannot be written. `touched`: functions that flush sockets with new messages. Raises FileError, FileDamaged,
+    UsageError if the robot cannot be served.
     """
 
     def __init__(
@@ -263,7 +265,7 @@ class ServedRobot:
         self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
         self._memory: MemoryFile | None = None
-        self._unwritten: list[Report] = []  # reports that were not given to the journal yet
+        self._unwritten: list[Report] = []  # body reports that are not in the journal yet
         self.durable_log = self._open_durable_log()
         engine = self.session.engine
         self.cell: dict[str, Any] | None = None  # the cell's data for clients
@@ -284,10 +286,11 @@ class ServedRobot:
         self.served_body = ServedBody(self.session.body, self.broadcast, wall)
         engine.measured.listeners.append(self._tell_measured)
         self._measured = wall() - 2 * SIZE_CHECK_S
-        self._grown: LimitReached | None = None  # the reason why the robot may not grow
+        self._grown: LimitReached | None = None  # the limit that the robot has reached, if any
 
     def _course_teller(self) -> CourseTeller | None:
-        """Return the thread that computes the course of the world; None without a cell."""
+        """Return the thread that computes the course of the world (the states of parts and sensors over time); None
+        without a cell."""
         session, world = self.session, self.session.driver.world
         if world is None:
             return None
@@ -324,12 +327,12 @@ class ServedRobot:
             if taken.has_torn_line:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
-            engine.measured.listeners.remove(self._journal.add_reports)  # called in another thread than the robot's
+            engine.measured.listeners.remove(self._journal.add_reports)  # reports do not arrive in the robot's thread
             engine.measured.listeners.append(self._unwritten.extend)
             try:
                 if (measured_until := engine.measured.view.end) is not None:
                     engine.measured.forget_before(measured_until - MEASURED_SECONDS)
-                    if engine.realtime:  # continue the time after the last motion
+                    if engine.realtime:  # the clock continues after the last report
                         engine.clock.set(max(engine.clock.reached, measured_until))
                 self._memory = MemoryFile(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():
@@ -363,15 +366,15 @@ class ServedRobot:
             self.wake()
 
     def _write_reports(self) -> None:
-        """Write new reports into the journal, in the robot's thread or after its end."""
+        """Write new reports into the journal. Call this method in the robot's thread, or after the thread has ended."""
         reports = self._unwritten[:]
         if self._journal is not None and reports:
             self._journal.add_reports(reports)
-        del self._unwritten[: len(reports)]  # keeps the reports that another thread has added since then
+        del self._unwritten[: len(reports)]  # keeps reports that another thread has added meanwhile
 
     def binding(self, lease: RobotLease) -> RobotLease | None:
-        """Return the lease that restricts commands; a robot of one user has none until somebody
-        requests it."""
+        """Return the lease that restricts commands; None for a robot of one user while nobody has requested the
+        lease."""
         return None if self.plan.one_user and not lease.holder else lease
 
     # --- requests of users ---
@@ -382,8 +385,8 @@ class ServedRobot:
         return any(at > earliest for other, at in self.asked_at.items() if other is not user)
 
     def check_and_note(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
-        """Run a dialogue in the robot's thread, and record its changes for the disk. Raises FileError or LimitReached
-        if nothing may change now, unless the dialogue may `always` run."""
+        """Run a dialogue in the robot's thread, and record its changes for the disk. If the disk fails or a limit is
+        reached, raise FileError or LimitReached instead, unless `always` returns True."""
         try:
             self._check()
         except VrsError:
@@ -409,7 +412,7 @@ class ServedRobot:
             raise self._grown
 
     def may_always(self, line: str) -> bool:
-        """Return whether a line only reads, stops the robot, or frees room."""
+        """Return whether a line is allowed when the robot is full: it only reads, stops the robot, or frees space."""
         try:
             statement = parse_prompt(line, self.session.names())
         except VrsError:

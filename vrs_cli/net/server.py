@@ -1,4 +1,4 @@
-"""Serve robots over sockets: move bytes between connections and rooms, without decisions about robots."""
+"""Serve robots over sockets: move bytes between connections and rooms. The rooms decide about robots."""
 
 from __future__ import annotations
 
@@ -44,24 +44,25 @@ from vrs_cli.wire.messages import Refusal
 if TYPE_CHECKING:
     from vrs_cli.net.relay import Relay
 
-MAX_SHARE_WAIT_S = 0.1  # [s] maximum wait before a client's share is checked again, because others may have left
+MAX_SHARE_WAIT_S = 0.1  # [s] maximum wait before a client's CPU share is checked again: it grows when others leave
 TICK = 0.1  # [s] time between two calls of the periodic work
-TOKEN_CHECK_S = 0.25  # [s] time between two checks of the token file; two checks find a change
-HIGH_WATER = 64 * 1024  # bytes that a socket holds, above which it gets no more bytes
-# bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
+TOKEN_CHECK_S = 0.25  # [s] time between two checks of the token file; a change takes effect after two checks
+HIGH_WATER = 64 * 1024  # number of unsent bytes in a socket above which it gets no more bytes
+# size of the operating system's send buffer; its default is megabytes, and it is refilled when a third is sent
 SYSTEM_BUFFER_BYTES = 64 * 1024
-BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addition to those that it holds
+BACKLOG = 512 * 1024  # maximum number of bytes that wait for a socket, in addition to the bytes in it
 PING_INTERVAL_S, PING_TIMEOUT_S = 20.0, 20.0  # [s] time between two pings, and maximum wait for the answer
-MAX_REPORTED = 20  # maximum number of internal errors that are reported, each with a file
-PAUSE = 1.0  # [s] pause after an internal error that might occur again at once
-FLOOD = 10.0  # [s] a connection is closed after messages came too fast for this long
-MAX_PARKED_BYTES = 4_000_000  # number of bytes of waiting requests above which no more is read from a client
+MAX_REPORTED = 20  # maximum number of reported internal errors, each of which writes a file
+PAUSE = 1.0  # [s] pause after an internal error, which may occur again at once
+FLOOD = 10.0  # [s] messages may come too fast for this long before the connection is closed
+MAX_PARKED_BYTES = 4_000_000  # bytes of delayed requests above which the server stops reading from a client
 NO_RELAYS: Mapping[str, Relay] = MappingProxyType({})
 CLOSE_TIMEOUT_S = 2.0  # [s] maximum time for a client to close its connection
 
 
 class ListenAddress(Struct, frozen=True):
-    """Where a server listens. `origins`: the sites whose pages may open a connection; programs send no origin."""
+    """The address at which a server listens. `origins`: the other sites whose pages may open a connection (programs
+    send no origin)."""
 
     host: str
     port: int
@@ -73,10 +74,11 @@ class ListenAddress(Struct, frozen=True):
         return f"{'wss' if self.tls else 'ws'}://{host}:{port}"
 
 
-# --- what a broadcast needs of sockets ------------------------------------------------------------------------------
+# --- sockets of a broadcast -------------------------------------------------------------------------------------------
 #
-# It sends bytes that many connections share, deflated or not. A message to one connection alone goes through
-# `connection.send`, and is not deflated: it does not come between those that refer to each other (RFC 7692, 7.2.3.2).
+# A broadcast sends the same bytes, deflated or not, to many connections. A message to a single connection goes through
+# `connection.send`, and is not deflated, so it does not disturb deflated messages that refer to each other (RFC 7692,
+# 7.2.3.2).
 
 
 class SocketSink:
@@ -91,7 +93,7 @@ class SocketSink:
         return self._transport.get_write_buffer_size()
 
     def send(self, *packets: Packet) -> None:
-        """Send packets. Each frame is made once for all connections, while `websockets.broadcast` would make one for
+        """Send packets. Each frame is built once for all connections; `websockets.broadcast` would build it again for
         each connection."""
         if self._protocol.state is SOCKET_OPEN and not self._transport.is_closing():
             for packet in packets:
@@ -102,22 +104,22 @@ class SocketSink:
 
 
 class _Deflated(Extension):
-    """Marks a frame as deflated already (RFC 7692, 6)."""
+    """Marks a frame that is already deflated (RFC 7692, 6)."""
 
     def encode(self, frame: Frame) -> Frame:
         return replace(frame, rsv1=True)
 
 
 class Inflating(PerMessageDeflate):
-    """Inflates received frames, and sends frames as they are."""
+    """Inflates received frames, and sends frames unchanged."""
 
     def encode(self, frame: Frame) -> Frame:
         return frame
 
 
 class SharedDeflate(ServerPerMessageDeflateFactory):
-    """Negotiates deflation that is done once for all: whole windows, and contexts that continue from message to
-    message. For a client that wants less, nothing is deflated.
+    """Negotiates deflation that is done once for all connections: full windows, and contexts that continue from message
+    to message. If a client supports less, nothing is deflated for it.
     """
 
     def __init__(self) -> None:
@@ -131,7 +133,7 @@ class SharedDeflate(ServerPerMessageDeflateFactory):
             raise NegotiationError("what is sent to all is deflated with whole windows")
         return answer, Inflating(
             agreed.remote_no_context_takeover,
-            True,  # no memory is held for deflating
+            True,  # keep no compression context for this connection
             agreed.remote_max_window_bits,
             WINDOW_BITS,
         )
@@ -141,7 +143,7 @@ class SharedDeflate(ServerPerMessageDeflateFactory):
 
 
 class _Link:
-    """One socket and its client."""
+    """A socket and its client."""
 
     def __init__(self, socket: Socket, connection: ServerConnection, allowance: Allowance) -> None:
         self.connection, self.socket = connection, socket
@@ -154,7 +156,7 @@ class _Link:
         self.sink = SocketSink(socket)
         socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, SYSTEM_BUFFER_BYTES)
         self.deflates = self.sink.deflates
-        self._drains = False  # whether a task waits until the socket takes more
+        self._drains = False  # whether `_drain` is running
         self._tasks: set[asyncio.Task[None]] = set()
 
     def flush(self) -> None:
@@ -172,16 +174,16 @@ class _Link:
 
     @property
     def _has_more(self) -> bool:
-        """Whether a part of a long reply to this client is still to be sent."""
+        """Return whether parts of a long reply to this client are still unsent."""
         return self.client is not None and self.client.link is self and self.client.has_more
 
     def _count(self) -> None:
-        """Report to the client session how many bytes wait."""
+        """Tell the client session the number of unsent bytes."""
         if self.client is not None and self.client.link is self:
             self.client.pace.waiting = self.connection.waiting + self.sink.waiting
 
     async def _drain(self) -> None:
-        """Send the waiting frames, and the parts of a long reply, whenever the socket has taken its bytes."""
+        """Send the waiting frames, and the parts of a long reply, each time the socket has sent its bytes."""
         with suppress(OSError):
             while (self.sink.waiting > HIGH_WATER or self._has_more) and not self.socket.transport.is_closing():
                 if self.sink.waiting > HIGH_WATER:
@@ -219,7 +221,7 @@ class _Link:
 
 
 def _robot_in_path(socket: Socket) -> str:
-    """Return the robot that the address of a connection names, "" for none."""
+    """Return the robot's name in the address of a connection; "" if it names none."""
     path = "" if socket.request is None else http.path_of(socket.request)
     return unquote(path.removeprefix(http.ROBOTS)).strip("/") if path.startswith(http.ROBOTS) else ""
 
@@ -227,8 +229,8 @@ def _robot_in_path(socket: Socket) -> str:
 class Server:
     """Serves the robots of a hub.
 
-    `tokens`: who may enter, None for everybody. `tell` takes messages for the person who runs the server. `pages`: the
-    page that browsers show, None for none. `relays`: relays to robots that are served elsewhere, by name. `opened`:
+    `tokens`: the users who may connect; None: everybody. `tell`: takes messages for the person who runs the server.
+    `pages`: the page for browsers; None: no page. `relays`: relays to robots on other servers, by name. `opened`:
     functions that are called with every robot that is served.
     """
 
@@ -253,7 +255,7 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._broadcasts: dict[str, asyncio.Task[None]] = {}  # broadcasts by robot
         self._dropping: asyncio.Task[None] | None = None
-        self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for their share
+        self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for CPU time
         self.opened: list[Callable[[Room], None]] = []
         self.board: ClassBoard | None = None  # the board of the served class, if any
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
@@ -272,7 +274,7 @@ class Server:
         )
 
     def wake(self, name: str) -> None:
-        """Send the new messages of a robot. In any thread."""
+        """Schedule the sending of a robot's new messages. Any thread may call this method."""
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._pump, name)
 
@@ -281,8 +283,8 @@ class Server:
         return () if self._tokens is None else self._tokens.tokens.grants
 
     async def run(self, hub: Hub, ready: Callable[[str], None], stop: asyncio.Event) -> None:
-        """Serve until `stop`. `ready` is called with the address once the server listens. Raises OSError if the address
-        is taken.
+        """Serve until `stop` is set. `ready` is called with the address when the server listens. Raises OSError if the
+        address is in use.
         """
         self._loop, self.hub = asyncio.get_running_loop(), hub
         for name in hub.rooms:
@@ -321,14 +323,15 @@ class Server:
     # --- sockets ---
 
     async def _answer_request(self, socket: Socket, request: Request) -> Response | None:
-        """Answer an HTTP request; None opens a connection. Refuses one to an unknown address, or one too many."""
+        """Return the answer to an HTTP request; None to open a connection. Refuse connections to unknown addresses, and
+        all if there are too many."""
         if len(self._links) >= self._allowance.connections:
             return http.refusal_of(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection")
         assert isinstance(socket, http.HttpSocket)
         return await self._http.answer(socket, request)
 
     def _mesh(self, name: str, file: str) -> bytes:
-        """Return a mesh of a robot. Raises NonexistentFile, and what makes the mesh fail."""
+        """Return a mesh of a robot. Raises NonexistentFile, or the error of reading the mesh."""
         if (relay := self._relays.get(name)) is not None:
             return relay.mesh(file)
         if (room := self.hub.rooms.get(name)) is not None:
@@ -394,7 +397,7 @@ class Server:
                 room.leave(client)
 
     async def _wait_for_share(self, client: ClientSession) -> None:
-        """Execute the delayed requests of a client at their times, even after a cut."""
+        """Execute the delayed requests of a client when CPU time is available, even after a cut."""
         try:
             while (left := client.unpark()) is not None:
                 client.flush()
@@ -403,7 +406,7 @@ class Server:
             del self._waiting[client]
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
-        """Add a client to its robot, or send the client the reason why that is impossible."""
+        """Add a client to its robot, or send the client the reason for a refusal."""
         try:
             grant, named = self._grant(link, hello), _robot_in_path(link.socket)
             if named and hello.robot and named != hello.robot:
@@ -428,7 +431,7 @@ class Server:
             self.board.tell()
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
-        """Return the grant of a client, by its token or, for a page of this server, by its cookie. Raises
+        """Return the grant of a client: that of its token or, for a page of this server, of its cookie. Raises
         RequestRefused.
         """
         token, socket = hello.token, link.socket
@@ -437,7 +440,8 @@ class Server:
         return self._find(token, link.host)
 
     def _find(self, token: str, host: str) -> Grant:
-        """Return the grant of a token sent by a host. Raises RequestRefused for a wrong token, or after too many."""
+        """Return the grant of a token from a host. Raises RequestRefused for a wrong token, or after too many of
+        them."""
         if self._tokens is None:
             return OPEN
         if (grant := self._tokens.tokens.find(token, time.time())) is not None:
@@ -464,7 +468,7 @@ class Server:
         if name not in self._due:
             self._due[name] = asyncio.Event()
             room = self.hub.rooms[name]
-            room.pump()  # sends messages that arrived before `wake` was connected
+            room.pump()  # sends messages that arrived before `_due` had this robot
             for hear in self.opened:
                 hear(room)
             self._broadcasts[name] = asyncio.create_task(self._broadcast(name))
@@ -501,7 +505,7 @@ class Server:
                     self._guard(self.board.tell)
 
     def _guard(self, act: Callable[[], None]) -> bool:
-        """Call `act`; report an internal error and continue. Return whether there was no internal error."""
+        """Call `act`, and report an error that it raises. Return True if there was none."""
         try:
             act()
         except Exception as error:
@@ -515,7 +519,7 @@ class Server:
             self._tell(internal_error(error).text)
 
     def _look_at_tokens(self) -> None:
-        """Read the token file again if it has changed; drop users whose token has ended."""
+        """Read the token file again if it has changed; disconnect users whose token has expired or was revoked."""
         if (tokens := self._tokens) is None:
             return
         if tokens.look():
@@ -539,8 +543,8 @@ class Server:
                 room.leave(client)
 
     def begin_anew(self, name: str, why: str) -> None:
-        """Close a robot and open it again. Its users get the reason, and connect to the new robot. Any thread may call
-        this method."""
+        """Close a robot, so that the next client opens it anew. Its users get the reason `why`, and reconnect. Any
+        thread may call this method."""
 
         async def begin() -> None:
             if (room := await asyncio.to_thread(self.hub.take_away, name)) is not None:

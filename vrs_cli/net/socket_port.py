@@ -1,4 +1,4 @@
-"""Use a served robot from any thread: the connection of the port has an event loop in a thread of its own."""
+"""Use a served robot from any thread: the port runs its connection in an event loop, in a separate thread."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from vrs_cli.wire.messages import Refusal
 if TYPE_CHECKING:
     from vrs_cli.world.course import World
 
-PAST = 60.0  # [s] length of the past of the timeline that is kept for a picture of the arm
+PAST = 60.0  # [s] length of the past of the timeline that is kept by default
 CLOSING = 5.0  # [s] maximum time to close a connection
-CLOSED = "it was let go", "connect again"
+CLOSED = "it was let go", "connect again"  # text and hint of the error for a closed port
 T = TypeVar("T")
 
 
 class Loop:
-    """An event loop in a thread of its own. `ends`: it is closed, or about to be."""
+    """An event loop in a separate thread. `ends`: whether it is closed or closing."""
 
     def __init__(self) -> None:
         self._loop = asyncio.new_event_loop()
@@ -43,8 +43,8 @@ class Loop:
         self._thread.start()
 
     def wait(self, work: Coroutine[Any, Any, T], seconds: float | None = None) -> T:
-        """Run a coroutine in the loop and return its result. Raises TimeoutError after `seconds`, and RequestRefused
-        if the loop is closed before the end.
+        """Run a coroutine in the loop; return its result. Raises TimeoutError after `seconds`, and RequestRefused if
+        the loop is closed before the coroutine ends.
         """
         future = self.begin(work)
         try:
@@ -64,13 +64,12 @@ class Loop:
         raise RequestRefused(*CLOSED)
 
     def soon(self, act: Callable[[], object]) -> None:
-        """Call `act` in the loop, without waiting for its end. Safe in a signal handler. Does nothing if the loop is
-        closed."""
+        """Schedule a call of `act` in the loop. Safe in a signal handler. Does nothing if the loop is closed."""
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(act)
 
     def do(self, act: Callable[[], T]) -> T:
-        """Call `act` in the loop, and return its result. Raises RequestRefused if the loop is closed."""
+        """Call `act` in the loop; return its result. Raises RequestRefused if the loop is closed."""
         if current_thread() is self._thread:
             return act()
 
@@ -91,7 +90,7 @@ class Loop:
 
         with self._lock:
             self.ends = True
-        # runs in the loop's own thread, because this thread may run another loop (in a notebook)
+        # runs in the loop's thread, because the calling thread may run another loop (in a notebook)
         asyncio.run_coroutine_threadsafe(stop_tasks(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
@@ -101,9 +100,9 @@ class Loop:
 class SocketPort:
     """A port to a served robot for one user. Any thread may call any method.
 
-    The constructor opens the connection. Raises RequestRefused if no robot answers, and what the server refuses.
-    `window`: seconds of the past that are kept once the timeline is followed. While the connection is cut, requests are
-    refused at once. `close` leaves the robot; so does dropping the last reference to the port.
+    The constructor opens the connection. Raises RequestRefused if no robot answers, or the error that the server sent.
+    `window`: length of the past that is kept once the timeline is followed [s]. While the connection is cut, requests
+    are refused at once. `close` leaves the robot; so does dropping the last reference to the port.
     """
 
     def __init__(self, client: Client, window: float = PAST) -> None:
@@ -125,8 +124,8 @@ class SocketPort:
         window: float = WINDOW,
         told: Callable[[str], None] = lambda _text: None,
     ) -> SocketPort:
-        """Open a port that follows the timeline. Raises UsageError if `url` is not an address, RequestRefused if no
-        robot answers, and what the server refuses.
+        """Open a port that follows the timeline; return it. Raises UsageError if `url` is not an address,
+        RequestRefused if no robot answers, or the error that the server sent.
         """
         try:
             port = cls(Client(url, hello, ca=ca, told=told), window)
@@ -145,7 +144,7 @@ class SocketPort:
 
     @property
     def name(self) -> str:
-        """Return the name by which others see this user."""
+        """Return the name of this user, as other users see it."""
         return self.welcome.name
 
     @property
@@ -159,8 +158,7 @@ class SocketPort:
         return self.far.open
 
     def check_open(self) -> None:
-        """Check that there is a connection. Raises RequestRefused, which says for how long the connection has been
-        cut."""
+        """Check that the connection is open. Raises RequestRefused, whose text says for how long it has been cut."""
         if not self.far.open:
             raise self.far.no_connection
 
@@ -171,7 +169,7 @@ class SocketPort:
 
     @property
     def stalls(self) -> int:
-        """Return how often the robot was silent for so long that the connection may have been cut."""
+        """Return the number of silences that were so long that the connection may have been cut."""
         return self.far.stalls
 
     def close(self) -> None:
@@ -181,11 +179,11 @@ class SocketPort:
 
     @property
     def world(self) -> World | None:
-        """Return the world of the cell around the robot, None without a cell."""
+        """Return the object that computes the state of the cell around the robot; None without a cell."""
         return self.far.world
 
     def follow(self) -> Mirror:
-        """Return the mirror of timeline and clock, which follows the robot from the first call on. Raises
+        """Return the mirror of the robot's timeline and clock. The first call starts to follow the robot. Raises
         RequestRefused.
         """
         if self.far.mirror is None:
@@ -199,7 +197,7 @@ class SocketPort:
         """Return the robot's future motion, including the commands on their way. Raises RequestRefused if closed."""
         if self._loop.ends:
             raise RequestRefused(*CLOSED)
-        return self.far.preview_now()  # runs in the caller's thread: a window asks fifty times a second
+        return self.far.preview_now()  # in the caller's thread, which is faster: a window calls this 50 times a second
 
     def subscribe(self) -> Subscription[TimelineChange]:
         """Subscribe to the timeline and all its changes."""
@@ -208,18 +206,18 @@ class SocketPort:
     # --- messages ---
 
     def ask(self, make: Callable[[int], messages.Request]) -> messages.ServerMessage:
-        """Send the request that `make` returns for an id; return its end. Raises what the robot refuses, and
-        RequestRefused without a connection.
+        """Send the request that `make` returns for an id; return its final answer. Raises the robot's error if the
+        request is refused, and RequestRefused without a connection.
         """
         return self._loop.wait(self.client.ask(make))
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
-        """Send the request that `make` returns for an id; return the id. In the thread of the connection the outlet
-        gets all messages of the request, the final one last. Raises RequestRefused without a connection."""
+        """Send the request that `make` returns for an id; return the id. The outlet is called with all answers, in the
+        thread of the connection; the last one ends the request. Raises RequestRefused without a connection."""
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
     def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
-        """Send a request without waiting: safe in a signal handler. Without a connection the outlet gets `Refused`."""
+        """Send a request without waiting. Safe in a signal handler. Without a connection the outlet gets `Refused`."""
 
         def refused(error: RequestRefused) -> None:
             outlet(messages.Refused(Refusal.of(error)))
@@ -227,14 +225,14 @@ class SocketPort:
         self._try_soon(lambda: self.client.begin(make, outlet), refused)
 
     def tell(self, message: messages.ClientMessage) -> None:
-        """Send a message that has no answer, without waiting: safe in a signal handler. If it cannot be sent,
+        """Send a message that has no answer, without waiting. Safe in a signal handler. If the message cannot be sent,
         `client.told` gets the reason.
         """
 
         self._try_soon(lambda: self.client.send(message), lambda error: self.client.told(str(error)))
 
     def _try_soon(self, act: Callable[[], object], refused: Callable[[RequestRefused], None]) -> None:
-        """Call `act` in the thread of the connection, and `refused` with its error."""
+        """Call `act` in the thread of the connection; if it raises RequestRefused, call `refused` with the error."""
 
         def attempt() -> None:
             try:
@@ -245,11 +243,11 @@ class SocketPort:
         self._loop.soon(attempt)
 
     def take(self, inbox: Inbox[messages.ServerMessage], seconds: float | None = None) -> messages.ServerMessage | None:
-        """Wait for the next message of an inbox, at most some seconds."""
+        """Wait for the next message of an inbox, at most `seconds`; return it, or None if there is none."""
         return inbox.take(seconds)
 
     def interrupt(self) -> bool:
-        """Interrupt the present request, which then ends. Safe in a signal handler."""
+        """Interrupt the current request, which then ends; return True. Safe in a signal handler."""
         self.tell(messages.Interrupt())
         return True
 
@@ -258,21 +256,21 @@ class SocketPort:
         return "it is not waited for any more: the robot may do it still"
 
     def status(self) -> PromptStatus:
-        """Return the last status of the robot, with its clock going on."""
+        """Return the last status of the robot, with a clock that continues."""
         return self.far.status.now()
 
     def program(self, _key: str) -> None:
-        """Return None: the programs are at the robot."""
+        """Return None: the programs are stored at the robot."""
 
     on_screen, due = None, inf
 
     def listen(self, outlet: Outlet) -> None:
-        """Give all messages that belong to no request to the outlet, in the thread of the connection."""
+        """Call the outlet with each message that answers no request, in the thread of the connection."""
         self._loop.do(lambda: self.far.news.append(outlet))
 
 
 def _measure(loop: Loop, client: Client) -> None:
-    """Subscribe to the measured positions of the real or simulated arm; without a connection, do nothing."""
+    """Follow the measured positions of the real or simulated arm; do nothing without a connection."""
     if not client.measures:
         with suppress(RequestRefused):
             loop.wait(client.measure())

@@ -1,12 +1,12 @@
-"""Number, encode and keep the changes of one robot for all who follow its timeline; gather the reports of its body.
+"""Number, encode and keep the changes of one robot for all listeners of its timeline; gather the reports of its body.
 
-A change is encoded once, when it is made, in each form that a listener has or had a short while ago; then only its
-bytes are kept. A listener that misses older changes gets a snapshot; so do all when another timeline replaces this one.
-Pure: nothing here reads a clock.
+Each change is encoded once, when it is made, in each form that a listener uses or used recently; then only the bytes
+are kept. A listener that misses older changes gets a snapshot; all listeners get one when the timeline is replaced.
+Pure: no function reads a clock.
 
-A deflated message may refer to the messages before it, if the receiver has got them. So each deflated message has a
-place in a context: a sequence of messages that can only be inflated together. All other messages are sent undeflated,
-which does not affect the context of a connection (RFC 7692, 6 and 7.2).
+A deflated message may refer to earlier messages, if the receiver has them. So each deflated message has a place in a
+context: a sequence of messages that must be inflated together. All other messages are sent undeflated, which does not
+affect the context of a connection (RFC 7692, 6 and 7.2).
 """
 
 from __future__ import annotations
@@ -34,21 +34,22 @@ from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.reports import row_fields, row_parts
 from vrs_cli.wire.steered import LinePieces, steered_record
 
-# One context serves all listeners, so a full window costs little memory. For changes of robots, level 9 takes up to
-# twice as long as 6 and saves 2 % of the bytes; level 1 is a third faster and takes 5 to 20 % more.
+# zlib settings. All listeners share one context, so a full window costs little memory. For changes of timelines, level
+# 9 takes up to twice the time of level 6 and saves 2 % of the bytes; level 1 is a third faster, but needs 5 to 20 %
+# more bytes.
 LEVEL, WINDOW_BITS, MEMORY = 6, 15, 8
-_TAIL = 4  # bytes at the end of a flush that a frame does not carry (RFC 7692, 7.2.1)
-REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # maximum number of changes kept, and of their bytes
-SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # maximum size of a snapshot (15 ms of CPU); a longer one begins later
-NEW_LINES = 40  # maximum number of new straight lines whose joints a snapshot computes (20 ms of CPU in closed form)
-MAX_PARTS = 8  # maximum number of timeline parts kept until the next change
+_TAIL = 4  # number of bytes at the end of a flush that are not sent (RFC 7692, 7.2.1)
+REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # maximum number of kept changes, and of their bytes
+SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # maximum size of a snapshot (15 ms of CPU); older segments are left out
+NEW_LINES = 40  # maximum number of straight lines for which a snapshot computes new pieces (20 ms of CPU)
+MAX_PARTS = 8  # maximum number of encoded parts of the timeline that are kept until the next change
 
 StateOfWorld = Callable[[Timeline, float], WorldState | None]
 
 
 class MessageForm(NamedTuple):
-    """The form of messages: text (JSON) or MessagePack. `full`: also with values that a receiver could compute;
-    `joints`: with pieces of lines within this tolerance [rad, m].
+    """The form of messages. `text`: JSON, otherwise MessagePack; `full`: include values that the receiver could
+    compute; `joints`: include pieces of straight lines within this tolerance [rad, m].
     """
 
     text: bool
@@ -57,14 +58,15 @@ class MessageForm(NamedTuple):
 
 
 class DeflatedPlace(NamedTuple):
-    """The place of a deflated message: the number of its context, and of the message in that."""
+    """The place of a deflated message: the number of its context, and its number in this context."""
 
     context: int
     number: int
 
 
 class Packet(Struct, eq=False):
-    """One message as bytes. `place`: set if it is deflated. `frame`: the WebSocket frame, once it was made."""
+    """One encoded message. `place`: set if the data are deflated. `frame`: the WebSocket frame; empty until it is
+    built."""
 
     data: bytes
     text: bool
@@ -78,7 +80,7 @@ class Packet(Struct, eq=False):
 
 
 class DeflateContext:
-    """Deflates messages, each of which may refer to those before it."""
+    """Deflates a sequence of messages, each of which may refer to earlier ones."""
 
     _numbers = count()
 
@@ -99,12 +101,12 @@ def packet_of(message: messages.ServerMessage, form: MessageForm) -> Packet:
     return Packet(frame.encode() if isinstance(frame, str) else frame, form.text)
 
 
-TEXT = MessageForm(text=True)  # the form with the longest messages
+TEXT = MessageForm(text=True)  # the form with the longest messages, used to limit sizes
 
 
 class Listening(NamedTuple):
-    """How a listener gets changes: their form, whether they are deflated, and the `window` of the past [s] (None: all
-    of it)."""
+    """How a listener gets changes: in which form, whether deflated, and with what length of the past (`window` [s];
+    None: all of it)."""
 
     form: MessageForm
     deflates: bool = False
@@ -112,8 +114,8 @@ class Listening(NamedTuple):
 
 
 class _Change(Struct):
-    """A change in all forms in which it was encoded. `deflated`: in the forms that were asked for while it was the last
-    change.
+    """An encoded change. `packets`: the change in each form; `deflated`: also deflated, in the forms that were
+    requested while it was the last change.
     """
 
     packets: dict[MessageForm, Packet]
@@ -122,8 +124,8 @@ class _Change(Struct):
 
 
 class Stream:
-    """The changes of one robot. `number`: the number of the last change; `timeline` and `settings`: the state after it.
-    `state` returns the state of a timeline's world just before a time [s]; None without a cell."""
+    """The encoded changes of one robot. `number`: the number of the last change; `timeline`, `settings`: the state
+    after it. `state`: returns the state of the cell just before a time [s] of a timeline; None without a cell."""
 
     def __init__(self, begin: TimelineReplaced, arm: RobotArm, state: StateOfWorld | None = None) -> None:
         self.number = 0
@@ -134,7 +136,7 @@ class Stream:
         self._changes: dict[int, _Change] = {}
         self._bytes = 0
         self._listeners: Counter[MessageForm] = Counter()
-        self._encoded_until: dict[MessageForm, int] = {}  # the last change to encode in a form without listeners
+        self._encoded_until: dict[MessageForm, int] = {}  # last change to encode in each form if it has no listeners
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
         self.part = lru_cache(MAX_PARTS)(self._part)  # parts that were requested since the last change
@@ -144,8 +146,8 @@ class Stream:
     def tell(self, event: TimelineChange, applied: float, seen: Timeline) -> None:
         """Take the next change.
 
-        `applied`: the robot's clock when it was made [s]. `seen`: the robot's current timeline, perhaps after more
-        changes. Raises ValueError for a change that does not fit.
+        `applied`: the robot's clock when it was applied [s]. `seen`: the robot's current timeline, which may contain
+        later changes. Raises ValueError for a change that does not fit.
         """
         number = self.number + 1
         if isinstance(event, TimelineReplaced):
@@ -159,7 +161,7 @@ class Stream:
         self.part.cache_clear()
 
     def _encode(self, delta: TimelineDelta, before: Timeline, applied: float, number: int) -> None:
-        """Encode a change in all wanted forms and keep its bytes; without a wanted form, keep nothing."""
+        """Encode a change in all wanted forms and keep the bytes. If no form is wanted, drop all kept changes."""
         until = self._encoded_until
         for form in [form for form, last in until.items() if last < number and not self._listeners[form]]:
             del until[form]
@@ -182,7 +184,7 @@ class Stream:
         return messages.Delta(delta_record(delta, Motions(), self._pieces.within(joints)), applied, number=number)
 
     def _forget(self, most: int) -> None:
-        """Forget the oldest changes, so that at most `most` are left."""
+        """Drop the oldest changes, so that at most `most` changes and REMEMBERED_BYTES are kept."""
         while self._changes and (len(self._changes) > most or self._bytes > REMEMBERED_BYTES):
             self._bytes -= self._changes.pop(next(iter(self._changes))).size
 
@@ -194,13 +196,14 @@ class Stream:
         self._encoded_until[form] = self.number
 
     def end(self, form: MessageForm) -> None:
-        """Remove one listener. It may return, so the next changes are still encoded in its form."""
+        """Remove one listener of this form. It may return, so later changes are still encoded in its form for a
+        while."""
         self._listeners[form] -= 1
         self._encoded_until[form] = self.number + REMEMBERED
 
     def after(self, number: int, listening: Listening, last: DeflatedPlace | None) -> Packet | None:
-        """Return the change after `number` for a listener that has all deflated messages up to the place `last`; None
-        if it is not kept in that form.
+        """Return the change after `number`, for a listener that has all deflated messages up to the place `last`; None
+        if this change is not kept in the listener's form.
         """
         change = self._changes.get(number + 1)
         packet = None if change is None else change.packets.get(listening.form)
@@ -214,16 +217,16 @@ class Stream:
         found = change.deflated.get(form, packet)
         if found.follows(last) and found is not packet:
             return found
-        self._contexts.pop(form, None)  # the next deflated message refers to no earlier one
+        self._contexts.pop(form, None)  # so the next deflated message refers to no earlier message
         return packet
 
     def count_missed(self, number: int) -> int:
-        """Return how many changes of the present timeline a listener has not got."""
+        """Return the number of changes, since the timeline was last replaced, that come after number `number`."""
         return max(0, self.number - max(number, self._replaced))
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
-        """Return the timeline from the start of the listener's window (before `now` [s]), in place of all earlier
-        changes.
+        """Return a snapshot of the timeline, from the start of the listener's window before `now` [s]. It replaces all
+        earlier changes.
         """
         if (found := self._snapshots.get(listening)) is None:
             first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)
@@ -234,15 +237,15 @@ class Stream:
         return found
 
     def _part(self, begin: float, end: float | None = None, joints: float | None = None) -> SnapshotRecord:
-        """Return the timeline from `begin` to `end` [s], or the last part of that if it is too long. `joints`: the
-        tolerance of pieces of lines [rad, m].
+        """Return the timeline from `begin` to `end` [s], or only its last part if it is too long. `joints`: the
+        tolerance of pieces of straight lines [rad, m]; None: no pieces.
         """
         after = len(self.timeline) if end is None else self.timeline.index_at(end) + 1
         return self._last_part(self.timeline.index_at(begin), after, TEXT._replace(joints=joints))[0]
 
     def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[SnapshotRecord, Packet]:
-        """Return the segments with numbers from `first` to before `after`, only the last ones if they are too many for
-        a snapshot; and their message.
+        """Return the segments with numbers from `first` to `after` - 1 and their encoded message. If there are too many
+        for a snapshot, return only the last ones.
         """
         pieces = self._pieces.within(form.joints)
         first = max(first, after - SEGMENTS)
@@ -269,7 +272,7 @@ class Stream:
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
-    """Return whether this delta made the timeline; the timeline before it is then not needed."""
+    """Return whether this delta is the last change of the timeline, so that it need not be applied again."""
     return (
         timeline.version == delta.version + 1
         and bool(delta.segments)
@@ -280,19 +283,20 @@ def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
 
 # --- reports of the body ---------------------------------------------------------------------------------------------
 
-TOLD_EVERY = 0.05  # [s] time between two batches
-MAX_REMEMBERED = 4000  # maximum number of reports kept; a listener misses older ones
+TOLD_EVERY = 0.05  # [s] time between two batches of reports
+MAX_REMEMBERED = 4000  # maximum number of kept reports; a slow listener misses older ones
 
 
 class Batch(Struct, frozen=True):
-    """A message with reports; `end`: the number of the first report after them."""
+    """A message with reports of the body; `end`: the number of the next report after them."""
 
     message: messages.Measurements
     end: int
 
 
 class MeasuredTeller:
-    """Reports of the body in order of arrival, in batches. `count`: all reports since the robot was started."""
+    """The newest reports of the body in batches, in the order of arrival. `count`: number of all reports since the
+    robot was started."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -300,7 +304,7 @@ class MeasuredTeller:
         self._batches: deque[Batch] = deque()
 
     def take(self, reports: Sequence[Report], *, heard: bool) -> bool:
-        """Take reports; `heard`: some listener wants them. Return whether a batch is to be made."""
+        """Take reports; `heard`: whether a listener wants them. Return whether reports wait for the next batch."""
         self.count += len(reports)
         if heard:
             self._fresh += reports

@@ -1,8 +1,8 @@
-"""Estimate a remote clock and the round trip of messages, from exchanges of four times, or from messages in one
-direction alone; show samples from a line with jitter as evenly as they were sent (`Playout`). Pure.
+"""Estimate a remote clock and the round trip of messages, from exchanges with four time stamps, or from messages in one
+direction only; show samples from a line with jitter as evenly as they were sent (`Playout`). Pure.
 
 The estimate is that of NTP (RFC 5905, sections 8 and 10): the exchange with the shortest round trip is the most exact.
-The error of its offset is half the difference between both ways, so at most half of its round trip.
+The error of its offset is half the difference of the delays D_f and D_b, so at most half of its round trip.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from msgspec import Struct
 from vrs_cli.errors import IllegalValue
 
 WINDOW = 300.0  # [s] time for which an exchange is used
-PARTS = 16  # number of parts of the window; the drift is fitted to the best exchange of each
-MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is taken as 0
-SIGNIFICANT = 2.0  # ratio of the drift to its standard deviation below which it is taken as 0
+PARTS = 16  # number of parts of the window; the drift is fitted to the best exchange of each part
+MIN_FIT_EXCHANGES = 4  # minimum number of exchanges for a fit; with fewer the drift is set to 0
+SIGNIFICANT = 2.0  # a drift below this multiple of its standard deviation is set to 0
 RESOLUTION = 1e-6  # [s] resolution of clocks
 MAX_DRIFT = 500e-6  # [s/s] maximum drift of a working clock: the largest that NTP corrects (RFC 5905, section 7.1)
 
 
 class Exchange(NamedTuple):
-    """A message and its answer. In the middle between sending and answer, `at` by the clock here, the remote clock was
-    `offset` ahead [s], if both directions took the same time.
+    """A message and its answer. `at`: the local time midway between sending the message and receiving the answer [s];
+    `offset`: how far the remote clock was ahead then [s], if both directions took the same time.
 
-    `round_trip`: the time of both directions, D_f + D_b [s]; below 0 only if a clock was set.
+    `round_trip`: the time of both directions, D_f + D_b [s]; negative only if a clock was set meanwhile.
     """
 
     at: float
@@ -39,8 +39,8 @@ class Exchange(NamedTuple):
 
 
 class Estimate(Struct, frozen=True):
-    """An estimate of a remote clock: it is `offset` ahead of the clock here at `at` [s], and the offset grows by
-    `drift` every second. `round_trip`: the shortest D_f + D_b [s]; the error of the offset is at most half of it."""
+    """An estimate of a remote clock: at local time `at` [s] it is `offset` ahead of the local clock [s], and the offset
+    grows by `drift` [s/s]. `round_trip`: the shortest D_f + D_b [s]; the error of the offset is at most half of it."""
 
     at: float
     offset: float
@@ -48,7 +48,7 @@ class Estimate(Struct, frozen=True):
     round_trip: float
 
     def here(self, t: float) -> float:
-        """Return the local time when the remote clock shows t [s]."""
+        """Return the local time at which the remote clock shows t [s]."""
         return self.at + (t - self.offset - self.at) / (1.0 + self.drift)
 
     def there(self, t: float) -> float:
@@ -64,8 +64,8 @@ class TimeSync:
         self._exchanges: deque[Exchange] = deque()
 
     def hear(self, t0: float, t1: float, t2: float, t3: float) -> None:
-        """Add an exchange: a message sent at t0 arrived at t1, was answered at t2, and the answer came at t3 [s]; t0
-        and t3 are by the clock here. If it contradicts earlier exchanges, a clock was set: drop the earlier ones.
+        """Add an exchange: a message sent at t0 arrived at t1, was answered at t2, and the answer arrived at t3 [s]; t0
+        and t3 are by the local clock. If it contradicts earlier exchanges, a clock was set: drop the earlier ones.
         """
         new = Exchange((t0 + t3) / 2.0, ((t1 - t0) + (t2 - t3)) / 2.0, (t3 - t0) - (t2 - t1))
         if new.round_trip < -RESOLUTION:
@@ -107,16 +107,18 @@ class TimeSync:
 class OneWay:
     """An estimator of a remote clock from messages in one direction that contain their time of sending.
 
-    Of each part of the `window` [s] the message with the shortest delay is kept (a minimum filter). This delay is taken
-    as half of the shortest round trip, which the sender measures; the error of the offset is at most the other half.
+    For each part of the `window` [s] it keeps the message with the shortest delay (a minimum filter). It assumes that
+    this delay is half of the shortest round trip, which the sender measures; the error of the offset is at most this
+    half.
     """
 
     def __init__(self, window: float = 60.0) -> None:
         self.window = window
-        self._best: dict[int, Exchange] = {}  # best message by part of the window
+        self._best: dict[int, Exchange] = {}  # the best message of each part of the window
 
     def hear(self, sent: float, came: float, round_trip: float = 0.0) -> None:
-        """Add a message that was sent at `sent` by the remote clock and arrived at `came` by the clock here [s]."""
+        """Add a message that was sent at `sent` by the remote clock and arrived at `came` by the local clock [s].
+        `round_trip`: the shortest round trip that the sender has measured [s]."""
         part, new = int(came // (self.window / PARTS)), Exchange(came, sent - came + round_trip / 2.0, round_trip)
         if (before := self._best.get(part)) is None:
             self._best = {old: one for old, one in self._best.items() if part - PARTS < old <= part}
@@ -138,7 +140,7 @@ _round_trip = attrgetter("round_trip")
 
 
 def _slope(exchanges: Sequence[Exchange]) -> float:
-    """Return the slope of offsets over time by least squares; 0 if it is not significant."""
+    """Return the least-squares slope of the offsets over time [s/s]; 0 if it is not significant."""
     count = len(exchanges)
     if count < MIN_FIT_EXCHANGES:
         return 0.0
@@ -154,17 +156,17 @@ def _slope(exchanges: Sequence[Exchange]) -> float:
 # --- samples ---------------------------------------------------------------------------------------------------------
 
 JITTER_WINDOW = 200  # number of samples from which the jitter is measured
-USUAL_PERCENTILE = 95.0
+USUAL_PERCENTILE = 95.0  # default percentage of samples that must arrive in time
 
 T = TypeVar("T")
 
 
 class Playout(Generic[T]):
-    """A playout buffer: it shows samples as evenly as they were sent, a little later.
+    """A playout buffer: it delays samples a little, so that they are shown as evenly as they were sent.
 
-    `percentile`: the percentage of samples that must have arrived when they are due. `window`: the number of samples
-    from which the delay is measured. `most`: the maximum number of waiting samples. Times of sending and of arrival may
-    be from two clocks that run at the same rate.
+    `percentile`: the percentage of samples that must arrive before they are shown. `window`: the number of samples from
+    which the delay is measured. `most`: the maximum number of waiting samples. Times of sending and of arrival may be
+    from different clocks that run at the same rate.
     """
 
     def __init__(
@@ -183,13 +185,13 @@ class Playout(Generic[T]):
 
     @property
     def delay(self) -> float:
-        """Return the time from the sending of a sample to its showing [s], by both clocks; 0 before the first
-        arrival."""
+        """Return the difference between the time of showing a sample, by the local clock, and its time of sending, by
+        the sender's clock [s]; 0 before the first arrival."""
         count = len(self._ordered)
         return self._ordered[min(int(count * self.percentile / 100.0), count - 1)] if count else 0.0
 
     def put(self, sent: float, value: T, arrived: float) -> None:
-        """Add a sample, which was sent and has arrived at these times [s]; in the order of sending."""
+        """Add a sample with its times of sending and arrival [s]. Add samples in the order of sending."""
         transit = arrived - sent
         self._transits.append(transit)
         insort(self._ordered, transit)
@@ -198,8 +200,8 @@ class Playout(Generic[T]):
         self._waiting.append((sent, value))
 
     def take(self, now: float) -> T | None:
-        """Return the last sample that is due at `now` [s], None before the first. The shown time never goes back, even
-        if the delay grows.
+        """Return the sample to show at local time `now` [s]; None before the first. The shown time never goes back,
+        even if the delay grows.
         """
         if not self._transits:
             return None

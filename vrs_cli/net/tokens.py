@@ -1,15 +1,16 @@
-"""Tokens: who may enter a server, in which role, and which robots each may hold. They are in a TOML file, which is read
-again when it has changed:
+"""Tokens: they say who may connect to a server, in which role, and to which robots. They are in a TOML file, which the
+server reads again when it has changed:
 
     [[token]]
-    name = "ada"                                # what others see, and what her own robots are called
-    sha256 = "9f86d081884c7d65..."              # of the token; or token = "the token itself"
+    name = "ada"                                # the name that other users see, also of the token's own robots
+    sha256 = "9f86d081884c7d65..."              # hash of the token; or token = "the token itself"
     role = "supervisor"                         # observer, designer, supervisor (default), teacher or body
-    robots = ["cell1", "cell2"]                 # default: all that the server was started with
+    robots = ["cell1", "cell2"]                 # default: all robots with which the server was started
     expires = 2027-07-31                        # default: never
 
-A teacher is a supervisor of every robot, also of those of other tokens. A body is an observer that may be the body of
-its `robots`, which may be other tokens' own: follow their timeline and report what it measures. It has no own robots.
+A teacher is a supervisor of every robot, also of other tokens' own robots. A body is an observer that may be the body
+(the real or simulated arm) of its `robots`, also of other tokens' own robots: it follows their timeline and reports
+measurements. A body has no robots of its own.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ ROLES: Mapping[str, Role] = {
     BODY: Role.OBSERVER,
 }
 KEYS = ("name", "token", "sha256", "role", "robots", "expires")
-_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # the first line of a table
+_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # before the first line of a table
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,39}")
 NAME_RULE = "a letter, then letters, digits, _ . and -, 40 at most"
 GOOD = "see docs/serve.md"
@@ -58,8 +59,9 @@ def good_name(name: str) -> bool:
 
 
 class Grant(Struct, frozen=True):
-    """The rights of a token. `robots`: the shared robots that it may hold, None for all. `until`: its end, in seconds
-    since 1970. `body`: its user may be the body of its robots. Grants are equal if token and rights are the same.
+    """The rights of a token. `robots`: the shared robots that it may use; None: all. `until`: when it expires, in
+    seconds since 1970. `digest`: the hash of the token. `body`: the client may be the body of these robots. Grants are
+    equal if token and rights are the same.
     """
 
     name: str
@@ -74,18 +76,16 @@ class Grant(Struct, frozen=True):
         return self.until is not None and now >= self.until
 
     def own_names(self, most: int) -> tuple[str, ...]:
-        """Return the names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`; none
-        for a body.
-        """
+        """Return the names of the token's own robots: `ada`, `ada-2`, and so on, `most` names; none for a body."""
         numbers = range(1, 1 if self.body else most + 1)
         return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in numbers)
 
 
-OPEN = Grant("", Role.SUPERVISOR, teacher=True, body=True)  # the grant of everybody, if a server has no tokens
+OPEN = Grant("", Role.SUPERVISOR, teacher=True, body=True)  # the grant of all clients, if a server has no tokens
 
 
 def digest_of(token: str) -> bytes:
-    """Return the hash that is kept and compared. Tokens are long and random, so a plain hash is enough."""
+    """Return the SHA-256 hash of a token. Tokens are long and random, so a hash without salt is safe."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
 
 
@@ -95,7 +95,8 @@ class Tokens(Struct, frozen=True):
     grants: tuple[Grant, ...] = ()
 
     def find(self, token: str, now: float) -> Grant | None:
-        """Return the grant of a token, None if it is not valid now. The duration does not depend on the tokens."""
+        """Return the grant of a token; None if it is not valid now. The duration does not reveal how similar the token
+        is to a valid one."""
         asked, found = digest_of(token), None
         for grant in self.grants:
             if hmac.compare_digest(asked, grant.digest):
@@ -111,9 +112,9 @@ class Tokens(Struct, frozen=True):
 
 
 class TokenFile:
-    """The tokens of a file, for a server of `robots` at which each token has `own` more. `wrong`: the error in a
-    changed file; then the tokens before the change stay valid. Raises FileError, FileDamaged if the file is wrong at
-    first.
+    """The tokens of a file. `robots`: the shared robots of the server; `own`: the number of robots that each token has
+    for itself. `wrong`: the error in a changed file, if any; then the tokens before the change stay valid. The
+    constructor raises FileError or FileDamaged for a wrong file.
     """
 
     def __init__(self, path: Path, robots: Iterable[str] = (), own: int = 0) -> None:
@@ -125,8 +126,8 @@ class TokenFile:
     def look(self) -> bool:
         """Read the file again if it has changed; return whether the tokens have changed.
 
-        Programs may empty a file before they write it. So the file is read only if it is the same as at the last check,
-        and its content is used only if the file is still the same after reading.
+        Some programs empty a file before they write it. So the file is read only if it has not changed since the last
+        check, and its content is used only if the file has not changed during reading.
         """
         mark = stamp(self.path)
         still, self._seen = mark == self._seen, mark
@@ -143,8 +144,8 @@ class TokenFile:
         return found != before
 
     def _read_grants(self) -> Tokens:
-        """Read the file. Raises FileError, and FileDamaged if two tokens would have the same robot for themselves. Case
-        does not count in names, as some file systems ignore it.
+        """Read the file; return its tokens. Raises FileError, and FileDamaged if two tokens would have own robots of
+        the same name. Names are compared without case, because some file systems ignore it.
         """
         tokens, whose = read_tokens(self.path), {robot.casefold(): "the robot of all" for robot in self._robots}
         for grant in tokens.grants:
@@ -159,7 +160,8 @@ class TokenFile:
 
 
 def read_tokens(path: Path) -> Tokens:
-    """Read a file of tokens. Raises FileError, and FileDamaged, which names the entry and what would be right."""
+    """Read a file of tokens; return them. Raises FileError, and FileDamaged, which names the wrong entry and the right
+    form."""
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -210,7 +212,8 @@ def _digest(where: str, row: Mapping[str, object]) -> bytes:
 
 
 def _until(where: str, expires: object) -> float | None:
-    """Return the end of the named day, or the instant, in the server's time zone if none is named."""
+    """Return when a token expires, in seconds since 1970: at the end of a day, or at an instant. Without a time zone,
+    the server's zone applies."""
     if expires is None:
         return None
     if isinstance(expires, datetime):
@@ -220,7 +223,7 @@ def _until(where: str, expires: object) -> float | None:
     raise FileDamaged(f"{where}: expires {expires!r}", "a day or an instant: 2027-07-31, 2027-07-31T12:00:00Z")
 
 
-# --- new ones -------------------------------------------------------------------------------------------------------
+# --- adding and removing tokens ---------------------------------------------------------------------------------------
 
 
 def add_tokens(
@@ -232,9 +235,9 @@ def add_tokens(
     *,
     plain: bool = False,
 ) -> dict[str, str]:
-    """Make a token for each name, all with the same rights, and add their hashes to a file, which is made if it does
+    """Create a token for each name, all with the same rights; add their hashes to a file, which is created if it does
     not exist. Return the tokens by name. `plain`: write the tokens themselves, so that they can be read later. Raises
-    FileError, FileDamaged, and UsageError for a name that the file has already.
+    FileError, FileDamaged, and UsageError for a name that the file already has.
     """
     made, before, known = {name: secrets.token_urlsafe(BYTES) for name in names}, "", set[str]()
     if path.exists():
@@ -272,8 +275,8 @@ def plain_tokens(path: Path) -> dict[str, str]:
 
 
 def take_out(path: Path, names: Iterable[str]) -> None:
-    """Remove the tokens of these names from a file, and nothing else. Raises FileError, FileDamaged, and UsageError for
-    a name that the file does not have.
+    """Remove the tokens with these names from a file; leave the rest unchanged. Raises FileError, FileDamaged, and
+    UsageError for a name that the file does not have.
     """
     gone = set(names)
     if missing := sorted(gone - {grant.name for grant in read_tokens(path).grants}):
@@ -284,22 +287,22 @@ def take_out(path: Path, names: Iterable[str]) -> None:
 
 
 TEACHER_NAME = "teacher"
-OWN_ROBOTS = 2  # number of robots of each student: one for work, one for lessons
-MAX_HAND_IN_BYTES = 1_000_000
+OWN_ROBOTS = 2  # number of own robots of each student: one for work, one for lessons
+MAX_HAND_IN_BYTES = 1_000_000  # maximum length of one hand-in
 MAX_HAND_INS = 500  # maximum number of hand-ins of one student
 SECONDS_TO_END = 20.0  # [s] maximum time until a running server has closed a removed student's robots
 _HAND_IN = re.compile(r"\d{8}-\d{6}-.*\.v2")
 
 
 class ClassFolder:
-    """The folder of a class, which `vrs class` makes and `vrs serve --class` serves:
+    """The folder of a class, which `vrs class` creates and `vrs serve --class` serves:
 
-    tokens.toml      # the tokens in plain text, so that links can be shown again: only for the teacher to read
+    tokens.toml      # the tokens in plain text, so that links can be shown again; only the teacher may read it
     files/ada/       # the files of each student's robots
-    journal/ada.vrst # the timelines, programs and places of each student's robots
+    journal/ada.vrst # the timelines, programs and locations of each student's robots
     hand-ins/ada/    # 20270311-101500-pick.v2: the programs that were handed in, with their times (UTC)
-    lessons/ada.json # where each student is in the lessons
-    collected/ada.v2 # the newest program of each student, for vrs grade
+    lessons/ada.json # the progress of each student in the lessons
+    collected/ada.v2 # the newest hand-in of each student, for vrs grade
     """
 
     def __init__(self, root: Path) -> None:
@@ -308,7 +311,7 @@ class ClassFolder:
         self.lessons, self.collected_folder = root / "lessons", root / "collected"
 
     def make(self, students: Iterable[str]) -> None:
-        """Make the folder, or add students to it. Raises FileError, and UsageError for a known name."""
+        """Create the folder, or add students to it. Raises FileError, and UsageError for a known name."""
         with writing(self.root, "name another folder"):
             self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         names = [*students, *(() if self.tokens.exists() else (TEACHER_NAME,))]
@@ -332,7 +335,7 @@ class ClassFolder:
     # --- hand-ins ---
 
     def hand_in(self, student: str, name: str, text: str, now: float) -> str:
-        """Keep a program that a student hands in; return the name of its file. Raises FileError, LimitReached."""
+        """Store a program that a student hands in; return the name of its file. Raises FileError, LimitReached."""
         data = text.encode()
         if len(data) > MAX_HAND_IN_BYTES:
             raise LimitReached(f"a program of {len(data)} bytes, {MAX_HAND_IN_BYTES} at most", "hand in a part of it")
@@ -373,7 +376,7 @@ class ClassFolder:
         return found
 
     def archive(self) -> bytes:
-        """Return the newest programs of all students as a ZIP file. Raises FileError."""
+        """Return the newest hand-in of each student as a ZIP file. Raises FileError."""
         stream = BytesIO()
         with writing(self.hand_ins, "look at the disk"), zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
             for student, path in self.latest().items():
@@ -383,8 +386,8 @@ class ClassFolder:
     # --- a student who leaves ---
 
     def forget(self, student: str) -> None:
-        """Remove a student: first the token, so that a running server closes the connections, then all files. Raises
-        UsageError for an unknown name, FileError.
+        """Remove a student: first the token, so that a running server closes the student's connections, then all files.
+        Raises FileError, and UsageError for an unknown name.
         """
         if not good_name(student) or student in self.teachers():
             raise UsageError(f"{student} is no student of {self.root}", "vrs class links lists them")
@@ -426,6 +429,6 @@ class ClassFolder:
                 lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
                 kept = [line for line in lines if not tells.search(line)]
                 if len(kept) < len(lines):
-                    with path.open("r+", encoding="utf-8") as stream:  # in place: a running server appends to it
+                    with path.open("r+", encoding="utf-8") as stream:  # not a new file: a running server has it open
                         stream.writelines(kept)
                         stream.truncate()
