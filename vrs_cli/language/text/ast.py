@@ -2,8 +2,8 @@
 source.
 
 A program is a list of steps, one for each line, as in the VAL-II editor. Blocks (IF ... END) are not nested nodes: the
-analyzer pairs their steps (`names.Block`), and the compiler converts the pairs to jumps. Names are kept as typed. Two
-names are the same if their first 15 characters are equal without regard to case (`key`).
+analyzer pairs the first and last step of each block (`names.Block`), and the compiler converts the pairs to jumps.
+Names are kept as typed. Two names are the same if their first 15 characters are equal, ignoring case (`key`).
 """
 
 from __future__ import annotations
@@ -49,9 +49,10 @@ class StringConstant(Node, frozen=True):
 class Variable(Node, frozen=True):
     """A variable: `name`, `#name`, `$name`, `name[i]` or `name[i,j]`; `name[]` (the whole array) has `indexes == ()`.
 
-    `sigil` is "", "#" or "$". A bare name is a real or a transformation; the analyzer decides this from the variable's
-    use. `grouped`: the variable is in parentheses, so that CALL passes a copy. `rest`: the number of indexes omitted at
-    the end, not counting that of `name[]`: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`.
+    `sigil` is "" (a real or a transformation; the analyzer decides by the variable's use), "#" (a precision point) or
+    "$" (a string). `grouped`: the variable is in parentheses, so that CALL passes a copy. `rest`: the number of indexes
+    omitted after the last comma or commas: 1 in `name[i,]` (a row of an array) and `name[,]`, 2 in `name[i,,]`, and 0
+    in `name[]`.
     """
 
     name: str
@@ -73,7 +74,7 @@ class Variable(Node, frozen=True):
 
 class Unary(Node, frozen=True):
     """An operation with one operand. `operator` is "-", "+", "NOT" or "COM"; `grouped`: the source has parentheses
-    around it, as in Binary."""
+    around the operation."""
 
     operator: str
     operand: Expression
@@ -84,8 +85,8 @@ class Binary(Node, frozen=True):
     """An operation with two operands. `operator` is one of + - * / MOD ** == <> < > <= >= AND OR XOR BAND BOR BXOR, or
     `:` (compound).
 
-    `grouped`: the source has parentheses around this node. The printer keeps them. The analyzer warns of relations
-    beside AND and OR only if they have no parentheses.
+    `grouped`: the source has parentheses around the operation. The printer keeps them. The analyzer warns of relations
+    beside AND and OR only if the relations have no parentheses.
     """
 
     operator: str
@@ -98,8 +99,8 @@ class Call(Node, frozen=True):
     """A function (`ABS(x)`, `TRANS(,,5)`, `#PPOINT(..)`, `$CHR(10)`) or a constant (`PI`, `HERE`: no arguments).
 
     `name` is in upper case if the table has it, otherwise as typed. An omitted argument is None. `SHIFT(l BY x,y,z)`
-    has the arguments (l, x, y, z). `parenthesised` is True for `f()`, False for `f`. `grouped`: the constant is in
-    parentheses, as in Variable.
+    has the arguments (l, x, y, z). `parenthesised` is True for `f()`, False for `f`. `grouped`: the constant itself is
+    in parentheses: `(PI)`.
     """
 
     name: str
@@ -115,7 +116,7 @@ class Call(Node, frozen=True):
 
 class ProgramCall(Node, frozen=True):
     """A program with its arguments, as after CALL: `pick(a, 5)`. `name`: the program's name as typed; `parenthesised`:
-    as in Call."""
+    True for `pick()`, False for `pick`."""
 
     name: str
     arguments: tuple[Expression | None, ...]
@@ -145,7 +146,7 @@ class Format(Node, frozen=True):
 
 
 class BareWord(Node, frozen=True):
-    """A word or text that is not an expression: the name of a file, a switch, or a program to be stored."""
+    """A word or text that is not an expression, such as the name of a file, a switch, or the keyword of a setting."""
 
     text: str
 
@@ -164,11 +165,11 @@ class Assignment(Node, frozen=True):
 
 
 class Modifiers(Struct, frozen=True):
-    """The words after the arguments of an instruction: `AT t` or `IN dt` (a time), `ALWAYS`, and a unit (MMPS, IPS,
-    MONITOR). `sort`: the kind of variables in a declaration (REAL, DOUBLE, LOC)."""
+    """The optional words of an instruction that modify it: `AT t` or `IN dt` (a time), `ALWAYS`, and a unit of speed
+    (MMPS, IPS, MONITOR). `sort`: the kind of variables in a declaration (REAL, DOUBLE, LOC)."""
 
     at: Expression | None = None
-    within: Expression | None = None  # IN dt, a time relative to the present
+    within: Expression | None = None  # the dt of IN dt: a duration from now [s]
     always: bool = False
     unit: str | None = None
     sort: str | None = None
@@ -183,11 +184,11 @@ NO_MODIFIERS = Modifiers()
 
 
 class Instruction(Node, frozen=True):
-    """An instruction or a monitor command; words of blocks and jumps have their own classes.
+    """An instruction or a monitor command. The words of blocks and jumps (IF, FOR, GOTO) have their own classes.
 
-    `word`: the whole keyword in upper case, even if the source abbreviates it. An omitted argument is None; arguments
-    that are missing at the end are absent. `value`: the value after `=` (`TIMER 1 = 0`, `SET a = b`, `POINT a = b`,
-    `BITS 1,3 = v`). `empty_group`: whether empty parentheses follow the word (`ATTACH ()`).
+    `word`: the whole keyword in upper case, even if the source abbreviates it. In `arguments` an omitted argument is
+    None; arguments omitted at the end are left out. `value`: the value after `=` (`TIMER 1 = 0`, `SET a = b`,
+    `POINT a = b`, `BITS 1,3 = v`). `empty_group`: whether empty parentheses follow the word (`ATTACH ()`).
     """
 
     word: str
@@ -198,21 +199,21 @@ class Instruction(Node, frozen=True):
 
 
 class DoInstruction(Node, frozen=True):
-    """The monitor command `DO statement`. `DO` alone at the prompt repeats the last one and has no statement."""
+    """The monitor command `DO statement`. `DO` alone repeats the statement of the last DO; `statement` is then None."""
 
     statement: Statement | None
 
 
 class ExplainCommand(Node, frozen=True):
-    """The monitor command EXPLAIN. `statement`: a motion (an Instruction), a location (Show), or None. `topic`: OAT or
-    IK for a location, SPLICE, or ""."""
+    """The monitor command EXPLAIN. `statement`: the motion (an Instruction) or location (a Show) to explain, or None.
+    `topic`: OAT or IK (about a location), SPLICE (about the last change of the timeline), or ""."""
 
     topic: str
     statement: Statement | None
 
 
 class Show(Node, frozen=True):
-    """An expression alone at the prompt: its value is shown."""
+    """An expression alone at the prompt. The shell shows its value."""
 
     expression: Expression
 
@@ -222,8 +223,8 @@ class Goto(Node, frozen=True):
 
 
 class IfGoto(Node, frozen=True):
-    """`IF condition GOTO label`; or, with `then`, the form of VAL `IF a EQ b THEN label`, whose condition is a
-    relation."""
+    """`IF condition GOTO label`. `then`: the line has the older form of VAL, `IF a EQ b THEN label`, whose condition is
+    a relation."""
 
     condition: Expression
     label: int
@@ -274,7 +275,7 @@ class End(Node, frozen=True):
 
 
 class BadLine(Node, frozen=True):
-    """A line that cannot be read. It is kept as typed and listed with `?`. Its program cannot be executed."""
+    """A line that does not parse. It is kept as typed and listed with `?`. A program with such a line cannot run."""
 
     text: str
 
@@ -313,8 +314,8 @@ class Step(Node, frozen=True):
 
 
 class Program(Node, frozen=True, dict=True, weakref=True):
-    """A program from `.PROGRAM name(parameters) ;comment` to `.END`. In messages and listings its steps count from 1.
-    `span`: the heading from the name on."""
+    """A program from `.PROGRAM name(parameters) ;comment` to `.END`. Messages and listings number its steps from 1.
+    `span`: the position of the heading, beginning at the name."""
 
     name: str
     parameters: tuple[Variable, ...]
@@ -334,7 +335,8 @@ class Program(Node, frozen=True, dict=True, weakref=True):
 
 
 class ProgramHeader(Node, frozen=True):
-    """The line `.PROGRAM name(parameters) ;comment` at the prompt. The following lines, up to `.END`, are its steps."""
+    """The line `.PROGRAM name(parameters) ;comment` at the prompt. The lines after it, up to `.END`, are the steps of
+    the program."""
 
     name: str
     parameters: tuple[Variable, ...]
@@ -344,8 +346,9 @@ class ProgramHeader(Node, frozen=True):
 class Entry(Node, frozen=True):
     """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (with constant indexes) and its value.
 
-    A location has six numbers, in mm and degrees as in the file, or twelve: the axes n, s, a and the position [mm]. A
-    real has one number. A string has its value in `text`.
+    `numbers`: for a location, six numbers (position [mm] and angles [degrees], as in the file) or twelve (the axes n,
+    s, a and the position [mm]); for a precision point, its joints; for a real, one number. `text`: the value of a
+    string.
     """
 
     variable: Variable
@@ -356,8 +359,8 @@ class Entry(Node, frozen=True):
 
 class Section(Node, frozen=True):
     """A section from `.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`. `name`: the section's name in upper case, with the
-    dot. `remarks`: the lines without a variable, each as the number of entries before it and its comment (None for a
-    blank line). `whole`: whether all lines of the section can be read."""
+    dot. `remarks`: the comment and blank lines, each as the number of entries before it and its text (None for a blank
+    line). `whole`: whether all lines of the section were read without mistakes."""
 
     name: str
     entries: tuple[Entry, ...]
@@ -372,13 +375,14 @@ class Comment(Node, frozen=True):
 
 
 class File(Struct, frozen=True):
-    """The parts of a program file in their order. A BadLine is an unreadable line outside programs and sections."""
+    """A program file. `parts`: its programs, sections and comments in their order; a BadLine is a line outside programs
+    and sections that is neither comment nor blank."""
 
     parts: tuple[Program | Section | Comment | BadLine, ...]
 
 
 def nodes(tree: object) -> Iterator[object]:
-    """Yield all nodes of a tree, or of a tuple of trees, from the root."""
+    """Yield all nodes of a tree, or of a tuple of trees, each before its children (depth first)."""
     waiting = [tree]
     while waiting:
         node = waiting.pop()
@@ -400,15 +404,15 @@ def children(tree: Struct) -> Iterator[Expression]:
 
 
 def plain_number(expression: Expression | None) -> float | None:
-    """Return the value of a number with or without a minus sign; None for any other expression."""
+    """Return the value of a numeric constant with or without a minus sign; None for any other expression."""
     if isinstance(expression, Unary) and expression.operator == "-" and isinstance(expression.operand, Number):
         return -expression.operand.value
     return expression.value if isinstance(expression, Number) else None
 
 
 def channel(expression: Expression) -> int | None:
-    """Return the signal number for an input channel of VAL (channel 1 is the input 1001), negative for the inverse;
-    None if the expression is not a whole number."""
+    """Return the signal number for an input channel of VAL: 1001 for channel 1, -1001 for channel -1 (tested for off).
+    Return None if the expression is not a whole number other than 0."""
     if isinstance(expression, Unary) and expression.operator == "-":
         inner = channel(expression.operand)
         return None if inner is None else -inner
@@ -419,8 +423,8 @@ def channel(expression: Expression) -> int | None:
 
 
 def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
-    """Return the expression `SIG(...)` for input channels of VAL. An expression that is not a constant number is taken
-    as a signal number."""
+    """Return the expression `SIG(...)` for input channels of VAL. A channel that is not a numeric constant is used as a
+    signal number without conversion."""
     signals = list[Expression]()
     for one in channels:
         number = None if one is None else channel(one)
@@ -433,8 +437,8 @@ def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
 
 
 def to_variable(expression: Expression) -> Expression:
-    """Return the variable that has the name of this constant, because an instruction defines it; return any other
-    expression unchanged."""
+    """Convert a constant such as HERE to the variable with the same name, for places where an instruction defines a
+    variable. Other expressions are returned unchanged."""
     if isinstance(expression, Call) and not expression.parenthesised:
         return expression.variable
     if isinstance(expression, Binary) and expression.operator == ":":
@@ -445,14 +449,14 @@ def to_variable(expression: Expression) -> Expression:
 def begins_with_variable(items: Sequence[Expression | None]) -> bool:
     """Return whether the arguments of PROMPT begin with a variable to read, rather than with the text to show.
 
-    A string variable is read if it is the only argument; before other arguments it is the text.
+    PROMPT reads a string variable if it is the only argument; before other arguments, the string is the text to show.
     """
     first = to_variable(items[0]) if items and items[0] is not None else None
     return isinstance(first, Variable) and (first.sigil != "$" or len(items) == 1)
 
 
 def trim(items: list[Expression | None]) -> list[Expression | None]:
-    """Return a list without the omitted items at its end."""
+    """Return a list without the omitted items (None) at its end."""
     while items and items[-1] is None:
         items = items[:-1]
     return items
@@ -462,33 +466,33 @@ def trim(items: list[Expression | None]) -> list[Expression | None]:
 
 Tree = TypeVar("Tree")
 
-# keys of variables that have the name of a function, with that name
+# names that can be a function without arguments or a variable (HERE, TOOL), by the key of the variable
 FUNCTION_NAMES = {name.lower(): name for name, row in FUNCTIONS.items() if row.constant and name not in RESERVED}
 DEFINING = frozenset({Shape.VARIABLE, Shape.REAL_VARIABLE, Shape.STRING_VARIABLE, Shape.LOCATION_VARIABLE, Shape.UNIT})
 _CALLED = frozenset({Shape.PROGRAM, Shape.PROGRAM_TEXT})
 
 
 def resolve_program(program: Program) -> Program:
-    """Return a program in which names of functions are replaced by variables where the program uses them as variables.
+    """Return a program in which bare names of functions are replaced by variables if the program assigns or declares
+    them.
 
-    A bare name such as HERE, TOOL or HAND is either a function without arguments or a variable. It is a variable in
-    each program that assigns a value to it or declares it. The parser sees only one line and takes the name for the
-    function, so the decision is made here, for the whole program. `HAND()` is always the function.
+    A bare name such as HERE, TOOL or HAND is either a function without arguments or a variable. The parser sees only
+    one line and assumes the function, so this function decides for the whole program. `HAND()` is always the function.
     """
     names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
     return replace(program, steps=_replace(program.steps, names)) if names else program
 
 
 def resolve_line(statement: Statement, known: Container[str]) -> Statement:
-    """Return a statement in which names of functions are replaced by variables where they are variables. `known`: the
-    keys of variables; at the prompt those that have a value."""
+    """Return a statement in which bare names of functions are replaced by variables if the statement assigns them or
+    `known` contains them. `known`: the keys of the existing variables."""
     inner = statement.statement if isinstance(statement, DoInstruction | ExplainCommand) else statement
     names = variables_named_like_functions((), (inner,)) | {key for key in FUNCTION_NAMES if key in known}
     return _replace(statement, names) if names else statement
 
 
 def variables_named_like_functions(parameters: Iterable[Variable], statements: Iterable[Statement | None]) -> set[str]:
-    """Return the keys of a program's variables that have the name of a function."""
+    """Return the keys of those parameters and assigned or declared variables that have the name of a function."""
     named = {parameter.key for parameter in parameters}
     for statement in statements:
         named.update(variables_given_by(statement))
@@ -505,19 +509,19 @@ def variables_given_by(statement: Statement | None) -> Iterator[str]:
 
 
 def definitions(statement: Statement | None) -> Iterator[Variable]:
-    """Yield the variables that a statement itself declares or assigns."""
+    """Yield the variables that a statement declares or assigns itself, not through a CALL."""
     if isinstance(statement, Assignment):
         yield statement.target
     elif isinstance(statement, For):
         yield statement.variable
     for given in _arguments(statement, DEFINING):
-        last = given.right if isinstance(given, Binary) else given  # HERE a:b defines b
+        last = given.right if isinstance(given, Binary) else given  # HERE a:b defines b, relative to a
         if isinstance(last, Variable):
             yield last
 
 
 def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterator[Expression]:
-    """Yield the arguments of an instruction that have one of these shapes."""
+    """Yield the arguments of an instruction whose shape in the word tables is one of `shapes`."""
     row = INSTRUCTIONS.get(statement.word) if isinstance(statement, Instruction) else None
     if row is not None and isinstance(statement, Instruction) and not row.operand_shapes.isdisjoint(shapes):
         for place, given in enumerate(statement.arguments):
@@ -527,7 +531,8 @@ def _arguments(statement: Statement | None, shapes: frozenset[Shape]) -> Iterato
 
 
 def _replace(tree: Tree, names: Collection[str]) -> Tree:
-    """Return a tree in which functions with these names and without parentheses are replaced by variables."""
+    """Return a tree in which functions without parentheses whose lower-case name is in `names` are replaced by
+    variables."""
     if isinstance(tree, Call) and not tree.parenthesised and tree.name.lower() in names:
         return cast(Tree, tree.variable)
     if isinstance(tree, tuple):

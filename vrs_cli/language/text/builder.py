@@ -1,9 +1,9 @@
-"""Build the syntax tree. The builder has one method for each rule of grammar/val2.lark, which the parser calls when the
-rule is complete.
+"""Build the syntax tree. The builder has one method for each rule of grammar/val2.lark; the parser calls the method
+when the rule is complete.
 
-The parameters of a method are the children of its rule in their order, including tokens, so that every span is exact.
-The builder checks what the tables say about a word (which modifiers are allowed, whether `=` may follow); the analyzer
-checks the number and the kinds of arguments.
+The parameters of a method are the children of its rule in their order. They include the tokens, so that the span of
+each node can be computed exactly. The builder checks a line against the word tables (which modifiers are allowed,
+whether `=` may follow); the analyzer checks the number and the kinds of arguments.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Shape, Word, WordRow
 from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 
-Children = list[Any]  # the tokens, nodes and pieces of a rule, in their order
+Children = list[Any]  # the tokens, nodes and pieces (parts of an instruction) that a rule consists of, in their order
 Items = list[Expression | None]  # expressions between commas, None for an omitted one
 
-MAX_REAL = 3.4e38  # approximately the largest single-precision real
-BINARY_DIGITS = 8
-FORMAT_DIGITS = 3  # maximum number of digits of the width or the decimals
-INDEXES = 3
+MAX_REAL = 3.4e38  # highest numeric constant: about the largest single-precision number
+BINARY_DIGITS = 8  # maximum number of digits in ^B101
+FORMAT_DIGITS = 3  # maximum number of digits in the width, and in the number of decimals, of a format code
+INDEXES = 3  # maximum number of indexes of an array
 LAST_CHARACTER = 255  # highest character code for $CHR
 
 
 def _span(children: Sequence[Any]) -> Span:
-    """Return the span from the first to the last of these tokens, nodes and pieces."""
+    """Return the span from the first to the last of the tokens, nodes and pieces."""
     first, last = children[0].span, children[-1].span
     return Span(first.line, first.column, last.end)
 
@@ -63,7 +63,7 @@ def number_value(text: str) -> float | None:
 
 
 def signed_number(text: str) -> float | None:
-    """Return the value of a constant with a sign before it, or None for any other text."""
+    """Return the value of a constant that may have a sign before it, or None for any other text."""
     value = number_value(text.lstrip("+-"))
     return -value if value is not None and text[0] == "-" else value
 
@@ -82,8 +82,9 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
 def _items(children: Sequence[Any], row: WordRow | None = None, places: int | None = None) -> Items:
     """Return the expressions between commas, without the omitted ones at the end.
 
-    With a `row`, a final comma stands for an omitted argument, which the row must have. `places`: the number of
-    arguments of the row (None if its last argument repeats; then it may not be omitted). Raises LineRefused.
+    `row`: the table row of the word or function; None skips the check of a final comma. A final comma means that the
+    next argument is omitted, so the row must have more arguments than there are commas. `places`: the number of
+    arguments of the row, or None if its last argument repeats and so may not be omitted. Raises LineRefused.
     """
     signs = [child for child in children if type(child) is Token]
     if row is not None and signs and signs[-1] is children[-1] and (places is None or len(signs) >= places):
@@ -114,8 +115,8 @@ def _to_word(expression: Expression) -> Expression:
 
 
 def _to_indexed_word(expression: Expression) -> Expression:
-    """Return a switch or a parameter as a word. It may have an index, for example the number of a robot:
-    SCALE.ACCEL[1]."""
+    """Convert the name of a switch or parameter to a BareWord. The name may have an index, for example the number of a
+    robot: SCALE.ACCEL[1]."""
     if isinstance(expression, ast.Variable) and expression.indexes and not expression.sigil and not expression.rest:
         shown = [_index_text(index) for index in expression.indexes]
         if all(shown):
@@ -131,7 +132,7 @@ def _index_text(index: Expression) -> str:
 
 
 def _to_setting(expression: Expression) -> Expression:
-    """Return an expression as a BareWord, rather than a variable, if it is a keyword that some parameter takes."""
+    """Convert an expression to a BareWord if it is a keyword that a parameter accepts as its value."""
     word = _to_word(expression) if isinstance(expression, ast.Variable) else expression
     return word if isinstance(word, ast.BareWord) and word.text.upper() in _SETTINGS else expression
 
@@ -140,8 +141,8 @@ _SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
 
 
 def _to_applied(expression: Expression) -> Expression:
-    """Convert the argument of CALLS, which the parser reads differently: `$name(a)` looks like a function. In a sum,
-    the arguments of the program follow the last operand."""
+    """Convert the argument of CALLS to an Applied. The parser has read `$name(a)` as a call of a function; in a sum,
+    `$kind+$name(a)`, the arguments of the program are those of the last operand."""
     if isinstance(expression, ast.Binary) and not expression.grouped:
         last = _to_applied(expression.right)
         if isinstance(last, ast.Applied):
@@ -169,8 +170,8 @@ _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
 
 
 def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tuple[Expression | None, ...]:
-    """Return the expressions in the form that the arguments of the table need. Further expressions are treated like the
-    last argument."""
+    """Convert each expression to the kind of node that its argument in the table requires. Expressions beyond the last
+    argument of the table are treated like the last argument."""
     if not places:
         return tuple(items)
     last = len(places) - 1
@@ -184,7 +185,8 @@ def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tu
 
 
 class _Piece(Struct, frozen=True):
-    """A part of an instruction. `put` adds its children to the instruction."""
+    """A part of an instruction, such as its arguments or a modifier. `put`: the method of _Given that adds the
+    children of the part to the instruction."""
 
     put: Callable[..., None]
     children: Children
@@ -192,11 +194,11 @@ class _Piece(Struct, frozen=True):
 
 
 def _piece(put: Callable[..., None]) -> Callable[[Builder, Children], _Piece]:
-    """Return the builder method for a rule that makes a piece."""
+    """Return the builder method for a rule whose result is a part of an instruction."""
     return lambda _builder, children: _Piece(put, children, _span(children))
 
 
-_FIELDS = {  # by a modifier's token: its name in the tables, and its field in ast.Modifiers
+_FIELDS = {  # by token type: the modifier's name in the word tables, and its field in ast.Modifiers
     "AT": ("AT", "at"),
     "IN": ("AT", "within"),
     "ALWAYS": ("ALWAYS", "always"),
@@ -206,7 +208,9 @@ _FIELDS = {  # by a modifier's token: its name in the tables, and its field in a
 
 
 class _Given(Struct):
-    """The parts of an instruction after its word, collected piece by piece."""
+    """The parts of an instruction after its word, collected one by one. `row`: the word's table row; `grouped`: whether
+    parentheses follow the word; `values`: the expressions after `=`; `led`: arguments with a leading word, by this
+    word."""
 
     row: Word
     arguments: Items = []
@@ -214,7 +218,7 @@ class _Given(Struct):
     values: Items = []
     led: dict[str, Expression] = {}
     task: Expression | None = None
-    modifiers: dict[str, tuple[str, Any]] = {}  # by the modifier's name in the tables: its field and its value
+    modifiers: dict[str, tuple[str, Any]] = {}  # (field of ast.Modifiers, value), by the modifier's name in the tables
 
     def put_arguments(self, *children: Any) -> None:
         items = _items(children, self.row, self.row.plain)
@@ -233,8 +237,8 @@ class _Given(Struct):
             self._refuse_beyond(self.values, 1, "values", hint)
 
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
-        """Add the arguments in parentheses. Omitted ones are filled with None, so that the following arguments keep
-        their positions."""
+        """Add the arguments in parentheses. None is added for each omitted argument, so that the arguments after the
+        parentheses keep their positions."""
         self.grouped = True
         items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.group_size
         if self.row.takes_task:
@@ -263,14 +267,14 @@ class _Given(Struct):
         modifiers = ast.Modifiers(**dict(self.modifiers.values())) if self.modifiers else ast.NO_MODIFIERS
         if (
             row.name == "JMOVE" and len(arguments) == 1 and not isinstance(arguments[0], ast.Number)
-        ):  # in Kawasaki's language JMOVE goes to a location
+        ):  # Kawasaki's JMOVE moves to a location, so a user may expect the same here
             raise refusal(CannotInterpret, span, "JMOVE takes the values of all joints", "MOVE goes to a location")
         empty = self.grouped and self.task is None and not any(self.arguments[: row.group_size])
         return ast.Instruction(row.name, arguments, value, modifiers, empty, span=span)
 
     def _in_order(self) -> Items:
-        """Return the arguments in the order of the table: those between commas, those with a leading word, then the
-        task."""
+        """Return the arguments in the order of the table row, with the task number as the last argument, and None for
+        omitted arguments."""
         row, items = self.row, self.arguments
         if 0 < row.group_size < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
             items = [*[None] * row.group_size, *items]
@@ -306,7 +310,10 @@ N = TypeVar("N")
 
 
 class Grouping(Struct, Generic[N]):
-    """A converter of flat expressions `PREFIX* value (INFIX PREFIX* value)*` to trees, by precedence climbing."""
+    """A converter of flat expressions `PREFIX* value (INFIX PREFIX* value)*` to trees, by precedence climbing.
+
+    `order`: the ranks of the operators; `unary`, `binary`: make the node of an operation from its sign and operands.
+    """
 
     order: Order
     unary: Callable[[Token, N], N]
@@ -317,8 +324,8 @@ class Grouping(Struct, Generic[N]):
         return root
 
     def _climb(self, items: Sequence[Token | N], at: int, rank: int) -> tuple[N, int]:
-        """Return the tree that begins at an item and includes all following operators whose rank is above `rank`, and
-        the index after the tree."""
+        """Return the tree that begins at index `at` and extends to the next operator whose rank is `rank` or lower, and
+        the index of this operator (or of the end)."""
         first = items[at]
         if isinstance(first, Token):
             operand, at = self._climb(items, at + 1, self.order.prefix[first.value])
@@ -342,13 +349,13 @@ T = TypeVar("T")
 
 
 def _by_name(rule: Callable[..., T]) -> Callable[[Builder, Children], T]:
-    """Call a method with the span of its rule and the rule's children as positional arguments."""
+    """Decorate a method so that it takes the span of its rule, then each child of the rule as an argument."""
     return lambda builder, children: rule(builder, _span(children), *children)
 
 
 def _node(kind: Callable[..., T], places: int = 0) -> Callable[[Builder, Children], T]:
-    """Return the builder method for a rule that makes a node of its child nodes. `places`: the number of fields;
-    missing children are None."""
+    """Return the builder method for a rule whose result is a node of class `kind`, with the rule's child nodes as
+    fields. `places`: the number of these fields; fields without a child are None."""
 
     def build(_builder: Builder, children: Children) -> T:
         nodes = [child for child in children if type(child) is not Token]
@@ -394,7 +401,8 @@ class Builder:
 
     @_by_name
     def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.StringConstant:
-        """Return a part of a string in a section: `$CHR(34)` is a character that cannot be written in quotes."""
+        """Return the string that `$CHR(34)` stands for in a section: one character that cannot be written in quotes.
+        Raises LineRefused."""
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             raise refusal(
@@ -480,14 +488,14 @@ class Builder:
         return ast.BareWord(children[0].value, span=children[0].span)
 
     def name(self, children: Children) -> ast.Call | ast.Variable:
-        """Return a constant, or a variable."""
+        """Return a Call if the name is a constant (PI, HERE), otherwise a Variable."""
         token: Token = children[0]
         if (known := FUNCTIONS.get(token.text.upper())) is not None and known.constant:
             return ast.Call(known.name, (), span=token.span)
         return _variable(token, None, token.span)
 
     def variable(self, children: Children) -> ast.Variable:
-        """Return a variable even for the name of a constant, because only a variable is allowed here."""
+        """Return a Variable even for the name of a constant, because the rule allows only variables."""
         name = self.name(children)
         return name.variable if isinstance(name, ast.Call) else name
 
@@ -532,10 +540,10 @@ class Builder:
 
 
 class ValBuilder(Builder):
-    """A builder of trees with VAL-II's order of operators.
+    """A builder of trees with the operator precedence of VAL-II.
 
-    If V+ would group an expression differently, the tree gets parentheses, so that the tree and its text mean the same
-    in every dialect.
+    If V+ would group an expression differently, the builder marks the operations as parenthesized, so that the printed
+    text has the same meaning in every dialect.
     """
 
     def __init__(self) -> None:
@@ -551,7 +559,7 @@ class ValBuilder(Builder):
 
 
 def _with_parentheses(expression: Expression, *, grouped: bool = True) -> Expression:
-    """Return an expression with each operation in parentheses, the outermost only if `grouped`."""
+    """Return an expression with parentheses around each operation; around the outermost operation only if `grouped`."""
     if isinstance(expression, ast.Binary) and not expression.grouped:
         left, right = map(_with_parentheses, (expression.left, expression.right))
         return replace(expression, left=left, right=right, grouped=grouped)
@@ -561,7 +569,7 @@ def _with_parentheses(expression: Expression, *, grouped: bool = True) -> Expres
 
 
 def _check_by(name: str, given: Sequence[Any]) -> None:
-    """Check that BY follows the first argument of a function that takes BY. Raises LineRefused."""
+    """Check that BY stands only after the first argument of a function that takes BY (SHIFT). Raises LineRefused."""
     signs = [child for child in given if type(child) is Token]
     for place, sign in enumerate(signs):
         if (sign.type == "BY") != (place == 0 and name in WITH_BY):

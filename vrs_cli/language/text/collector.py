@@ -10,18 +10,20 @@ from queue import SimpleQueue
 from threading import Thread
 from weakref import finalize
 
-COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values per collection; and number of collections until values count as old
-MANY = 20_000  # number of new values above which a collection takes longer than freezing them
-FREED_AT_ONCE = 10_000  # number of elements of a long sequence that are freed at once (about 5 ms)
+# the thresholds of gc: collect new objects after this many allocations; collect the next generation after this many
+# such collections
+COLLECT_AFTER, COLLECTIONS = 10_000, 5
+MANY = 20_000  # freeze the new objects if they are more than this, because a collection would then take longer
+FREED_AT_ONCE = 10_000  # free this many elements of a long sequence at once (about 5 ms), then let other threads run
 
 
 @contextmanager
 def pause_collector(*, lasting: bool = False) -> Iterator[None]:
-    """Pause Python's cycle collector while a block makes values without cycles.
+    """Pause Python's cycle collector while a `with` block creates objects without reference cycles.
 
-    In a process that serves other clients nothing is paused, because after the block the collector would look at all
-    new values together. `lasting`: the values are many and live long, so the collector does not look at them before its
-    next full collection.
+    Within `collect_in_small_parts` (in a server) the collector is not paused, because after the block it would examine
+    all new objects in one long collection. `lasting`: the objects are many and live long, so they are moved to the
+    oldest generation, which the collector examines only in a full collection.
     """
     if _leave_alone in gc.callbacks:
         yield
@@ -34,16 +36,17 @@ def pause_collector(*, lasting: bool = False) -> Iterator[None]:
         if running:
             if lasting and gc.get_count()[0] - before > MANY and not gc.get_freeze_count():
                 gc.freeze()
-                gc.unfreeze()  # unfrozen values belong to the oldest generation
+                gc.unfreeze()  # moves the frozen objects to the oldest generation
             gc.enable()
 
 
 @contextmanager
 def collect_in_small_parts() -> Iterator[None]:
-    """Make the cycle collector skip values that have survived two collections, so that no collection blocks others for
-    long (0.2 s for a million values).
+    """Make the cycle collector skip objects that have survived two collections, so that no collection blocks other
+    threads for long (a full one takes 0.2 s for a million objects).
 
-    Cycles of such old values stay in memory until the block ends, or longer if the caller has frozen objects.
+    Unused cycles of such old objects stay in memory until the `with` block ends, or longer if the caller had frozen
+    objects before.
     """
     thresholds, frozen_by_caller = gc.get_threshold(), gc.get_freeze_count()
     gc.set_threshold(COLLECT_AFTER, COLLECTIONS)
@@ -60,8 +63,8 @@ def collect_in_small_parts() -> Iterator[None]:
 
 
 def free_in_parts(owner: object, *parts: Sequence[object]) -> None:
-    """Free the elements of the long sequences of `owner` in parts, in another thread, after `owner` itself is freed.
-    The interpreter would free them in one call, which blocks all threads (85 ms for 180,000 steps)."""
+    """Free the elements of long sequences in small parts, in another thread, once `owner` (which refers to `parts`) has
+    been freed. The interpreter would free them in one call, which blocks all threads (85 ms for 180,000 steps)."""
     if _leave_alone in gc.callbacks and any(len(part) > FREED_AT_ONCE for part in parts):
         finalize(owner, _unused.put, parts).atexit = False
 

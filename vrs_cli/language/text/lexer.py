@@ -1,7 +1,7 @@
 """Split a line of VAL-II into tokens.
 
-The type of a token depends on the first word of the statement and on the tables. The patterns of the terminals come
-from grammar/val2.lark; the comment at its top lists the decisions.
+The type of a token depends on the first word of the statement and on the word tables. The patterns of the terminals are
+read from grammar/val2.lark; the comment at the top of the grammar explains the token types.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word,
 from vrs_cli.values.diagnostics import LineRefused, Span, did_you_mean, refusal
 
 LABEL_HIGH = 65535
-MAX_TOKENS = 400  # maximum number of tokens of a line; a VAL-II line has far fewer
+MAX_TOKENS = 400  # lines with more tokens are refused; useful VAL-II lines have far fewer
 
 
 class Token(Struct, eq=False):
-    """A terminal of the grammar. `value`: the whole word, or the usual spelling of a sign; `text`: the token as typed;
-    `row`: the row of the tables for a WORD."""
+    """A token of a line. `type`: the terminal of the grammar; `value`: the unabbreviated word, or the standard spelling
+    of an operator; `text`: the token as typed; `row`: for a WORD, its row in the word tables."""
 
     type: str
     value: str
@@ -71,7 +71,7 @@ class Token(Struct, eq=False):
 
 def label_value(text: str, span: Span) -> int:
     """Return the number of a label. Raises LineRefused."""
-    value = float(text) if text.isdigit() else inf  # the text may have any number of digits, which float() accepts
+    value = float(text) if text.isdigit() else inf  # float() has no limit on the number of digits, as int() has
     if value > LABEL_HIGH:
         raise refusal(InvalidNumber, span, text, f"labels are 0 to {LABEL_HIGH}")
     return int(value)
@@ -82,25 +82,25 @@ _LINKS = {
     **{word: word for word in ("THEN", "GOTO", "TO", "STEP", "DO", "OF", "BY", "AT", "IN", "ALWAYS")},
     **dict.fromkeys(("MMPS", "IPS", "MONITOR"), "UNIT"),
 }
-# by token type: the name of the modifier in a row
+# the name of the modifier in the word tables, by token type
 _MODIFIERS = {"AT": "AT", "IN": "AT", "ALWAYS": "ALWAYS", "UNIT": "UNIT"}
 _SPELLINGS = {"=<": "<=", "=>": ">="}
 _PREFIXES = frozenset({"NOT", "COM"})
-# tokens that end an expression
+# types of tokens that can end an expression
 _ENDS = frozenset({"NAME", "PROGRAM", "NUMBER", "STRING", "FORMAT", "RPAR", "RSQB", "ALWAYS", "UNIT"})
 _DEPTH = {"LPAR": 1, "LGROUP": 1, "LSQB": 1, "RPAR": -1, "RGROUP": -1, "RSQB": -1}
-_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP ends the number of a task
+_BEFORE_ARGUMENT = frozenset({"WORD", "COMMA", "RGROUP"})  # RGROUP follows the task number in EXECUTE 2 pick
 
 _WORD = re.compile(r"[#$%]?[A-Za-z][A-Za-z0-9._]*")
 _GLUED = re.compile(r"[\w.^']+")
-# Patterns that few lines need are compiled on first use, so that the program starts faster.
+# Patterns that are rarely used are strings, compiled on first use, so that vrs starts faster.
 VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
 _FOREIGN_ASSIGNMENT = r"[ \t]*(?:\[.*\][ \t]*)?(:=|[-+*/]=(?!=)|(?:\+\+|--)(?=[ \t]*(?:;|$)))"
-_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # the start of an expression
-# a sign that can follow a name in an expression, but cannot begin an argument
+_VALUE = r"[-+]?[ \t]*(?:\.?[0-9]|[\"('^#$]|[A-Za-z])"  # matches the start of an expression
+# matches an operator after a name that makes the name an operand, because no argument can begin with this operator
 _OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)^%]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
@@ -109,14 +109,16 @@ _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+
 
 
 class Patterns(Struct, frozen=True):
-    """The patterns of the lexer. `next`: blanks and a token; `format`: a format code, which few programs have."""
+    """The regular expressions of the lexer. `next`: blanks and the next token, by groups named like the token types;
+    `format`: a format code such as /F6.2 (compiled on first use, because few programs have one)."""
 
     next: re.Pattern[str]
     format: str
 
 
 def patterns_of(terminals: Mapping[str, str]) -> Patterns:
-    """Compile the patterns. `terminals`: the pattern of each terminal, by its name."""
+    """Compile the lexer's patterns. `terminals`: the regular expression of each terminal of the grammar, by its
+    name."""
     names = ("STRING", "NUMBER", "NAME", "INFIX", "COMMA", "LPAR", "RPAR", "LSQB", "RSQB", "EQUAL")
     choices = "|".join(("(?P<COMMENT>;.*)", *(f"(?P<{name}>{terminals[name]})" for name in names)))
     return Patterns(re.compile(f"[ \t]*(?:{choices})"), terminals["FORMAT"])
@@ -125,8 +127,8 @@ def patterns_of(terminals: Mapping[str, str]) -> Patterns:
 class Lexer:
     """A lexer, which finds the tokens of one line from left to right. Its methods raise LineRefused.
 
-    `_at`: the index of the next unread character; `_ends`: the types of tokens that end an expression; `_row`: the row
-    of the first word, while its arguments are read.
+    `_at`: the index of the next unread character; `_ends`: the types of tokens that can end an expression; `_row`: the
+    table row of the instruction whose arguments are being read, or None.
     """
 
     def __init__(self, patterns: Patterns, text: str, line: int, at: int = 0) -> None:
@@ -137,16 +139,16 @@ class Lexer:
         self._at = at
         self._ends = _ENDS
         self._row: Word | None = None
-        self._val_if = False  # whether the line is IF a EQ b THEN label
+        self._val_if = False  # whether the line is VAL's IF a EQ b THEN label
         self._has_foreign_sign = "=" in text or "++" in text or "--" in text
-        self._defined: Container[str] = ()  # at the prompt: the keys of defined names
+        self._defined: Container[str] = ()  # at the prompt: the keys of the variables that have a value
 
     @property
     def _operand(self) -> bool:
-        """Return whether an expression ends with the last token."""
+        """Return whether the last token ends an operand, so that an operator must follow rather than a value."""
         return bool(self.tokens) and self.tokens[-1].type in self._ends
 
-    # --- the kinds of lines ---
+    # --- one method for each kind of line ---
 
     def step(self) -> list[Token]:
         """Return the tokens of a program line: `[label] [statement] [;comment]`."""
@@ -158,8 +160,8 @@ class Lexer:
         return self.tokens
 
     def prompt(self, names: Container[str]) -> list[Token]:
-        """Return the tokens of a line of the prompt: a monitor command, a statement, or an expression whose value is to
-        be shown. `names`: the keys of variables that have a value."""
+        """Return the tokens of a line typed at the prompt: a monitor command, a statement, or an expression whose value
+        is shown. `names`: the keys of variables that have a value."""
         self._defined = names
         if not self._at_end():
             if self._shows(names):
@@ -179,8 +181,8 @@ class Lexer:
         return self.tokens
 
     def entry(self) -> list[Token]:
-        """Return the tokens of a line in a section: a variable and its value. The tokens of numbers include their
-        signs."""
+        """Return the tokens of a line in a section of variables: the variable and its value. A number and its sign are
+        one token."""
         self._ends = frozenset()
         while not self._at_end():
             if (number := re.compile(_ENTRY_NUMBER).match(self._text, self._at)) is not None:
@@ -192,8 +194,8 @@ class Lexer:
     # --- the start of a statement ---
 
     def _shows(self, names: Container[str]) -> bool:
-        """Return whether a line of the prompt is an expression whose value is to be shown. A complete word of a command
-        or an instruction has precedence over a variable, and a variable over an abbreviated word."""
+        """Return whether a line typed at the prompt is an expression whose value is shown. The full name of a command
+        or instruction has precedence over a variable, and a variable over an abbreviated name."""
         word = _WORD.match(self._text, self._at)
         if word is None:
             label = _LABEL.match(self._text, self._at)
@@ -238,7 +240,8 @@ class Lexer:
             self._operation(self._row_of(word, at_prompt), word, at_prompt)
 
     def _refuse_list(self, word: re.Match[str]) -> None:
-        """Refuse MOVE [100, 200, 300], because it would be read as an element of an array."""
+        """Raise LineRefused for MOVE [100, 200, 300], which would be read as an assignment to an element of an array
+        named MOVE."""
         row = INSTRUCTIONS.get(word[0].upper())
         given = re.compile(r"[ \t]+(\[[^\]]*\])[ \t]*(?:;|$)").match(self._text, word.end())
         if row is None or given is None or word[0].lower()[:NAME_LENGTH] in self._defined:
@@ -266,7 +269,7 @@ class Lexer:
             )
             raise self._refusal(kind, self._at, max(self._end_of_run(self._at), self._at + 1), detail, hint)
         if self._text[match.end() : match.end() + 1].isalnum():
-            # a letter of another alphabet is a mistake inside the word, not its end
+            # report a non-ASCII letter as a mistake in the name, rather than end the name before it
             end = max(self._end_of_run(match.end()), match.end() + 1)
             hint = "letters a to z, digits, . and _"
             raise self._refusal(InvalidName, match.start(), end, self._text[match.start() : end], hint)
@@ -279,10 +282,10 @@ class Lexer:
         function = FUNCTIONS.get(word[0].upper())
         if function is not None and function.arguments and self._follows(rf"[ \t]*{_ELEMENT}", word.end()):
             raise self._refusal(CannotInterpret, *word.span(), *only_reads(function))
-        # RUN and CLEAR are not accepted as short for RUNSIG and CLEAR.EVENT
+        # a word with a hint is refused even if it abbreviates one word: RUN is not RUNSIG, CLEAR is not CLEAR.EVENT
         detail, hint = word[0], way(word[0], at_prompt=at_prompt)
         if self._follows(r"[ \t]*:(?!=)", word.end()) and (own_word(word[0]) or not (found or hint)):
-            hint = LABELS  # a label as in C: `start:`
+            hint = LABELS  # the user has written a label as in C: `start:`
         if len(found) == 1 and not hint:
             return found[0]
         if len(found) > 1 and not hint:
@@ -291,10 +294,10 @@ class Lexer:
         raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
 
     def _other_form(self, word: str, end: int, at_prompt: bool) -> str:
-        """Return a hint at the probable meaning of an unknown first word."""
+        """Return a hint at what the user probably meant by an unknown first word. `end`: the index after the word."""
         rest = self._before_comment(end).strip()
         known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
-        # the line looks like a call of a program; among known words, only READ (lun) and the like take parentheses
+        # parentheses suggest a call of a program, so propose only words that take parentheses, such as READ (lun)
         called = rest.startswith("(")
         near = did_you_mean(
             word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].group_size))
@@ -334,7 +337,7 @@ class Lexer:
             self._rest()
             last = self.tokens[-2 if self.tokens[-1].type == "COMMENT" else -1]
             if row.name in ("VALUE", "ANY") and last.text == ":":
-                last.type = "COLON"  # the colon at the end of VALUE 1, 2: is not an operator
+                last.type = "COLON"  # in VALUE 1, 2: the colon only ends the line; elsewhere it is an operator
         else:
             self._add("WORD", row.name, *word.span(), row)
             self._arguments(row)
@@ -363,7 +366,7 @@ class Lexer:
             if rest:
                 self._add("REST", rest, self._at, self._at + len(rest))
         elif row.raw:
-            # words are read as typed; if no value follows, a relation is accepted too (HELP ==)
+            # read words as typed; for commands that take no =, also accept a relation as a word (HELP ==)
             while not self._at_end():
                 relation = re.compile(r"[=<>]{1,2}").match(self._text, self._at) if row.value is None else None
                 raw = relation or re.compile(r'"[^"]*"|[^\s;,="]+').match(self._text, self._at)
@@ -382,10 +385,11 @@ class Lexer:
                 self._add("SORT", sort[1].upper(), *sort.span(1))
         self._rest()
 
-    # --- what follows the first word ---
+    # --- the rest of a statement after its first word ---
 
     def _group(self) -> None:
-        """Read the parentheses in READ (lun) $s; a value may follow them directly."""
+        """Read a group in parentheses after the first word: (lun) in READ (lun) $s. The closing parenthesis becomes an
+        RGROUP token, because a value may follow it without an operator."""
         self._skip_blanks()
         if not self._text.startswith("(", self._at):
             return
@@ -398,7 +402,7 @@ class Lexer:
             self.tokens[-1].type = "RGROUP"
 
     def _task(self) -> None:
-        """Read the task number in EXECUTE 2 pick, as if it were in parentheses."""
+        """Read the task number in EXECUTE 2 pick, and add the tokens of a group, as if it were in parentheses."""
         if (qualifier := re.compile(r"[ \t]*(/[A-Za-z])\b").match(self._text, self._at)) is not None:
             raise self._refusal(
                 NotAvailable,
@@ -431,7 +435,7 @@ class Lexer:
                 self._add(*self._type_of_name(text, end), start, end)
             case "INFIX":
                 self._refuse_foreign_comment(start)
-                wanted = not self._operand  # a value must follow here
+                wanted = not self._operand  # True where a value must begin, so that + and - are signs of the value
                 code = re.compile(self._patterns.format).match(self._text, start) if wanted and text == "/" else None
                 if code is not None:
                     self._add("FORMAT", code[0], *code.span())
@@ -450,7 +454,7 @@ class Lexer:
                 self._add("COMMA" if comma else kind, text, start, end)
 
     def _number_hint(self, start: int) -> str:
-        """Return a hint at what letters or signs directly after a number probably mean."""
+        """Return a hint for a number that is directly followed by letters or signs, such as 2^3, 1..3 or 30deg."""
         text = self._text[start : self._end_of_run(start)]
         return first_hint(
             ("^" in text, POWER),
@@ -461,7 +465,8 @@ class Lexer:
         )
 
     def _type_of_name(self, text: str, end: int) -> tuple[str, str]:
-        """Return the token type and the value of a word inside a line. `end`: the index after the word."""
+        """Return the token type and the value of a word that is not the first word of the line. `end`: the index after
+        the word."""
         row, word, operand = self._row, text.upper(), self._operand
         if (
             row is not None
@@ -486,14 +491,15 @@ class Lexer:
         assert row is not None
         before = self.tokens[-1].type
         if word in row.leads and before == "COMMA":
-            return "LEAD"  # the arguments before it are omitted: IFSIG 1,,, THEN 10
+            return "LEAD"  # omitted arguments may precede the leading word: IFSIG 1,,, THEN 10
         if row.required_count or before != "WORD":
             return None
         link = _LINKS.get(word, "")
         return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
 
     def _names_program(self, row: Word, text: str, end: int) -> bool:
-        """Return whether a word is the name of a program, because the table requires a program at this position."""
+        """Return whether a word is the name of a program, because the word table has a program as the argument at this
+        position. `end`: the index after the word."""
         if text[0] in "#$%" or self._text[end : end + 1] == "[":
             return False
         before, place = self.tokens[-1].type, self._place()
@@ -503,7 +509,8 @@ class Lexer:
         return argument is not None and argument.shape is Shape.PROGRAM
 
     def _place(self) -> int | None:
-        """Return the number of commas before the present position; None inside parentheses or brackets."""
+        """Return the index of the current argument (the number of commas so far); None inside parentheses or
+        brackets."""
         depth = commas = 0
         for token in self.tokens:
             depth += _DEPTH.get(token.type, 0)
@@ -517,7 +524,7 @@ class Lexer:
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 
     def _end_of_run(self, at: int) -> int:
-        """Return the index after a run of letters, digits and signs of numbers."""
+        """Return the index after the letters, digits and characters of numbers (_ . ^ ') that begin at `at`."""
         match = _GLUED.match(self._text, at)
         return at if match is None else match.end()
 
@@ -530,7 +537,7 @@ class Lexer:
         return match[0] if match is not None else ""
 
     def _at_end(self) -> bool:
-        """Return whether only a comment is left in the line; read the comment."""
+        """Skip blanks, read a comment if one follows, and return whether the end of the line is reached."""
         self._skip_blanks()
         if self._text.startswith(";", self._at):
             self._token()
@@ -540,7 +547,8 @@ class Lexer:
         return refusal(kind, Span(self._line, start + 1, end + 1), detail, hint)
 
     def _refuse_foreign_comment(self, at: int, signs: str = FOREIGN_COMMENT) -> None:
-        """Refuse a comment that is written as in another language."""
+        """Raise LineRefused if a comment in the style of another language (`//`) begins at index `at`. `signs`: the
+        pattern of such comments."""
         sign = re.compile(signs).match(self._text, at)
         if self._text.startswith("#(", at):
             raise self._refusal(CannotInterpret, at, at + 1, "#", FOREIGN_FUNCTIONS["PPOINT"])
@@ -550,7 +558,7 @@ class Lexer:
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", hint)
 
     def _unreadable(self) -> LineRefused:
-        """Return the error for a text that no token matches."""
+        """Return the error for text at the current position that matches no token."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
         self._refuse_foreign_comment(at)
@@ -565,7 +573,7 @@ class Lexer:
             )
             return self._refusal(InvalidNumber, at, glued, self._text[at:glued], hint)
         sign = next((sign for sign in FOREIGN_SIGNS if self._text.startswith(sign, at)), "")
-        if sign and (sign != "%" or self._operand):  # %name is a name in other systems
+        if sign and (sign != "%" or self._operand):  # % before a name is reported below as a bad name
             hint = FOREIGN_SIGNS[sign]
             if sign == "%" and not self._text[at + 1 :].partition(";")[0].strip(" ,"):
                 hint = PERCENT if self._row is not None and self._row.name == "SPEED" else NO_UNIT

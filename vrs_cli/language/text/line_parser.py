@@ -1,10 +1,10 @@
-"""Parse one line of VAL-II by grammar/val2.lark, or explain why the line does not fit and suggest a correction.
+"""Parse one line of VAL-II with grammar/val2.lark, or explain why the line does not fit and suggest a correction.
 
 The tokens are parsed by the LALR(1) algorithm (Aho, Sethi, Ullman: Compilers, 4.7). Lark makes the parse table of the
-grammar. The table is kept in the user's cache, so most runs do not load Lark; and `TableParser`, which uses the table,
-is twice as fast as Lark.
+grammar. The table is stored in the user's cache, so that vrs rarely loads Lark; and `TableParser`, which uses the
+table, is twice as fast as Lark.
 
-Lark keeps the table in a private attribute. If a release of Lark has a different form of table, `LarkParser` parses
+Lark keeps the table in a private attribute. If a release of Lark has a different table format, `LarkParser` parses
 through Lark's public interface and gives the same trees.
 """
 
@@ -32,30 +32,31 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS, Shape, Word
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
 
-END = "$END"  # the terminal after the last token
-FORM = "table 1"  # version of the cached table's format
+END = "$END"  # Lark's name of the terminal after the last token
+FORM = "table 1"  # version of the cached table's format; a change makes vrs ignore older cached tables
 
 
 class DoesNotFit(Exception):
-    """The first token that does not fit the grammar (None for the end of the line), and the terminals `accepted` in its
-    place."""
+    """Raised when the tokens do not fit the grammar. `token`: the first one that does not fit (None for the end of the
+    line); `accepted`: the terminals that would fit in its place."""
 
     def __init__(self, token: Token | None, accepted: frozenset[str]) -> None:
         self.token, self.accepted = token, accepted
 
 
 class TokenParser(Protocol):
-    """A parser of tokens. `terminals`: the pattern of each terminal of the grammar, by its name."""
+    """A parser of tokens. `terminals`: the regular expression of each terminal of the grammar, by its name."""
 
     terminals: dict[str, str]
 
     def parse(self, tokens: Sequence[Token], start: str) -> Any:
-        """Return the tree that the builder makes of the tokens. Raises DoesNotFit; the builder raises LineRefused."""
+        """Return the tree that the builder makes from the tokens. `start`: the start symbol of the grammar. Raises
+        DoesNotFit; the builder raises LineRefused."""
 
 
 def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> TokenParser:
-    """Return a parser for a grammar. `builder`: an object with a method for each rule, which takes the list of the
-    rule's children."""
+    """Return a parser for a grammar. `starts`: the start symbols; `builder`: an object with a method for each rule,
+    which takes the list of the rule's children and returns the result of the rule."""
     table = table_of(grammar, starts)
     return LarkParser(grammar, starts, builder) if table is None else TableParser(table, builder)
 
@@ -64,9 +65,9 @@ def token_parser(grammar: str, starts: tuple[str, ...], builder: object) -> Toke
 
 
 class Rule(Struct, frozen=True):
-    """A rule of the grammar. `name`: the name of the builder's method; `origin`: the symbol that the rule makes;
-    `helpers`: for each child, whether it is a list that is replaced by its items; `alone`: whether a single child is
-    the result, without a call of the method."""
+    """A rule of the grammar. `name`: the name of the builder's method; `origin`: the symbol on the left side of the
+    rule; `helpers`: for each child, whether it is the result of a helper rule: a list, which is replaced by its items;
+    `alone`: whether a single child is itself the result, so that the method is not called."""
 
     name: str
     origin: str
@@ -75,9 +76,9 @@ class Rule(Struct, frozen=True):
 
 
 class Table(Struct, frozen=True):
-    """A parse table. `states`: for each state and symbol, the next state, or the inverse (~) of the index of a complete
-    rule; `starts` and `ends`: the first and last state for each start symbol; `terminals`: the pattern of each
-    terminal."""
+    """A parse table. `states`: by state and symbol, the next state (shift), or ~i where i is the index of the complete
+    rule (reduce); `starts` and `ends`: the first and last state, by start symbol; `terminals`: the regular expression
+    of each terminal, by its name."""
 
     states: dict[int, dict[str, int]]
     rules: list[Rule]
@@ -88,7 +89,7 @@ class Table(Struct, frozen=True):
 
 def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
     """Return the parse table of a grammar, from the cache or from Lark; None if this release of Lark has a different
-    form of table."""
+    table format."""
     if (kept := cached("grammar.table", f"{FORM}\n{grammar}", partial(_sound_table, grammar, starts))) is None:
         return None
     states, rules, *rest = kept
@@ -96,8 +97,8 @@ def table_of(grammar: str, starts: tuple[str, ...]) -> Table | None:
 
 
 def _sound_table(grammar: str, starts: tuple[str, ...]) -> tuple[Any, ...] | None:
-    """Return the parse table that Lark makes of a grammar, as lists and dictionaries; None if the table is not
-    sound."""
+    """Return the parse table that Lark makes from a grammar, as lists and dictionaries for the cache; None if the table
+    has a different format or is not consistent."""
     try:
         table = _table(_lark(grammar, starts))
     except (AttributeError, KeyError, TypeError, ValueError):
@@ -113,7 +114,8 @@ def _lark(grammar: str, starts: tuple[str, ...], builder: object = None) -> Any:
 
 
 def _table(lark: Any) -> Table:
-    """Read the parse table that Lark has made. Raises AttributeError or other errors if its form is different."""
+    """Read the parse table that Lark has made. Raises AttributeError, KeyError, TypeError or ValueError if its format
+    is different."""
     made = lark.parser.parser._parse_table
     rules = {rule: number for number, rule in enumerate(lark.rules)}
     states = {
@@ -133,7 +135,7 @@ def _table(lark: Any) -> Table:
 
 
 def _is_sound(table: Table, starts: tuple[str, ...]) -> bool:
-    """Return whether each start symbol has its states, and each entry leads to an existing state or rule."""
+    """Return whether each start symbol has a first and a last state, and each entry is an existing state or rule."""
     entries = [to for row in table.states.values() for to in row.values()]
     bounds = (*table.starts.values(), *table.ends.values())
     return (
@@ -178,8 +180,8 @@ class TableParser:
         raise AssertionError("the end of a line is never shifted")
 
     def _accepted_terminals(self, at: list[int], start: str) -> frozenset[str]:
-        """Return the terminals that may follow. Some terminals of a state turn out to be impossible after a reduction,
-        and are left out."""
+        """Return the terminals that may follow the stack of states `at`. A terminal in the table row of the last state
+        may still be impossible: the parser would refuse it after a reduction; such terminals are left out."""
         return frozenset(
             symbol for symbol in self.table.states[at[-1]] if symbol.isupper() and self._fits(at.copy(), symbol, start)
         )
@@ -195,12 +197,13 @@ class TableParser:
         return to is not None
 
 
-# A complete rule: the symbol that it makes (its origin), the number of its children, and the function that builds it.
+# A complete rule: the symbol on its left side (origin), the number of its children, and the function that builds its
+# result from them.
 _Reduction = tuple[str, int, Callable[[list[Any]], Any]]
 
 
 def _reduction(rule: Rule, builder: object) -> _Reduction:
-    # a helper rule has no method; its value is the list of its children
+    # the builder has no method for a helper rule, whose result is the list of its children
     build: Callable[[list[Any]], Any] = getattr(builder, rule.name, list)
     if rule.alone:
         build = partial(_only_child_or, build)
@@ -242,8 +245,8 @@ class LarkParser:
             raise DoesNotFit(refused, self._accepted_terminals(tokens[:fed], start)) from None
 
     def _accepted_terminals(self, tokens: Sequence[Token], start: str) -> frozenset[str]:
-        """Return the terminals that may follow these tokens. The tokens are parsed again, because Lark has already
-        reduced rules for the token that it refused."""
+        """Return the terminals that may follow these tokens. A new parser reads the tokens again, because the first one
+        has already reduced rules before it refused the next token."""
         parser = self._lark.parse_interactive(start=start)
         for token in tokens:
             parser.feed_token(token)
@@ -251,7 +254,7 @@ class LarkParser:
 
 
 GRAMMAR = "val2.lark"
-# maximum number of parsed steps kept (about 3 kB each): an editor parses the same text repeatedly
+# keep at most this many parsed steps (about 3 kB each) for reuse, because an editor parses the same lines repeatedly
 REMEMBERED = 20_000
 STARTS = ("step", "prompt", "header", "entry")
 
@@ -262,7 +265,7 @@ def grammar_dir() -> Path:
 
 
 class LineParser:
-    """A parser of lines. `builder`: makes the trees of lines, by default with the order of operators of V+."""
+    """A parser of lines. `builder`: makes the trees of lines, by default with the operator precedence of V+."""
 
     def __init__(self, builder: Builder | None = None) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
@@ -271,7 +274,7 @@ class LineParser:
         self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self.new_step)
 
     def new_step(self, text: str, line: int) -> Step:
-        """Parse a step without storing it for later. Raises LineRefused."""
+        """Parse a step, without keeping the result for reuse as `step` does. Raises LineRefused."""
         tokens = Lexer(self._patterns, text, line).step()
         label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
         comment = _pop_comment(tokens)
@@ -281,8 +284,8 @@ class LineParser:
         return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span=span)
 
     def prompt(self, text: str, names: Container[str]) -> Statement | None:
-        """Parse a line of the prompt; return None for a blank line. `names`: the keys of variables that have a value.
-        Raises LineRefused."""
+        """Parse a line typed at the prompt; return None for a blank line. `names`: the keys of variables that have a
+        value. Raises LineRefused."""
         tokens = Lexer(self._patterns, text, 1).prompt(names)
         _pop_comment(tokens)
         if not tokens:
@@ -303,8 +306,8 @@ class LineParser:
         return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.span.end))
 
     def entry(self, text: str, line: int) -> ast.Entry | str | None:
-        """Parse a line of a section. Return a variable with its value, the text of a comment, or None for a blank line.
-        Raises LineRefused."""
+        """Parse a line of a section. Return the variable with its value, the text of a comment line, or None for a
+        blank line. Raises LineRefused."""
         if (usual := usual_entry(text, line)) is not None:
             return usual
         tokens = Lexer(self._patterns, text, line).entry()
@@ -338,7 +341,7 @@ def _text(comment: Token | None) -> str | None:
     return None if comment is None else comment.value[1:]
 
 
-# --- usual lines of a section of variables -------------------------------------------------------------------
+# --- fast reading of the usual lines in a section of variables ------------------------------------------------
 
 
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t,])"
@@ -350,7 +353,8 @@ _USUAL = (
 
 
 def usual_entry(text: str, line: int) -> Entry | None:
-    """Read a line of a section in its usual form, without the grammar. Return None if the line has another form."""
+    """Read a line of a section with a regular expression, which is faster than the grammar. Return None if the line is
+    not a name and plain numbers."""
     match = re.fullmatch(_USUAL, text)
     if match is None or match["name"].upper() in OPERATOR_WORDS:
         return None
@@ -382,8 +386,8 @@ _SECONDS = "a time is in seconds: AT 2 is a time of the clock, IN 2 is two secon
 
 
 class Complaint:
-    """The explanation why a line does not fit the grammar. `token`: the first token that does not fit (None for the end
-    of the line); `accepted`: the terminals that would fit in its place."""
+    """A search for the reason why a line does not fit the grammar. `token`: the first token that does not fit (None for
+    the end of the line); `accepted`: the terminals that would fit in its place; `start`: the start symbol."""
 
     def __init__(self, tokens: Sequence[Token], token: Token | None, accepted: frozenset[str], start: str) -> None:
         self._before = before = tokens if token is None else tokens[: tokens.index(token)]
@@ -416,7 +420,7 @@ class Complaint:
     ) -> Diagnostic:
         return error(kind, self._place if at is None else at.span, detail, hint, mend)
 
-    # --- explanations: each returns a diagnostic or None ---
+    # --- possible explanations: each method returns a diagnostic, or None if it does not apply ---
 
     def _no_operand(self) -> Diagnostic | None:
         """Explain that nothing follows an operator, a comma or a linking word."""
@@ -459,7 +463,8 @@ class Complaint:
         if opened and self._type not in _VALUES and (self._type != "EQUAL" or in_index):
             row = self._head.row if self._head is not None else None
             operand = None if row is None else row.value or next(iter(row.arguments), None)
-            moves = operand is not None and operand.shape is Shape.PLACE  # MOVE, and SET p =
+            # true for MOVE p and for SET p = ...: the operand is a location
+            moves = operand is not None and operand.shape is Shape.PLACE
             hint = "a place is TRANS(x, y, z) or a name" if moves and self._type == "COMMA" else ""
             closing = _OPENING[opened[-1].type]
             if self._type == "COMMA" and any(one.text == closing for one in self._after):
@@ -493,7 +498,7 @@ class Complaint:
         if head is None or last is None or head is last or head.type not in CONTROL:
             return None
         row = CONTROL[head.type]
-        # STEP of FOR is left out, because it is optional
+        # leave out an optional linking word, such as STEP of FOR
         links = [word for word in row.links if f"[{word}" not in row.form]
         relation = RELATIONS_OF_VAL.get(self._text.upper())
         if relation is not None:
@@ -517,7 +522,7 @@ class Complaint:
         return self._say(CannotInterpret, detail, f"the form is {head.row.form}", last)
 
     def _neighbours(self) -> Diagnostic | None:
-        """Explain that there is nothing between two values."""
+        """Explain that an operator or a comma is missing between two values."""
         last = self._last
         if last is None or last.type not in _ENDS_VALUE or self._type not in _VALUES | set(_OPENING):
             return None
@@ -526,7 +531,7 @@ class Complaint:
             quoted = 'a name with blanks stands in quotes: "my file.v2"'
             hint = f"a comma is missing before {self._text}" if row is not None and row.repeats else quoted
             return self._say(CannotInterpret, self._said, hint)
-        if last.type == "NAME" and last.text.upper() in RESERVED and row is not None:  # MOVE TO part
+        if last.type == "NAME" and last.text.upper() in RESERVED and row is not None:  # for example MOVE TO part
             return self._say(CannotInterpret, f"{last.text} has no place here", f"the form is {row.form}", last)
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
@@ -534,7 +539,7 @@ class Complaint:
             return self._say(IllegalExpression, self._said, f"write {relation}", mend=relation)
         if meant := self._meant_beside(last, row):
             return self._say(IllegalExpression, self._said, meant)
-        if row is not None and self._type == "NAME":  # perhaps a mistyped word: SPEED 30 ALWYS
+        if row is not None and self._type == "NAME":  # the name may be a mistyped modifier: SPEED 30 ALWYS
             modifiers = row.modifiers | INSTRUCTIONS.get(row.name, row).modifiers
             words = [*row.leads, *(word for name in sorted(modifiers) for word in MODIFIERS.get(name, ()))]
             hint = did_you_mean(self._text, words)
@@ -544,8 +549,8 @@ class Complaint:
         return self._say(IllegalExpression, self._said, hint or missing + form)
 
     def _meant_beside(self, last: Token, row: Word | None) -> str:
-        """Return a hint at the probable meaning of two values with nothing between them, as in MOVE Z 100, 30 DEG and
-        f"x={x}"."""
+        """Return a hint at what the user probably meant by two values with nothing between them, as in MOVE Z 100,
+        30 DEG and f"x={x}"."""
         text, kind, word, name = self._text, self._type, self._text.upper(), last.text.upper()
         header, named = self._start == "header", last.type == "NAME"
         instruction = None if row is None else INSTRUCTIONS.get(row.name, row)
@@ -569,7 +574,7 @@ class Complaint:
                 f"CALL {text}(...) stands alone, and gives values back by its parameters",
             ),
             (last.type == "RSQB" and kind == "LSQB", "the indexes stand in one pair: a[1, 2]"),
-            (form and kind == "NUMBER", f"the form is {form}"),  # SIG 1001
+            (form and kind == "NUMBER", f"the form is {form}"),  # for SIG 1001, which needs parentheses
             (named and kind == "NAME" and shows, f'a text stands in double quotes: "{last.text} {text}"'),
             (last.type == "PROGRAM", f"arguments stand in parentheses: {last.text}({text})"),
             (counts, "a negative STEP counts down: FOR i = 3 TO 1 STEP -1"),
@@ -587,7 +592,7 @@ class Complaint:
         if self._type == "LSQB" and last.type == "EQUAL":
             hint = f"each element is assigned by itself: {head.text}[1] = ..."
             if head.row is not None and head.row.value is not None:
-                place = head.row.value.shape is Shape.PLACE  # SET p = [100, 200, 300]
+                place = head.row.value.shape is Shape.PLACE  # true for SET p = [100, 200, 300]
                 hint = "a place is TRANS(x, y, z) in mm" if place else f"the form is {head.row.form}"
             return self._say(CannotInterpret, "[...] is no value", hint)
         if last.type == "THEN":

@@ -1,9 +1,10 @@
 """Parse VAL-II text to syntax trees with one grammar (grammar/val2.lark): lines, files, and the parts of a file.
 
-Mistakes are diagnostics: LineRefused for a line; for a file all mistakes together, because each line is read
-separately. This module also defines the layout of files: programs, sections of variables, step numbers of old listings,
-files in other makers' languages, and comments that suppress warnings. The comment `; vrs: ignore V401, V056` at the end
-of a line applies to that line, `; vrs: ignore-file V401` to the file; without codes, all warnings are suppressed.
+A mistake in a single line raises LineRefused. For a file, the mistakes of all lines are returned as diagnostics,
+because each line is parsed separately. This module also reads the layout of files: programs, sections of variables,
+step numbers of old listings, files in other makers' languages, and comments that suppress warnings. The comment
+`; vrs: ignore V401, V056` at the end of a line applies to that line, `; vrs: ignore-file V401` to the whole file;
+without codes, all warnings are suppressed.
 """
 
 from __future__ import annotations
@@ -58,8 +59,8 @@ V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
 IN_ANOTHER_FILE = "is in another of these files too"
-MAX_TRIED = 200  # maximum number of steps that are tested in a file without a heading
-# maximum length of a step or an entry, because the time of a search may grow with the square of the length
+MAX_TRIED = 200  # in a file without a heading, test at most this many lines for being steps
+# refuse longer steps and entries, because the time of some regular expressions grows with the square of the length
 MAX_LINE_CHARS = 4000
 JOINTS_HIGH = 12  # maximum number of joints of a precision point in a file
 SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
@@ -67,8 +68,8 @@ SECTIONS = (".LOCATIONS", ".REALS", ".DOUBLES", ".STRINGS")
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _BINARY = re.compile(r"[\x00-\x06\x0e-\x19\x1c-\x1f]")
-_STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # 3  or  3.  or  3.?
-DISK_END = "\x1a"  # Ctrl-Z ends a text on old disks
+_STEP_NUMBER = re.compile(r"[ \t]*([0-9]+)\.?(?![\w.])(?:[ \t]*\?)?[ \t]*")  # matches 3 or 3. or 3.?
+DISK_END = "\x1a"  # Ctrl-Z, which marks the end of a text file on old disks
 
 
 def header_end(text: str) -> int | None:
@@ -78,8 +79,8 @@ def header_end(text: str) -> int | None:
 
 
 class SourceLine(Struct, frozen=True):
-    """A line of a file. `number`: the line number from 1; `directive`: `.PROGRAM` or a similar word in upper case, or
-    ""."""
+    """A line of a file. `number`: the line number from 1; `directive`: the first word in upper case if it begins with a
+    dot (`.PROGRAM`, `.END`), otherwise ""."""
 
     number: int
     text: str
@@ -93,7 +94,7 @@ class SourceLine(Struct, frozen=True):
 
 
 def lines_of(text: str) -> list[SourceLine]:
-    """Split a text into lines. The line ends of all systems are accepted."""
+    """Split a text into lines. Lines may end with LF, CR LF or CR."""
     texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
@@ -105,25 +106,26 @@ def lines_of(text: str) -> list[SourceLine]:
 
 
 def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
-    """Cut a file before each heading of a program or a section. The first piece has the lines above the first
-    heading."""
+    """Cut a file before each heading of a program or a section, and yield the pieces. The first piece holds the lines
+    above the first heading, if there are any."""
     headings = (i for i, line in enumerate(lines) if i and (line.directive == PROGRAM or line.directive in SECTIONS))
     return (lines[begin:end] for begin, end in pairwise((0, *headings, len(lines))))
 
 
 def end_of(lines: Iterable[SourceLine]) -> int | None:
-    """Return the index of the first `.END`."""
+    """Return the index of the first `.END` line, or None."""
     return next((i for i, line in enumerate(lines) if line.directive == END), None)
 
 
 def named_above(text: str, what: str) -> tuple[str, Span] | None:
-    """Return the name that a comment above the first program gives (`; dialect: val2`, `; robot: cobra600`), and its
-    span."""
+    """Return the value of a setting in a comment above the first program (`; dialect: val2`, `; robot: cobra600`), and
+    the span of the comment; None if there is no such comment. `what`: the setting, such as "dialect"."""
     return next(_named_above(text, what, r"\S+"), None)
 
 
 def files_named_above(text: str) -> Iterator[tuple[str, Span]]:
-    """Yield the files that comments above the first program list as belonging to it: `; with: lib.v2, grip.v2`."""
+    """Yield the files that comments above the first program name as needed (`; with: lib.v2, grip.v2`), each with the
+    span of its comment."""
     for names, span in _named_above(text, "with", r"[^\s,]+(?:[ \t]*,[ \t]*[^\s,]+)*"):
         yield from ((name.strip(), span) for name in names.split(","))
 
@@ -140,12 +142,13 @@ def _named_above(text: str, what: str, pattern: str) -> Iterator[tuple[str, Span
 
 
 def programs_headed(text: str) -> frozenset[str]:
-    """Return the keys of the programs that have a heading in a text, without parsing the programs."""
+    """Return the keys of the programs in a text. Only the headings are read, so the programs may contain mistakes."""
     return frozenset(key_of(name) for name in re.findall(r"(?im)^[ \t]*\.PROGRAM[ \t]+([A-Z][\w.]*)", text))
 
 
 def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
-    """Return the dialect that a file names, or `usual`; and an error if the file names an unknown one."""
+    """Return the dialect that a comment in a file names (otherwise `usual`), and an error if this dialect is
+    unknown."""
     word, span = named_above(text, "dialect") or (usual.name, None)
     if span is None or word.lower() in DIALECTS:
         return Dialect[word.upper()], ()
@@ -153,8 +156,8 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 
 class FileReader(DiagnosticCollector):
-    """A reader of one file, line by line, which continues after each mistake. `remembered`: the parsed steps of the
-    file stay in memory."""
+    """A reader of one file, line by line, which continues after each mistake. `remembered`: keep the parsed steps in
+    the parser's cache, for texts that are read again after small changes."""
 
     def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
@@ -163,8 +166,8 @@ class FileReader(DiagnosticCollector):
         self._damaged = False  # whether the text has characters that cannot occur in a program file
 
     def read(self, text: str, name: str = "") -> tuple[File, tuple[Diagnostic, ...]]:
-        """Return the file and all mistakes in its lines. `name`: the name of the file, which is also the name of the
-        program if the file has steps without a heading."""
+        """Return the parsed file and all mistakes in its lines. `name`: the name of the file, from which a program
+        without a heading gets its name; "" refuses steps without a heading."""
         self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
         lines = lines_of(text)
         bare = bool(name) and self._has_bare_steps(lines)
@@ -178,7 +181,7 @@ class FileReader(DiagnosticCollector):
         return (part for some in cut(lines) if some for part in self._parts(some))
 
     def _parts(self, lines: Sequence[SourceLine]) -> Iterator[Program | Section | Comment | BadLine]:
-        """Yield the program or section with which the lines begin, and the lines outside it."""
+        """Yield the program or section at the start of the lines, and then the lines after its `.END`."""
         head, end = lines[0], -1
         if head.directive == PROGRAM or head.directive in SECTIONS:
             if (found := end_of(lines)) is None:
@@ -194,15 +197,15 @@ class FileReader(DiagnosticCollector):
                 damage = self._damage_in(line)
                 if damage is None:
                     self._refuse_outside(line, stray)
-                elif not damaged:  # one error is enough for consecutive damaged lines
+                elif not damaged:  # report only the first damaged line
                     self.diagnostics.append(damage)
                 damaged = damaged or damage is not None
                 yield BadLine(text, span=line.span)
             stray = bool(text) and not text.startswith((";", "."))
 
     def _refuse_outside(self, line: SourceLine, stray: bool) -> None:
-        """Report a line outside of programs; consecutive lines are reported once. `stray`: the previous line was also
-        outside."""
+        """Report a line outside of programs and sections, but only the first of several consecutive ones. `stray`: the
+        previous line was also such a line."""
         if line.directive == END:
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
@@ -239,7 +242,8 @@ class FileReader(DiagnosticCollector):
     # --- programs ---
 
     def _has_bare_steps(self, lines: Sequence[SourceLine]) -> bool:
-        """Return whether a file is the body of a program without a heading, because most of its lines are steps."""
+        """Return whether a file is a program without a heading: it has no `.PROGRAM`, and most of its lines parse as
+        steps."""
         if any(line.directive == PROGRAM for line in lines):
             return False
         steps = [line for line in _body(lines) if line.text.strip() and not line.text.lstrip().startswith(";")]
@@ -252,7 +256,7 @@ class FileReader(DiagnosticCollector):
         return 2 * read > min(len(steps), MAX_TRIED)
 
     def _bare_program(self, lines: Sequence[SourceLine], name: str) -> Iterator[Program | Section | Comment | BadLine]:
-        """Yield a program without a heading, and the parts that follow it."""
+        """Yield the program of a file that begins without a heading, and the parts of the file after it."""
         called = program_name(name)
         body = _body(lines)
         heading = SourceLine(1, f"{PROGRAM} {called}()", PROGRAM)
@@ -268,7 +272,7 @@ class FileReader(DiagnosticCollector):
         yield from self._all_parts(lines[behind:])
 
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
-        """Return a program. If its heading cannot be read, report this and check only its steps."""
+        """Return a program. If its heading cannot be parsed, report this, check the steps, and return a BadLine."""
         header = self._read_or_report(line, self._parser.header, line.text, line.number, header_end(line.text))
         numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
@@ -279,7 +283,7 @@ class FileReader(DiagnosticCollector):
         return resolve_program(program)
 
     def _read_or_report(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
-        """Return the result of `read` for a line. If the line is refused, report it and return None."""
+        """Return `read(*given)`, where `read` parses the line. If the line is refused, report this and return None."""
         try:
             self._check_text(line)
             return read(*given)
@@ -299,11 +303,11 @@ class FileReader(DiagnosticCollector):
     # --- sections of variables ---
 
     def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
-        """Return a section. If one of its lines is wrong, `whole` is False and the section is not used."""
+        """Return a section. If one of its lines is wrong, its `whole` is False, so that its values are not loaded."""
         before = len(self.diagnostics)
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
-        goes_on = False  # whether the line above is a transformation, which may continue in this line
+        goes_on = False  # whether the line above is a transformation whose numbers may continue in this line
         for inner in body:
             try:
                 self._check_text(inner)
@@ -329,7 +333,8 @@ class FileReader(DiagnosticCollector):
         return Section(line.directive, fitting, tuple(remarks), len(self.diagnostics) == before, span=line.span)
 
     def _fits(self, entry: Entry, section: str) -> bool:
-        """Return whether an entry has the kind of its section, constant indexes, and the right number of numbers."""
+        """Return whether an entry has the kind of value of its section, constant indexes, and the right count of
+        numbers. Report what is wrong."""
         name, wrong = entry.variable.sigil + entry.variable.name, ""
         indexes = entry.variable.indexes or ()
         if entry.variable.indexes == () or not all(isinstance(index, ast.Number) for index in indexes):
@@ -351,20 +356,20 @@ class FileReader(DiagnosticCollector):
 
 
 def _body(lines: Sequence[SourceLine]) -> Sequence[SourceLine]:
-    """Return the lines before the first `.END` or section."""
+    """Return the lines before the first `.END` or heading of a section."""
     ends = (i for i, line in enumerate(lines) if line.directive == END or line.directive in SECTIONS)
     return lines[: next(ends, len(lines))]
 
 
 def program_name(file: str) -> str:
-    """Return the name for the program in a file of this name."""
+    """Convert the name of a file to a valid program name, for a program without a heading."""
     name = re.sub(r"[^A-Za-z0-9._]+", ".", file).strip(".")
     return (name if name[:1].isalpha() else f"p.{name}")[:NAME_LENGTH].rstrip(".")
 
 
 def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
-    """Report each program that has the same name as another program of the file. `programs`: each with the number of
-    lines above its part."""
+    """Yield an error for each program that has the name of an earlier program of the file. `programs`: pairs of a
+    program and the number of lines above its part (spans count lines from the start of the part)."""
     names: set[str] = set()
     for program, above in programs:
         if program.key in names:
@@ -373,16 +378,16 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 
 
 def duplicate_name(program: Program, above: int, how: str) -> Diagnostic:
-    """Return the error for a program that has the name of another program. `above`: the number of lines above the
-    program's part."""
+    """Return the error for a program that has the name of another program. `above`: the number of lines in the file
+    above the program's part; `how`: the text after the name."""
     return error(ProgramExists, replace(program.span, line=program.span.line + above), f"{program.name} {how}")
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
     """Return whether all lines of a program begin with the step numbers of a listing: 1, 2, 3, ...
 
-    Books also print them as the editor does: `1.`, `1.?`. Numbers to which a GOTO, a THEN or a GRASP of the program
-    refers are labels instead.
+    The numbers may also look as in the editor and in books: `1.`, `1.?`. If a GOTO, a THEN or a GRASP of the program
+    refers to one of the numbers, they are labels instead, and the result is False.
     """
     rest: list[str] = []
     for line in lines:
@@ -402,12 +407,13 @@ _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s
 
 
 def drop_suppressed(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return the diagnostics without the warnings that comments in the lines suppress."""
+    """Return the diagnostics without the warnings that `; vrs: ignore` comments suppress. `lines`: the lines of the
+    file."""
     everything = tuple(found)
     asked = [(number, line) for number, line in enumerate(lines, 1) if "vrs:" in line and len(line) <= MAX_LINE_CHARS]
     if not asked or not everything:
         return everything
-    unwanted: dict[int, set[str]] = {}  # by line number, with 0 for the whole file
+    unwanted: dict[int, set[str]] = {}  # suppressed codes ("" for all) by line number; 0 is the whole file
     for number, line in asked:
         if comment := _COMMENT.search(line):
             unwanted.setdefault(0 if comment[1] else number, set()).update(
@@ -426,8 +432,8 @@ WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a progr
 
 
 class Maker(Struct, frozen=True):
-    """The language of another maker. `sure`: a pattern of lines that VAL-II never has; `likely`: a pattern of lines
-    that are frequent in this language."""
+    """The language of another robot maker. `sure`: a pattern of lines that never occur in VAL-II; `likely`: a pattern
+    of lines that are frequent in this language, but may occur in VAL-II."""
 
     title: str
     sure: str
@@ -469,20 +475,18 @@ _KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.f
 MIN_LIKELY_LINES, MIN_LIKELY_PART = (
     2,
     0.1,
-)  # minimum number of likely lines in a foreign file, and their minimum fraction of all steps
-# lines that are not steps: blank lines, comments, headings, and values of variables
+)  # without a sure line, a file is foreign only with this many likely lines, and if they are this fraction of its steps
+# matches lines that are not steps: blank lines, comments, headings, and values of variables
 _NO_STEP = r"(?im)^[ \t]*(?:;.*|\.[A-Z].*|#?[A-Z][\w.]*(?:\[[\d, ]*\])?(?:[ \t]+[-+.\d][\d.E+-]*)+[ \t]*)?\r?$"
-_OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"  # motions that no other maker has
+# matches motion instructions that only VAL-II has
+_OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"
 
 
 def foreign_file(text: str) -> Diagnostic | None:
-    """Return an error, at the first typical line, if a whole text is in another maker's language; None if it may be
-    VAL-II.
-
-    Kawasaki's programs begin with .PROGRAM as VAL-II programs do; those of other makers do not.
-    """
+    """Return an error if a text is in another robot maker's language, at its first typical line; None if the text may
+    be VAL-II."""
     makers = _MAKERS
-    # a text with .PROGRAM can only be Kawasaki's, and is checked only if it contains one of Kawasaki's words
+    # of the other languages, only Kawasaki's has .PROGRAM; the quick search for its words avoids slow patterns
     if has_program(text):
         capitals = text.upper()
         makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
@@ -506,8 +510,9 @@ def has_program(text: str) -> bool:
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
-    """Return whether a text has enough lines of another language: at least as many as it has motions of VAL-II, and,
-    unless some of the lines are certain, a large enough share of all steps."""
+    """Return whether enough lines of a text are in another language: at least as many as there are VAL-II motions, and
+    unless some are `sure`, at least MIN_LIKELY_PART of all steps. `likely`, `sure`: the numbers of such lines (see
+    Maker)."""
     if len(re.findall(_OURS, text)) > likely + sure:
         return False
     steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
@@ -519,10 +524,10 @@ def parse_file(
 ) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     """Return the programs and sections of a file, and all mistakes in it.
 
-    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: the dialect for a file that
-    names none. `name`: the name of the file, for steps without a heading. `whole`: the text is a whole file; if it is
-    in another maker's language this is reported, and a file without any program is then not read. `remembered`: the
-    parsed steps stay in memory, for a text that changes.
+    A bad line of a program is kept as a BadLine. Lines may end with LF, CR LF or CR. `dialect`: the dialect if the file
+    names none. `name`: the name of the file, from which a program without a heading gets its name. `whole`: the text is
+    a whole file; if it is in another maker's language, return an error for this, and parse the text only if it has a
+    .PROGRAM. `remembered`: keep the parsed steps in the parser's cache, for a text that is parsed again after changes.
     """
     foreign = foreign_file(text) if whole else None
     if foreign is not None and not has_program(text):
@@ -541,8 +546,8 @@ def parse_step(text: str, line: int = 1, dialect: Dialect = Dialect.VPLUS) -> St
 def parse_prompt(
     text: str, names: Container[str] = (), dialect: Dialect = Dialect.VPLUS
 ) -> Statement | ProgramHeader | None:
-    """Parse a line of the prompt; return None for a blank line or a comment. `names`: the keys of variables with a
-    value. Raises LineRefused.
+    """Parse a line typed at the prompt; return None for a blank line or a comment. `names`: the keys of variables that
+    have a value. Raises LineRefused.
 
     A monitor command becomes an Instruction, an expression alone a Show, any other statement a DoInstruction.
     """
@@ -551,7 +556,8 @@ def parse_prompt(
 
 
 def variables_in(lines: Iterable[str]) -> set[str]:
-    """Return the keys of the variables in a program's lines that have the name of a function."""
+    """Return the keys of the variables that the lines of a program assign or declare and that have the name of a
+    function."""
     parameters: list[ast.Variable] = []
     statements: list[Statement | None] = []
     for line in lines:
@@ -568,7 +574,8 @@ _NAME_OF_FUNCTION = "(?i)" + "|".join(map(re.escape, FUNCTION_NAMES))
 
 @cache
 def _parser(dialect: Dialect) -> LineParser:
-    """Return the parser for a dialect: V+ has the default order of operators; VAL-II and VAL have a different one."""
+    """Return the parser for a dialect. Operator precedence differs between V+ on the one hand, VAL-II and VAL on the
+    other."""
     if dialect is Dialect.VAL:
         return _parser(Dialect.VAL2)
     return LineParser(None if dialect is Dialect.VPLUS else ValBuilder())
@@ -578,12 +585,12 @@ def _parser(dialect: Dialect) -> LineParser:
 
 
 class Part(Struct, frozen=True, eq=False, dict=True):
-    """A program or a section with all lines up to the next heading, or the lines before the first heading.
-
-    An editor changes one line at a time, and so only few parts of a file; the other parts are not read again. The lines
-    of a part count from 1, so that lines inserted or deleted above it do not change it. `last`: the number of its
-    `.END` line, or of its last line. `name`: the name of the file, for a first part that may be steps without a
+    """A part of a file: a program or a section with all lines up to the next heading, or the lines before the first
     heading.
+
+    An edit changes few parts of a file; the others are not parsed again. Spans in a part count lines from the start of
+    the part, so that lines inserted or deleted above do not change it. `last`: the line number of its `.END`, or else
+    of its last line. `name`: the name of the file, if the part may be a program without a heading; otherwise "".
     """
 
     lines: tuple[str, ...]
@@ -593,7 +600,7 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        # add a line end, so that a Ctrl-Z at the end is not removed as the end of the file
+        # end with a line end, so that a final Ctrl-Z is reported, not removed as the mark of the end of a file
         text = "\n".join((*self.lines, ""))
         return parse_file(text, self.dialect, name=self.name, whole=False)
 
@@ -603,7 +610,7 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def node(self) -> Program | Section | None:
-        """Return the program or section; None if the heading cannot be read."""
+        """Return the program or section of the part; None if there is none, or its heading cannot be parsed."""
         return next((part for part in self._read[0].parts if isinstance(part, Program | Section)), None)
 
 
@@ -626,8 +633,8 @@ Known = Mapping[tuple[str, ...], Part]
 
 
 def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: str = "") -> tuple[Placed, ...]:
-    """Cut a file into its parts. A part of `known` with the same lines is reused. `dialect`: the dialect for a file
-    that names none. `name`: the name of the file, for steps without a heading."""
+    """Cut a file into its parts. `known`: earlier parts by their lines; a part with the same lines is reused.
+    `dialect`: the dialect if the file names none. `name`: the name of the file, for a program without a heading."""
     placed, above = list[Placed](), 0
     own, _ = dialect_in(text, dialect)
     bare = "" if has_program(text) else name
@@ -641,5 +648,5 @@ def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS, name: st
 
 
 def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:
-    """Return the programs among parts, with their positions in the file."""
+    """Yield each part that is a program, together with the program."""
     return ((placed, placed.part.node) for placed in parts if isinstance(placed.part.node, Program))

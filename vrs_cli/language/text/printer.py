@@ -1,7 +1,8 @@
 """Print syntax trees as canonical VAL-II text: keywords in upper case, names in lower case, an indent of four blanks
 for each block.
 
-Printing a tree and parsing the text gives the same tree. Formatting a text twice changes nothing more.
+Printing a tree and parsing the result gives the same tree. Formatting a text that is already formatted does not change
+it.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import COMMAS, Shape, State, Word
 
-INDENT = 4
-NAME_WIDTH = 16  # width of a variable's name in a section [characters]
-ATOM = 100  # rank of a single value, which binds tighter than every operator
+INDENT = 4  # indentation for each level of blocks [characters]
+NAME_WIDTH = 16  # width of the column of names in a section of variables [characters]
+ATOM = 100  # precedence rank of a single value: above the ranks of all operators, so that it never needs parentheses
 
 
 def print_file(file: File) -> str:
@@ -41,7 +42,7 @@ def program_header(program: Program | ast.ProgramHeader) -> str:
 
 
 def step_texts(program: Program) -> tuple[str, ...]:
-    """Return the indented lines of a program between `.PROGRAM` and `.END`, one a step."""
+    """Return the indented lines of a program between `.PROGRAM` and `.END`, one line per step."""
     return tuple(_step_lines(program.steps))
 
 
@@ -62,7 +63,7 @@ def _entry_text(entry: ast.Entry) -> str:
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         (value,) = entry.numbers
         return f"{name} {int(value) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()}"
-    # six decimals, or all digits that the value needs, because formatting a file must never change a number
+    # print six decimals; if this would change the value, print all its digits, because formatting must not change it
     short = (f"{number + 0.0:.6f}" for number in entry.numbers)
     shown = (one if float(one) == of else repr(of).upper() for one, of in zip(short, entry.numbers, strict=True))
     columns = [f" {one:>12}" for one in shown]
@@ -71,12 +72,13 @@ def _entry_text(entry: ast.Entry) -> str:
     return "\n".join((name + "".join(columns[:ANGLES]), " " * NAME_WIDTH + "".join(columns[ANGLES:])))
 
 
-# characters that end a string or a line, or that a file must not contain
+# matches a character that cannot be in a quoted string: a quote, or a control character other than Tab
 _UNQUOTABLE = r'(["\x00-\x08\x0a-\x1f])'
 
 
 def _quote(text: str) -> str:
-    """Return a text in quotes. A character that cannot be written in quotes is added with $CHR: `"a"+$CHR(34)+"b"`."""
+    """Return a text as a string constant. Characters that cannot be in quotes are written with $CHR:
+    `"a"+$CHR(34)+"b"`."""
     shown = (
         f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"'
         for at, piece in enumerate(re.split(_UNQUOTABLE, text))
@@ -104,7 +106,8 @@ _PARTS: Mapping[type, Callable[[Any], Iterable[str]]] = {
 
 
 def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
-    """Yield the indented steps. The comments of consecutive steps begin in the same column."""
+    """Yield the indented lines of the steps. Comments after statements in consecutive steps begin in the same
+    column."""
     bodies = list(zip(steps, _bodies(steps), strict=True))
     for beside, run in groupby(bodies, key=lambda one: one[0].comment is not None and one[1].strip() != ""):
         lines = list(run)
@@ -117,7 +120,7 @@ def _step_lines(steps: Sequence[Step]) -> Iterator[str]:
 
 
 def _bodies(steps: Sequence[Step]) -> Iterator[str]:
-    """Yield the label, indent and statement of each step."""
+    """Yield the text of each step without its comment: label, indentation and statement."""
     depth = 1
     for step in steps:
         statement = step.statement
@@ -159,7 +162,8 @@ def _for(loop: ast.For) -> str:
 def _instruction(statement: ast.Instruction) -> str:
     it, row, command = statement.modifiers, INSTRUCTIONS.get(statement.word), COMMANDS.get(statement.word)
     raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.BareWord)
-    read_by = command if raw or row is None else row  # FDELETE file at the prompt, or FDELETE (lun) $file
+    # a word may be both command and instruction: FDELETE file at the prompt, FDELETE (lun) $file in a program
+    read_by = command if raw or row is None else row
     assert read_by is not None
     group = "()" * statement.empty_group
     parts = [statement.word, group, it.sort, *_argument_parts(statement, read_by), it.unit, "ALWAYS" * it.always]
@@ -191,15 +195,16 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
-    """Yield the arguments before `=`: first those in parentheses, then the `plain` ones between commas, then those with
-    leading words."""
+    """Yield the arguments before `=`: first the group in parentheses, then those between commas (up to index `plain`),
+    then those with a leading word."""
     grouped = ast.trim(own[: row.group_size])
     if row.comma:
         before, after = own[: row.before_comma], own[row.before_comma :]
         yield _list_text(before)
         yield f"{row.comma} {_list_text(after)}" if after else ""
     elif row.group_size == len(row.arguments) and not grouped:
-        yield _list_text(own)  # extra arguments keep their comma; without it they would be read as the group
+        # keep the leading comma of an omitted group; without it the argument would be read as the group
+        yield _list_text(own)
     else:
         yield f"({_list_text(grouped)})" if grouped else ""
         yield _list_text(ast.trim(own[row.group_size : plain]) if row.leads else own[row.group_size :])
@@ -215,14 +220,15 @@ def _shape_at(row: Word, place: int) -> Shape:
 
 
 def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
-    """Return words of switches, parameters and settings in upper case; return other expressions unchanged."""
+    """Return the name of a switch or parameter, or a keyword as a setting's value, in upper case; return other
+    expressions unchanged."""
     if shape in (Shape.SWITCH, Shape.PARAMETER_NAME, Shape.SETTING) and isinstance(expression, ast.BareWord):
         return ast.BareWord(expression.text.upper(), span=expression.span)
     return expression
 
 
 def _list_text(items: Sequence[Expression | None]) -> str:
-    """Return items separated by commas and blanks. An omitted item leaves only its comma."""
+    """Return the items as text, separated by commas and blanks. For an omitted item only the comma is written."""
     shown = ("" if item is None else expression_text(item) for item in items)
     return ",".join(f" {text}" if place and text else text for place, text in enumerate(shown))
 
@@ -256,7 +262,7 @@ _STATEMENTS: Mapping[type, Callable[[Any], str]] = {
 
 
 def expression_text(expression: Expression) -> str:
-    """Return an expression as text, with the parentheses of its source and those that the grouping requires."""
+    """Return an expression as text, with the parentheses of its source and those that operator precedence requires."""
     return _EXPRESSIONS[type(expression)](expression)
 
 
@@ -268,7 +274,8 @@ def _variable(variable: ast.Variable) -> str:
 
 
 def _unary(unary: ast.Unary) -> str:
-    """Return signs and their operand as text. A loop is used, because a line may have hundreds of signs."""
+    """Return a unary operation as text. Nested unary operations are handled in a loop, because a line may have hundreds
+    of signs, too many for a recursion."""
     before, closing = "", 0
     operand: Expression = unary
     while isinstance(operand, ast.Unary):
@@ -287,8 +294,8 @@ def _binary(binary: ast.Binary) -> str:
 
 
 def _operation(binary: ast.Binary, sign: str) -> str:
-    """Return two operands with a sign between them. An operand is put in parentheses if it would be grouped differently
-    without them."""
+    """Return two operands with the operator `sign` between them. An operand gets parentheses if precedence would group
+    it differently without them."""
     rank, left, right = ORDER.infix[binary.operator], expression_text(binary.left), expression_text(binary.right)
     before = f"({left})" if _open_rank(binary.left) < rank else left
     return f"{before}{sign}({right})" if _rank(binary.right) <= rank else f"{before}{sign}{right}"
@@ -301,8 +308,8 @@ def _rank(expression: Expression) -> int:
 
 
 def _open_rank(expression: Expression) -> int:
-    """Return the rank of the last open operator of an expression, which competes with the operator after the
-    expression."""
+    """Return the lowest rank among the operators at the right edge of an expression. An operator of higher rank after
+    the expression would take over its last operand, unless the expression is in parentheses."""
     if isinstance(expression, ast.Unary) and not expression.grouped:
         return min(ORDER.prefix[expression.operator], _open_rank(expression.operand))
     if isinstance(expression, ast.Binary) and not expression.grouped:
