@@ -45,7 +45,7 @@ class Units(Enum):
         return "deg" if self is Units.VAL else "rad"
 
     def scales(self, kinds: JointUnits, count: int) -> Floats:
-        """Return the factors (n,) from joints [rad, m] to these units; 1 in SI."""
+        """Return the factors (n,) that convert joints [rad, m] to these units; 1 in SI."""
         if self is Units.SI:
             return np.ones(count)
         return np.array([kinds.one_shown(joint, 1.0) for joint in range(1, count + 1)])
@@ -119,7 +119,7 @@ class Location:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Return () for one location, (N,) for N."""
+        """Return () for one location, (N,) for N locations."""
         return self.rows.shape[:-2]
 
     @cached_property

@@ -130,8 +130,8 @@ class Preview(Struct, frozen=True, eq=False):
     (infinity: all of it). `commands`: the expected effect of each command that has not arrived yet, in the order of
     sending: `text`, `issued`, `begin` (the time from which it changes the timeline, or None), `refused` (why the robot
     will refuse it, or None), `planned`. `arrives`: the time of the robot's clock at which a command sent now will
-    arrive; `round_trip`: the measured delay there and back. `flagged`: pairs of times between which this client has
-    shown a wrong position, because it did not know of a command yet.
+    arrive; `round_trip`: the measured round-trip delay. `flagged`: pairs of times between which this client has shown a
+    wrong position, because it did not know of a command yet.
     """
 
     arm: RobotArm

@@ -1,9 +1,9 @@
 """Simulate an arm in MuJoCo, with its own drives, encoders, controller and clock.
 
 `MujocoArm.advance(until, setpoint)` steps the arm to a time and returns its reports. The simulation uses no network and
-no system clock. The joints are those of the robot model, so the flange is where the timeline's g says; the masses come
-from `twin.dynamics`. The controller reads the encoders at 1 kHz. It uses computed torque (Luh, Walker and Paul, 1980),
-or a proportional-derivative law for each joint.
+no system clock. The joints are those of the robot model, so equal joints give the same flange pose as on the timeline;
+the masses come from `twin.dynamics`. The controller reads the encoders at 1 kHz. It uses computed torque (Luh, Walker
+and Paul, 1980), or a proportional-derivative law for each joint.
 """
 
 from __future__ import annotations

@@ -85,8 +85,8 @@ class RosArm:
     """The protocol with rosbridge, without the socket: `due` returns messages to send, `hear` takes messages.
 
     `mode`: the mode in reports. If the arm cannot follow, it holds still until RESYNC. The arm counts as stopped while
-    its controller, which was active before, publishes no state. `tell`: takes messages for the user, each kind once per
-    connection.
+    its controller, which was active before, publishes no state. `tell`: shows a message to the user; each kind of
+    message is shown once per connection.
     """
 
     def __init__(self, body: BodyClient, settings: RosSettings, tell: Callable[[str], None]) -> None:

@@ -97,7 +97,7 @@ class Evidence(NamedTuple):
         return int(np.argmax(np.abs(self.error[self.late]).mean(axis=0) / self.noise))
 
     def share(self, error: Floats) -> float:
-        """Return the explained fraction of the squared residuals if `error` (N, n) remains."""
+        """Return the explained fraction of the squared residuals if `error` (N, n) remains unexplained."""
         left, all_of_it = ((((one / self.noise) ** 2).sum()) for one in (error, self.error))
         return float(1.0 - left / max(all_of_it, 1e-30))
 

@@ -99,7 +99,7 @@ class HealthyResidual:
 
     def _classes(self, blocks: Blocks) -> Rows:
         """Return the class of activity of each block (B,): the class of the most active joint, because this joint
-        shakes the others."""
+        shakes the other joints."""
         speed = np.abs(blocks.velocity) / self._most_velocity
         change = np.abs(blocks.acceleration) / self._most_acceleration
         return np.asarray(np.searchsorted(ACTIVITY, np.maximum(speed, change).max(axis=(1, 2))))

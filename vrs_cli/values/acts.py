@@ -369,7 +369,7 @@ class SketchBall(NamedTuple):
 
 class Sketch(TaggedValue, frozen=True, omit_defaults=True):
     """A picture of an explanation, in the world [m]: paths that can be `followed`, paths that are `refused`, balls, the
-    frames of a chain, and a text at a point."""
+    frames of a chain of transformations, and a text at a point."""
 
     text: str
     at: Vector

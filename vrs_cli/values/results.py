@@ -73,8 +73,8 @@ class CommandRecord(Struct, frozen=True):
 
 class Extent(Struct, frozen=True):
     """The size of a timeline. `duration`: from its start to its end [s]. `segments`: the number of segments, without
-    the initial segment s_0. `tool_path`: the length of the tool's path [m]; `joint_travel`: the sum of all joint
-    rotations [rad]; `joint_slide`: the sum of all joint slides [m]."""
+    the initial segment s_0. `tool_path`: the length of the tool's path [m]; `joint_travel`: the total rotation of all
+    revolute joints [rad]; `joint_slide`: the total travel of all prismatic joints [m]."""
 
     duration: float
     commands: int
@@ -406,7 +406,8 @@ class MotionReport(TaggedValue, frozen=True):
 
 
 class Factor(Struct, frozen=True):
-    """A named factor of a chain, the frames on its two sides, and the product of all factors up to it."""
+    """A named transformation T in a chain of transformations: the frames `outer` and `inner` that it connects, and the
+    product of all factors up to it."""
 
     name: str
     outer: str

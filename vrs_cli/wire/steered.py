@@ -59,7 +59,7 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
 def steered_delta(
     record: SteeredRecord, before: Timeline, arm: RobotArm, form: records.Form, first: int = 0
 ) -> TimelineDelta:
-    """Return the delta in full. `before`: the timeline to which it applies, from its segment number `first` on. Raises
+    """Return the delta in full. `before`: the timeline to which it applies, without its first `first` segments. Raises
     RecordError if the result differs from what was sent; the receiver then requests the full form."""
     motion = before[len(before) - 1].motion if record.motion is None else records.Motions().resolve(record.motion, form)
     if motion.kind is not MotionKind.STEERED or len(record.rates) != form.joint_count or not record.tick:

@@ -201,8 +201,8 @@ class WorldCourse:
         )
 
     def known_until(self, wanted: float) -> float:
-        """Simulate the events of the next instant if it is not after `wanted` [s]. Return the time before which
-        everything is then computed; infinity if no event is left."""
+        """Simulate the next events, unless they are later than `wanted` [s]. Return the time of the first event that is
+        not simulated yet; infinity if no event is left."""
         with self._lock:
             if self._simulation.next_time <= wanted:
                 self._simulation.advance(self._simulation.next_time)

@@ -1,4 +1,4 @@
-"""The constant parts of a world (solids by name, regions of sensors, rules by signal); the choice of the part that the
+"""The constant data of a world (solids by name, regions of sensors, rules by signal); the choice of the part that the
 hand takes; and world states, read from a history or written into a new one."""
 
 from __future__ import annotations
