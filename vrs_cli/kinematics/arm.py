@@ -1,8 +1,9 @@
 """Compute the kinematics of one arm: forward, inverse, velocities and limits. `forms.arm_for` makes the arm of a robot.
 
 All methods work on plain floats; `batch` does the same on arrays and imports numpy when it is first used. A subclass
-adds `branch_joints`, the inverse of one branch, and names its branches. This module selects a branch for a motion,
-checks limits, makes the errors of impossible poses, and computes velocities.
+adds `branch_joints`, the inverse kinematics of one branch (one configuration, such as LEFTY ABOVE FLIP), and lists its
+configurations. This module selects a branch for a motion, checks limits, makes the errors for impossible poses, and
+computes velocities.
 """
 
 from __future__ import annotations
@@ -45,8 +46,9 @@ if TYPE_CHECKING:
 
 
 class Solution(NamedTuple):
-    """One branch of the inverse: its joints [rad, m], or None if the pose is out of reach, and the numbers of the
-    joints outside their limits."""
+    """One solution of the inverse kinematics: its configuration, its joints [rad, m] (None if the pose is out of
+    reach), and the numbers of the joints outside their limits.
+    """
 
     configuration: Configuration
     joints: Joints | None
@@ -57,12 +59,13 @@ class Solution(NamedTuple):
         return self.joints is not None and not self.outside
 
 
-Branch = Callable[[Transform, Configuration, Joints], Joints | None]  # the inverse of one branch
+# a function that computes the inverse kinematics of one branch
+Branch = Callable[[Transform, Configuration, Joints], Joints | None]
 
 
 class Steady(Protocol):
-    """The methods of an arm that turns its tool as close to the desired orientation as it can. Its joint rates also
-    depend on the desired pose.
+    """The additional methods of an arm that cannot reach every orientation and turns its tool as close to the desired
+    orientation as it can. Its joint rates also depend on the desired pose.
     """
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
@@ -70,7 +73,7 @@ class Steady(Protocol):
         `near`."""
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        """Return the angle between the tool's turn and the desired turn [rad]."""
+        """Return the angle between the tool's orientation at joints q and its desired orientation [rad]."""
 
     def rates_on(
         self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
@@ -85,17 +88,21 @@ class Steady(Protocol):
 class LineProof(Protocol):
     """Proves that the joints of an arm without a closed form are continuous between samples of a line.
 
-    `sure`: the maximum distance [rad, m] from start joints to the proved joints for which Newton's method finds them.
+    `sure`: the maximum distance [rad, m] between start joints and the proved joints; within it Newton's method surely
+    converges to the proved joints.
     """
 
     sure: float
 
     def prove(self, gaps: Any, pieces: int) -> Flags:
-        """Return whether the joints are proved continuous in each of k gaps between samples (k,). Each gap is divided
-        into `pieces` pieces."""
+        """Return for each of k gaps (intervals between samples) whether the joints are proved to be continuous in it
+        (k,). The proof divides each gap into `pieces` pieces.
+        """
 
     def step(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
-        """Return joints (N, n) after one step of Newton's method to poses (N, 3, 4)."""
+        """Return joints (N, n) after one step of Newton's method from joints q to poses T (N, 3, 4). `guides`: the
+        weights and values of the prescribed sums of joints of a redundant arm.
+        """
 
 
 _new = tuple.__new__
@@ -104,13 +111,14 @@ _new = tuple.__new__
 class RobotArm:
     """The geometry of a robot with n joints. Joints are tuples of n numbers [rad, m], poses are T_base_flange.
 
-    `model.task` says which part of a pose counts for an arm with fewer than six freedoms. A pose is out of reach if it
-    needs a motion that no joint can make. Each arm has one object, so the object may cache results.
+    `model.task` is the part of a pose that counts for an arm with fewer than six degrees of freedom. A pose that needs
+    a motion that no joint can make is out of reach. Each arm has only one object, so the object may cache results.
 
-    `ways`: the configurations; a single configuration without words if the arm has no choice. `lines_keep_words`:
-    whether poses between two configurations are singular, so that a straight line stays in one configuration, and a
-    MOVE too if it can. `seed_step`: the maximum change of the joints [rad, m] for which `branch_joints` finds the same
-    branch. `method`: the method of the inverse in a few words, for the user.
+    `ways`: the configurations of the arm; a single configuration without words if the arm has no choice.
+    `lines_keep_words`: true if all poses between two configurations are singular; a straight line then stays in one
+    configuration, and so does a MOVE if possible. `seed_step`: the maximum distance [rad, m] of `near` from a solution
+    for which `branch_joints` surely finds this solution. `method`: the name of the method of inverse kinematics, shown
+    to users.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
@@ -126,12 +134,12 @@ class RobotArm:
 
     @cached_property
     def forward(self) -> Callable[[Joints], Transform]:  # a stored function, because it is called often
-        """Return T_base_flange of joints."""
+        """Return a function that computes T_base_flange from joints."""
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
     @cached_property
     def forward_and_jacobian(self) -> Callable[[Joints], tuple[Transform, Jacobian]]:
-        """Return T_base_flange and the Jacobian of the flange."""
+        """Return a function that computes T_base_flange and the Jacobian of the flange from joints."""
         return cast(Callable[[Joints], tuple[Transform, Jacobian]], self._formulas.both)
 
     @cached_property
@@ -147,13 +155,15 @@ class RobotArm:
         return link_frames(self.model, q)
 
     def configuration(self, q: Joints) -> Configuration:  # noqa: ARG002 (subclasses use q)
-        """Return the configuration of joints; on the border of two configurations, the one with the first word of the
-        pair.
+        """Return the configuration to which joints belong. Joints on the border between two configurations belong to
+        the one with the first word of the pair (RIGHTY, ABOVE, NOFLIP).
         """
         return self.ways[0]
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (subclasses use q)
-        """Return the other configurations of joints that are on a border."""
+        """Return the other configurations (such as LEFTY for RIGHTY) to which the joints also belong if they are on the
+        border between two configurations.
+        """
         return ()
 
     def line_ways(self, q: Joints) -> tuple[Configuration, ...]:
@@ -162,7 +172,7 @@ class RobotArm:
 
     @property
     def all_line_ways(self) -> tuple[Configuration, ...]:
-        """Return all configurations that a straight line may have."""
+        """Return all configurations in which the arm can follow a straight line."""
         return self.ways if self.lines_keep_words else (NONE,)
 
     @cached_property
@@ -177,7 +187,7 @@ class RobotArm:
 
     @cached_property
     def words(self) -> tuple[Flag, ...]:
-        """Return the configuration words that this arm distinguishes."""
+        """Return the configuration words (RIGHTY, LEFTY, ABOVE, ...) that this arm distinguishes."""
         parts = zip(*(way.flags for way in self.ways), strict=True)
         return tuple(dict.fromkeys(flag for part in parts for flag in part if flag is not None))
 
@@ -185,34 +195,38 @@ class RobotArm:
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """Return the constants of the closed form, lengths [m] and angles [rad], by symbol; empty for an arm without a
-        closed form.
+        """Return the constants of the closed-form solution, lengths [m] and angles [rad], by their symbols; empty for
+        an arm without a closed form.
         """
         return {}
 
-    # sign and offset [rad] of each joint: the robot's joint is sign (theta - offset) of the closed form's theta; empty
-    # if both are the same
+    # sign and offset [rad] of each joint: joint value of the robot = sign * (theta - offset), with theta of the closed
+    # form; empty if the robot's joints are the thetas
     senses: tuple[tuple[float, float], ...] = ()
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """Return the joints of one branch of the inverse, each on the turn nearest to `near`, ignoring the limits.
+        """Return the joints that reach T in one configuration, ignoring the limits; whole turns are added to each joint
+        to bring it nearest to `near`.
 
         None if the pose is out of reach. At a singular wrist joint 4 keeps its value in `near`.
         """
         raise NotImplementedError
 
     def branch_steps(self, T: Transform, configuration: Configuration, near: Joints) -> Steps:  # noqa: ARG002 (FormulaArm uses it)
-        """Return the intermediate variables of `branch_joints`; empty without a closed form."""
+        """Return the intermediate variables of `branch_joints`; empty for an arm without a closed form."""
         return {}
 
-    redundancy = 0  # number of redundant joints, which is also the number of guides of a straight line
-    still_joints: tuple[int, ...] = ()  # indexes of redundant joints that keep their values without a guide
+    redundancy = 0  # number of redundant joints, and of guides (prescribed sums of joints) on a straight line
+    # indexes of the redundant joints that keep their values if no guide prescribes them
+    still_joints: tuple[int, ...] = ()
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        """Return the joints near `near` that reach T and meet the demands, ignoring the limits (redundant arms)."""
+        """Return the joints near `near` that reach T and meet the demands (prescribed sums of joints), ignoring the
+        limits; only redundant arms have this method.
+        """
         raise NotImplementedError
 
-    guesses = False  # whether a good guess of the joints saves a search (`guided_state`)
+    guesses = False  # whether `guided_state` can replace the search if `near` is a good guess of the joints
 
     def guided_state(
         self,
@@ -222,31 +236,35 @@ class RobotArm:
         twist: Twist,  # noqa: ARG002
         rates: Sequence[float],  # noqa: ARG002
     ) -> tuple[Joints, Joints] | None:
-        """Return `guided_joints` and their rates from one system of equations; None if the solution does not converge
-        near `near`.
+        """Solve one system of equations for the joints of `guided_joints` and their rates, and return both; None if the
+        solution does not converge near `near`.
 
-        `twist`: the twist of the flange. `rates`: the rates of the demanded sums.
+        `twist`: the twist of the flange [m/s, rad/s]. `rates`: the rates of the sums in `demands`.
         """
         return None
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        """Yield walks of a redundant arm from `begin` through poses of the flange, inside the joint ranges. The best
-        walk comes first.
+        """Yield walks (sequences of small steps) of a redundant arm from the joints `begin` through poses of the
+        flange, inside the joint ranges. The best walk comes first.
         """
         raise NotImplementedError
 
     def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
-        """Return the walk with the shortest joint motion, ignoring the joint ranges."""
+        """Return the walk from `begin` through the poses with the shortest joint motion, ignoring the joint ranges."""
         raise NotImplementedError
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        """Return the joints of each solution of `inverse_all`, without checking limits."""
+        """Return the joints of each configuration in the order of `ways`, without checking limits; None if the pose is
+        out of reach in this configuration.
+        """
         middle = self.middle
         found = (self.branch_joints(T, way, middle) for way in self.ways)
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
     def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (subclasses use T)
-        """Return True if a quick check shows that T_base_flange is farther away than the stretched arm reaches."""
+        """Check quickly whether T_base_flange is farther away than the stretched arm reaches. If the result is False,
+        the pose may still be out of reach.
+        """
         return False
 
     @cached_property
@@ -259,25 +277,27 @@ class RobotArm:
         return tuple((low + high) / 2 for low, high in self._limits)
 
     def inverse_all(self, T: Transform) -> tuple[Solution, ...]:
-        """Return all solutions in the order of `ways`, each joint on a turn inside its limits if there is one."""
+        """Return all solutions in the order of `ways`. Whole turns are added to each joint to bring it inside its
+        limits if possible.
+        """
         outside = self._outside
         return tuple(
-            [  # a list, because a generator takes a fifth more time
+            [  # a list, because a generator would take 20 % more time
                 _new(Solution, (way, q, () if q is None else outside(q)))
                 for way, q in zip(self.ways, self.branches(T), strict=True)
             ]
         )
 
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        """Return the joints of one branch, each on the turn inside its limits that is nearest to `near`; None if the
-        branch has no such joints.
+        """Return the joints that reach T in one configuration, inside their limits and nearest to `near` among their
+        whole turns; None if there are none.
         """
         q = self.branch_joints(T, configuration, near)
         return None if q is None else self._inside(q, near)
 
     def _inside(self, q: Joints, near: Joints) -> Joints | None:
-        """Return q with each joint on the turn inside its limits that is nearest to `near`; None if a joint has no such
-        turn.
+        """Return q with whole turns added that bring each joint inside its limits, and as near to `near` as possible;
+        None if a joint cannot be brought inside.
         """
         turned: list[float] = []
         for x, reference, (low, high), turns in zip(q, near, self._limits, self.turning, strict=True):
@@ -290,9 +310,9 @@ class RobotArm:
     def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
         """Return the joints that a MOVE from `near` goes to.
 
-        The result has the words in `asked`. If `asked` has no word for arm or elbow, the word of `near` holds. If it
-        has no word for the wrist, the arm takes the wrist that it reaches sooner (the slowest joint at its full
-        velocity decides).
+        The result has the configuration words in `asked`. If `asked` has no word for arm or elbow, the arm keeps the
+        word it has at `near`. If `asked` has no word for the wrist, the arm takes the wrist configuration that it
+        reaches sooner (see `shortest_time`).
 
         Raises LocationTooFar, LocationTooClose or JointOutOfRange; the error names a configuration that would work, if
         there is one.
@@ -308,7 +328,9 @@ class RobotArm:
         return min(found, key=lambda q: self.shortest_time(near, q))
 
     def shortest_time(self, a: Joints, b: Joints) -> float:
-        """Return the time that the slowest joint needs from a to b at its full velocity [s]."""
+        """Return the time from joints a to joints b [s]: that of the joint that takes longest, if each moves at its
+        maximum velocity.
+        """
         return max(abs(y - x) / v for x, y, v in zip(a, b, self.model.max_velocity, strict=True))
 
     # --- errors ----------------------------------------------------------------------------------------
@@ -316,7 +338,9 @@ class RobotArm:
     def _refusal(
         self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]
     ) -> LocationOutOfRange | JointOutOfRange:
-        """Return the error if no wanted configuration reaches T, with a hint to another configuration that does."""
+        """Return the error to raise if no wanted configuration reaches T. Its hint names another configuration that
+        does, if there is one.
+        """
         hint = self._other_way(T, near, wanted)
         if self.branch_joints(T, wanted[0], near) is None:
             return self._out_of_reach(T, wanted[0], hint)
@@ -329,16 +353,17 @@ class RobotArm:
         return self.model.refuse_joint(joint, q[joint - 1], hint or no_other)
 
     def _best_turns(self, q: Joints) -> Joints:
-        """Return each joint on the turn nearest to the middle of its range. A joint is outside its limits only if all
-        its turns are.
+        """Return q with whole turns added that bring each joint nearest to the middle of its range. A joint is then
+        outside its limits only if no whole turn brings it inside.
         """
         rows = zip(q, self.middle, self.turning, strict=True)
         return tuple(nearest_turn(x, middle) if turns else x for x, middle, turns in rows)
 
     def _other_way(self, T: Transform, near: Joints, wanted: tuple[Configuration, ...]) -> str:
-        """Return a hint with the words of a configuration that reaches T; empty if none does.
+        """Return a hint to say the words of another configuration that reaches T; empty if no configuration does.
 
-        The hint has as few words as possible; among these, the words of the shortest motion.
+        The hint has as few words as possible. If several configurations need equally few, it names the one with the
+        shortest motion.
         """
         ways = [
             (len(words), self.shortest_time(near, q), words)
@@ -351,7 +376,9 @@ class RobotArm:
         return f"in reach {said}; say {said} first"
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
-        """Return the error for a pose out of reach, with the distance in millimetres if the pose is too far away."""
+        """Return the error for a pose out of reach; it contains the distance in millimetres if the pose is too far
+        away.
+        """
         start, (most, *_) = levers(self.model)
         far = dist(position(T), start)
         if far > most:
@@ -373,10 +400,10 @@ class RobotArm:
     def check_task(
         self, T: Transform, T_robot_world: Transform = IDENTITY, T_flange_tool: Transform = IDENTITY
     ) -> None:
-        """Raise LocationOutOfRange if a pose needs a motion that the joints cannot make, such as a tilt of a SCARA's
-        tool.
+        """Check that the joints can make the motions that a pose needs (a SCARA, for example, cannot tilt its tool).
+        Raises LocationOutOfRange.
 
-        The error names the nearest allowed values of the user's location, T_world_tool = T_robot_world^-1 T
+        The error gives the nearest possible values of the user's location, T_world_tool = T_robot_world^-1 T
         T_flange_tool.
         """
         if (forbidden := self.unchanging.forbids(T)) is not None:
@@ -384,11 +411,13 @@ class RobotArm:
             raise LocationOutOfRange(f"this robot {forbidden.what}", f"give {difference(asked, instead)} instead")
 
     def check_tool(self, T_flange_tool: Transform) -> None:
-        """Raise IllegalValue if a turn of the flange that does not count for the task moves the tip of this tool."""
+        """Check that turns of the flange that do not count for the task leave the tip of this tool in place. Raises
+        IllegalValue.
+        """
         free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
-        levers = ((y, z), (z, x), (x, y))  # distances of the tip from the axes X, Y and Z
-        steady = self.unchanging.approach is not None  # if true, only turns about the approach axis are possible
+        levers = ((y, z), (z, x), (x, y))  # coordinates of the tip perpendicular to the axes X, Y and Z
+        steady = self.unchanging.approach is not None  # if true, the flange can only turn about its approach (Z) axis
         for axis, (loose, lever) in enumerate(zip(free, levers, strict=True)):
             if loose and (axis == 2 or not steady) and max(map(abs, lever)) > LEVEL:
                 raise IllegalValue(
@@ -396,13 +425,18 @@ class RobotArm:
                     "make the last link of the robot file as long as link and tool",
                 )
 
-    # --- clearances --------------------------------------------------------------------------------------
+    # --- clearances (distances from unreachable and singular poses)
+    # --------------------------------------------------------------------------------------
 
-    hand: Hand | None = None  # the point that clearances follow; None without a closed form
-    boundary = Clearance()  # a pose with a smaller clearance counts as on a boundary, or its wrist as straight
+    # the point and direction of which clearances are computed; None for an arm without a closed form
+    hand: Hand | None = None
+    # poses with smaller clearances count as on the boundary of the reach, or as having a straight wrist
+    boundary = Clearance()
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:  # noqa: ARG002 (closed forms use it)
-        """Return the distances of a pose from the poses where the closed form of one branch ends or is singular."""
+        """Return how far a pose is from the poses where the closed form of this configuration is singular or has no
+        solution.
+        """
         return Clearance()
 
     def least_clearance(
@@ -414,41 +448,47 @@ class RobotArm:
         *,
         beside_axis: bool = False,  # noqa: ARG002
     ) -> Clearance:
-        """Return a lower bound of the clearances between two poses, for a path of length h with the bounds `pace`.
+        """Return lower bounds of all clearances on a path between two poses with clearances a and b. `h`: the length of
+        the path's parameter interval. `pace`: bounds of the derivatives of the hand's motion by this parameter.
 
-        `beside_axis`: the whole path is on the shoulder's boundary.
+        `beside_axis`: whether the whole path is on the boundary of the shoulder (the wrist as near to axis 1 as it can
+        be).
         """
         return Clearance()
 
-    # the joint (by index) that folds the arm, and its value where the arm is straight or folded flat [rad]
+    # index of the joint that folds the arm, and a value of it at which the arm is straight or folded flat [rad]
     fold: tuple[int, float] | None = None
 
     def outward(self, q: Joints) -> float:  # noqa: ARG002 (subclasses use q)
-        """Return the distance of the arm's end from axis 1 in the arm's plane [m], negative for RIGHTY.
+        """Return the signed distance of the arm's end from axis 1 in the plane of the arm [m]; it is negative for
+        RIGHTY.
 
-        Infinite for arms whose configurations do not depend on it.
+        The result is infinite for arms whose configurations do not depend on this distance.
         """
         return inf
 
-    # the proof that joints are continuous between samples of a line; None for closed forms
+    # proves that joints are continuous between samples of a line; None for a closed form, which needs no proof
     continuation: LineProof | None = None
 
     # the arm itself if its joint rates depend on the desired pose; else None
     steady: Steady | None = None
 
     def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (some subclasses use it)
-        """Return the arm for a tool: an arm that brings the tip of this tool to a position; for most arms this
-        object."""
+        """Return an arm that solves for positions of the tip of this tool. Most arms do not depend on the tool and
+        return themselves.
+        """
         return self
 
     # --- velocities --------------------------------------------------------------------------------------
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
-        """Return 6 rows (vx, vy, vz, wx, wy, wz) of n in the base frame [m/rad, 1]: twist of the tool = J qd."""
+        """Return the Jacobian J of the tool in the base frame [m/rad, 1]: six rows (vx, vy, vz, wx, wy, wz) of n
+        numbers, with twist = J qd.
+        """
         return cast(Jacobian, self._formulas.jacobian(q, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11]))
 
     def twist(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        """Return the twist (vx, vy, vz, wx, wy, wz) of the tool in the base frame [m/s, rad/s]."""
+        """Return the twist (vx, vy, vz, wx, wy, wz) of the tool in the base frame [m/s, rad/s] for joint rates qd."""
         rows = self.jacobian(q, T_flange_tool)
         vx, vy, vz, wx, wy, wz = [sum(map(mul, row, qd)) for row in rows]
         return vx, vy, vz, wx, wy, wz
@@ -456,16 +496,17 @@ class RobotArm:
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Return joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular with the name of the
-        singularity.
+        """Return the joint rates [rad/s] that give the tool this twist. Raises StraightLineSingular with the name of
+        the singularity.
 
-        `demands`: rates of sums of the joints of a redundant arm.
+        `demands`: weights of sums of joints, and the required rates of these sums, for a redundant arm.
         """
         return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (NumericArm uses it)
-        """Return joint rates for a twist of the tool, or higher derivatives of the joints for the result of
-        `beyond`."""
+        """Solve the Jacobian for joint rates that give the tool this twist, and return them. If `twist` is the result
+        of `beyond`, the solution is a higher derivative of the joints.
+        """
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
@@ -481,7 +522,9 @@ class RobotArm:
         )
 
     def rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
-        """Return the rows of J and of the twist that count for the task; turns are about the axes of the flange."""
+        """Return the rows of J, and the components of the twist, that count for the task. Rotations are converted from
+        the axes of the base to those of the flange.
+        """
         counts = self.model.counts
         if all(counts):
             return list(J), list(twist)
@@ -496,17 +539,20 @@ class RobotArm:
         return rows, wanted
 
     def acceleration_bias(self, q: Joints, qd: Joints, T_flange_tool: Transform = IDENTITY) -> Twist:
-        """Return J' qd [m/s2, rad/s2]: the acceleration of the tool at constant joint rates."""
+        """Return the time derivative of J times qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates
+        are constant.
+        """
         return self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
 
     def joint_acceleration(
         self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """Return joint accelerations [rad/s2] at joint rates qd for an acceleration of the tool [m/s2, rad/s2].
+        """Return the joint accelerations [rad/s2] that, at joint rates qd, give the tool the acceleration `rate` [m/s2,
+        rad/s2].
 
         Raises StraightLineSingular.
         """
-        if any(qd):  # joints at rest have no bias
+        if any(qd):  # joints at rest have a bias of zero
             rate = beyond(rate, self.acceleration_bias(q, qd, T_flange_tool))
         return self.joint_velocity(q, rate, T_flange_tool, demands)
 
@@ -519,7 +565,8 @@ class RobotArm:
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),
     ) -> Joints:
-        """Return joint jerks [rad/s3] at joint rates qd and accelerations qdd for a jerk of the tool [m/s3, rad/s3].
+        """Return the joint jerks [rad/s3] that, at joint rates qd and accelerations qdd, give the tool the jerk `rate`
+        [m/s3, rad/s3].
 
         Raises StraightLineSingular.
         """
@@ -529,8 +576,8 @@ class RobotArm:
     def singularity(self, q: Joints) -> Singularity:
         """Return the distance of joints from each singularity, from 0 to 1.
 
-        For an arm without a closed form `elbow` is its freedom divided by the mean freedom; the singular joints are
-        unknown.
+        For an arm without a closed form, it is unknown which joints are singular; `elbow` is then the `freedom` at q
+        divided by the mean freedom, at most 1.
         """
         mean = self._mean_freedom
         return Singularity(1.0, min(self.freedom(q) / mean, 1.0) if mean else 1.0, 1.0)
@@ -540,17 +587,21 @@ class RobotArm:
         return sum(map(self.freedom, islice(some_joints(self.model), MEASURED))) / MEASURED
 
     def freedom(self, q: Joints) -> float:
-        """Return how well the joints move the tool, for an arm without a closed form."""
+        """Return how well the joints move the tool: 0 in a singular pose. Only arms without a closed form have this
+        method.
+        """
         raise NotImplementedError
 
     # --- arrays ------------------------------------------------------------------------------------------
 
     @cached_property
     def batch(self) -> SerialBatch:
-        """Return the same functions over arrays, for whole timelines at once."""
+        """Return an object with the same functions over arrays of joints and poses, for whole timelines at once."""
         raise NotImplementedError
 
 
 def _within(x: float, low: float, high: float) -> float | None:
-    """Return a sliding joint inside its limits, or None. Values beyond a limit by rounding alone are accepted."""
+    """Return the value of a sliding joint if it is inside its limits, else None. A value that exceeds a limit only by
+    rounding (LIMIT_TOLERANCE) becomes the limit.
+    """
     return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None

@@ -1,7 +1,8 @@
-"""Name kinds of numpy arrays, and transform many poses at once (one at a time: `transform`).
+"""Define names for types of numpy arrays, and functions that transform many poses at once (for single poses:
+`transform`).
 
-A pose is the upper three rows, shape (..., 3, 4); `Transform` is the same twelve numbers, row by row. Leading shapes
-broadcast. Metres and radians.
+A pose is the upper three rows of a homogeneous matrix, shape (..., 3, 4); a `Transform` contains the same twelve
+numbers, row by row. Leading dimensions broadcast. Units are metres and radians.
 """
 
 from collections.abc import Iterable
@@ -24,7 +25,7 @@ def stack(transforms: Iterable[Transform]) -> Floats:
 
 
 def compose_batch(a: Floats, b: Floats) -> Floats:
-    """Return T_x_z = T_x_y @ T_y_z of poses (..., 3, 4)."""
+    """Return T_x_z = T_x_y @ T_y_z for poses a = T_x_y and b = T_y_z (..., 3, 4)."""
     product: Floats = a[..., :3] @ b
     product[..., 3] += a[..., 3]
     return product
@@ -46,7 +47,9 @@ def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
 
 
 def to_oat_batch(T: Floats) -> Floats:
-    """Return O, A, T (..., 3) [rad] of poses (..., 3, 4); ranges and poles as in `transform.to_oat`."""
+    """Return the VAL-II angles O, A, T (..., 3) [rad] of poses (..., 3, 4), in the same ranges as `transform.to_oat`,
+    also for a vertical tool.
+    """
     ax, ay, az = T[..., 0, 2], T[..., 1, 2], T[..., 2, 2]
     h = np.hypot(ax, ay)
     pole = h < POLE
@@ -64,7 +67,9 @@ def to_oat_batch(T: Floats) -> Floats:
 
 
 def quaternions(R: Floats) -> Floats:
-    """Convert rotations (N, 3, 3) to x, y, z, w (N, 4), w not negative. (Shepperd 1978: largest component first.)"""
+    """Convert rotation matrices (N, 3, 3) to unit quaternions x, y, z, w (N, 4) with w >= 0. The largest component is
+    computed first (Shepperd 1978).
+    """
     m00, m11, m22 = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
     squares = np.stack((1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22, 1 + m00 + m11 + m22), axis=1)
     xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]

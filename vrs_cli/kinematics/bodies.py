@@ -1,4 +1,4 @@
-"""Return the shapes of a robot's links: those of its file, or capsules along the links."""
+"""Return the shapes of a robot's links: from its file, or capsules computed from its link parameters."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.transform import Z, along, inverse, position, rotate, translation
 
-SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without shapes
+SHAPES = ROBOTS / "shapes"  # shapes of built-in robots, in separate files because programs run without them
 ORIGIN = (0.0, 0.0, 0.0)
-THICK, THIN = 0.055, 0.03  # radii of the first link and of the last, as fractions of the arm's reach
-UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
-SHORT = 1e-6  # [m] shorter distances are not drawn
+THICK, THIN = 0.055, 0.03  # radii of the capsules of the first link and of the last, as fractions of the arm's reach
+UPRIGHT = 0.9  # minimum cosine of the angle between the first axis and the vertical for an arm on a pedestal
+SHORT = 1e-6  # [m] parts of links shorter than this are not drawn
 
 
 def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
@@ -30,8 +30,8 @@ def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
 
 
 def file_of_built_in(model: RobotModel, folder: Path) -> Path | None:
-    """Return the file in a folder for the built-in robot with the same links as this model; files are named after
-    robots.
+    """Return the file in `folder` named after the built-in robot that has the same links as this model; None if there
+    is no such robot.
     """
     for path, known in _built_in_robots(folder):
         if (known.links, known.base, known.flange) == (model.links, model.base, model.flange):
@@ -51,22 +51,24 @@ def _shapes_in(path: Path, joint_count: int) -> tuple[LinkShape, ...]:
 
 
 def size_of(model: RobotModel) -> float:
-    """Return the reach of an arm, for the scale of a drawing [m]."""
+    """Return the reach of an arm [m], from which drawings take their scale."""
     _, (reach, *_) = levers(model)
-    return max(reach, 0.05)  # [m] minimum reach for drawing
+    return max(reach, 0.05)  # [m] minimum reach for drawings
 
 
 # --- capsules ------------------------------------------------------------------------------------------------------
 
 
 def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
-    """Return a body for each link from link data alone: along the joint's axis, then across to the next one."""
+    """Return shapes computed from link parameters alone: for each link a capsule along the axis of its joint, then
+    another across to the next axis.
+    """
     reach, n = size_of(model), model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
     first, r = radii[0], radii[n]
-    if model.base.az < UPRIGHT:  # the first axis is not upright: draw a block
+    if model.base.az < UPRIGHT:  # the first axis is not vertical: draw the base as a block
         found = [LinkShape(0, Box((3.0 * first, 3.0 * first, 2.0 * first)), "dark")]
-    else:  # a pedestal, down to the lowest point of the arm at READY or NEST
+    else:  # draw a pedestal, down to below the lowest point of the arm at READY or NEST
         frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
         lowest = min(T.pz for T in frames) - model.base.pz  # [m] height of the lowest joint or flange above frame 0
         low = min(0.0, (lowest if lowest < -SHORT else inf) - 2.0 * first)
@@ -79,7 +81,7 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
         found += _link(model, i, (radii[i - 1], radii[i]))
     found.append(LinkShape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"))
     found.append(LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), translation(0.0, 0.0, 0.35 * r)), "dark"))
-    for side in (-1.0, 1.0):  # two fingers, which touch when closed
+    for side in (-1.0, 1.0):  # two fingers, which touch when the hand is closed
         finger = Box((0.3 * r, 0.7 * r, 2.0 * r), translation(side * 0.15 * r, 0.0, 1.7 * r))
         found.append(LinkShape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
     return tuple(found)
@@ -90,14 +92,14 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     link = model.links[i - 1]
     slides = link.kind is JointKind.PRISMATIC
     upper = model.upper[i - 1]
-    here = inverse(link_pose(model, i, upper if slides else 0.0))  # T_i_previous, seen from the link's own frame
+    here = inverse(link_pose(model, i, upper if slides else 0.0))  # T_i_i-1: the previous frame in the frame of link i
     axis, start = rotate(here, Z), position(here)
     run = link.d + (upper if slides else 0.0)
     corner = along(start, axis, run)
     thick, thin = radii
     found: list[LinkShape] = []
     if slides:
-        # a rod from the end of the link through its sleeve, which is fixed to the link before
+        # draw a rod from the end of the link through a sleeve that is fixed to the previous link
         sleeve, rod = 1.1 * thick, 0.6 * thin
         found.append(LinkShape(i - 1, Cylinder((0.0, 0.0, -thick), (0.0, 0.0, thick), (sleeve, sleeve)), "dark"))
         reaches = 0.0, -run, upper - model.lower[i - 1] - run

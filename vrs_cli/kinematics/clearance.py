@@ -1,15 +1,17 @@
 """Bound how close a path comes to the limits of an arm's reach and to the singular poses of its closed form.
 
-A closed form takes a square root that is 0 where the arm is stretched, folded, or as near to axis 1 as it can be, and
-negative beyond the reach. It also takes the angle of a vector that is 0 where two axes of the wrist coincide. Along a
-path of the hand these are smooth functions, and bounds of their derivatives follow from bounds of the hand's. With
-|f''| <= m on a stretch of length h between a and b
+A closed form takes the square root of a number that is 0 where the arm is stretched, folded, or as near to axis 1 as it
+can be, and negative out of reach. It also takes the angle of a vector that is 0 where two axes of the wrist coincide.
+Along a path of the hand, the number and the vector are smooth functions of the path parameter. Bounds of their
+derivatives follow from bounds of the derivatives of the hand's motion. If |f''| <= m on an interval of length h between
+a and b, then
 
     f >= min(f(a), f(b)) - m h2 / 8,
 
-and the length of a vector is at least that of the chord less the same term. If a function stays above 0 by this bound,
-the stretch is clear for certain, not only at samples. Source: Moore, Kearfott and Cloud, "Introduction to Interval
-Analysis" (2009), chapter 6; the error of linear interpolation is in any book of numerical analysis.
+and the length of a vector is at least the minimum length on the chord minus the same term. If this bound is above 0,
+the whole interval is certain to be free of such poses, not only the samples. Source: Moore, Kearfott and Cloud,
+"Introduction to Interval Analysis" (2009), chapter 6; the error of linear interpolation is in any textbook of numerical
+analysis.
 """
 
 from __future__ import annotations
@@ -28,39 +30,43 @@ from vrs_cli.kinematics.transform import Transform, Vector
 AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-CONSTANT = 1e-9  # [m, sine] smaller changes count as 0
+CONSTANT = 1e-9  # [m, sine] coordinates and directions that change less than this count as unchanging
 
 
 class Forbidden(Struct, frozen=True):
-    """The part of a pose that an arm cannot reach, in words, and the nearest pose that it can reach."""
+    """The reason why an arm cannot reach a pose, as a text for users (`what`), and the nearest pose of the flange that
+    it can reach (`right`).
+    """
 
     what: str
     right: Transform
 
 
 class Unchanging(Struct, frozen=True):
-    """The parts of a pose that no joint changes: positions of the flange along some directions [m], and the direction
-    of its axis.
+    """The parts of the flange's pose that no joint can change. `places`: directions, and the constant coordinate of the
+    flange along each [m]. `approach`: the constant direction of its Z axis, None if it can change.
     """
 
     places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
 
     def allows(self, T: Transform) -> bool:
-        """Return whether a pose has the values of these parts, so that no joint would have to change them."""
+        """Return whether a pose of the flange has the constant values of these parts."""
         at = transform.position(T)
         return (
             not self.places or all(abs(transform.dot(at, way) - value) <= LEVEL for way, value in self.places)
         ) and (self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT)
 
     def forbids(self, T: Transform) -> Forbidden | None:
-        """Return the part of a pose of the flange that no joint can reach; None if there is none."""
+        """Return why no joints reach a pose of the flange, because a part of it cannot change; None if the pose has all
+        constant values.
+        """
         approach, at = self.approach, transform.position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
             points = upright if abs(approach[2]) > 1.0 - CONSTANT else "in one direction"
             what = f"keeps its tool {points}; the location tilts it by {degrees(tilt):.2f} deg"
-            z = axis_of(T).direction  # to be turned to the approach axis by the smallest angle
+            z = axis_of(T).direction  # turn this direction to the constant approach axis by the smallest angle
             axis = (
                 transform.any_normal(z)
                 if dist(transform.cross(z, approach), STILL) < CONSTANT
@@ -83,8 +89,9 @@ class Unchanging(Struct, frozen=True):
 
 
 def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
-    """Return the parts of a pose that no joint changes, measured on sample poses. An arm with six freedoms has no such
-    parts."""
+    """Return the parts of the flange's pose that no joint can change, found by comparing sample poses. An arm with six
+    degrees of freedom has no such parts.
+    """
     if model.joint_count >= ALL_PARTS and all(model.counts):
         return Unchanging()
     limits = list(zip(model.lower, model.upper, strict=True))
@@ -98,7 +105,9 @@ def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unc
 
 
 def difference(asked: Transform, instead: Transform) -> str:
-    """Return as text the angles of the pose `instead`; if `asked` has the same angles, the coordinates that differ."""
+    """Return a text with the angles O, A, T of the pose `instead` [deg]. If the pose `asked` has the same angles,
+    return the coordinates of `instead` that differ [mm].
+    """
     rows = list(zip("OAT", map(degrees, transform.to_oat(instead)), strict=True))
     if transform.angle_between(asked, instead) <= STRAIGHT:
         places = zip("XYZ", transform.position(asked), transform.position(instead), strict=True)
@@ -118,14 +127,19 @@ def _angle(a: Vector, b: Vector) -> float:
     return sine if transform.dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(transform.dot(a, b), -1.0), 1.0))
 
 
-SINGULAR = 1e-10  # sine or [m] below which a joint's angle is noise
-BOUNDARY = 1e-11  # allowed excess over the reach by rounding: cosine of the elbow, or [m2] at axis 1
-ON_BOUNDARY = 1e-9  # [m, rad] distance at which a pose counts as on the boundary, or two wrist axes as coincident
-UNKNOWN = -inf  # clearance without a known bound, because another clearance that it depends on may be 0
+# [m, sine] the direction of a shorter vector is rounding noise, so a joint angle cannot be computed from it
+SINGULAR = 1e-10
+# excess over the reach that is accepted as rounding: of the elbow's cosine over 1, or in [m2] at axis 1
+BOUNDARY = 1e-11
+# [m, rad] below this distance a pose counts as on the boundary of the reach, or two wrist axes as coincident
+ON_BOUNDARY = 1e-9
+UNKNOWN = -inf  # a clearance for which no lower bound is known, because another clearance that it depends on may be 0
 
 
 class Hand(Struct, frozen=True):
-    """The point and the direction of the flange that a closed form follows, seen from a frame with z along axis 1."""
+    """The point and the direction fixed to the flange (wrist centre and last axis) from which a closed form computes
+    clearances. `T_axis_base`: the base seen from a frame with z along axis 1.
+    """
 
     T_axis_base: Transform
     centre: Vector  # centre of the wrist, in the flange's frame [m]
@@ -133,10 +147,11 @@ class Hand(Struct, frozen=True):
 
 
 class HandPace(Struct, frozen=True):
-    """The maximum first and second derivatives of the motion of the hand on a path, by the parameter of the path.
+    """Upper bounds of the first and second derivatives of the hand's motion on a path, by the path parameter. Names
+    with `bend` are second derivatives.
 
-    `across`: the part of the wrist centre's speed that is perpendicular to axis 1. `tilt`: the rate at which the last
-    axis turns.
+    `speed`: the speed of the wrist centre. `across`: the component of this speed perpendicular to axis 1. `tilt`: the
+    rate at which the direction of the last axis turns.
     """
 
     across: float
@@ -148,11 +163,13 @@ class HandPace(Struct, frozen=True):
 
 
 class Clearance(Struct, frozen=True):
-    """The clearances of a pose, or the minimum clearances on a path; infinite for edges that an arm does not have.
+    """The clearances of a pose (how far it is from poses that are out of reach or singular), or their minima on a path.
+    A clearance is infinite if the arm has no such limit.
 
-    `shoulder` [m2]: the squared distance of the wrist from axis 1, less the squared distance of the arm's plane from
-    axis 1. `outer`, `inner` [m2]: how far the squared distance from the shoulder is below its maximum and above its
-    minimum. `wrist`: the sine of the angle between two wrist axes; `across` is their cross product.
+    `shoulder` [m2]: the squared distance of the wrist from axis 1, minus the squared distance of the arm's plane from
+    axis 1. `outer`, `inner` [m2]: how far the wrist's squared distance from the shoulder is below its maximum (arm
+    stretched) and above its minimum (arm folded). `wrist`: the sine of the angle between two wrist axes; `across` is
+    their cross product.
     """
 
     shoulder: float = inf
@@ -167,11 +184,13 @@ class Clearance(Struct, frozen=True):
         return self.shoulder, self.outer, self.inner, self.wrist
 
 
-SHOULDER, WRIST = 0, 3  # indexes in `sizes`
+SHOULDER, WRIST = 0, 3  # indexes of these clearances in `sizes`
 
 
 class TwoBars(Struct, frozen=True):
-    """Two hinged bars that limit the reach, in a plane at the distance `side` from axis 1 [m]."""
+    """The upper arm and forearm of lengths `upper` and `fore`, hinged at the elbow; they move in a plane at the
+    distance `side` from axis 1 [m] and limit the reach.
+    """
 
     upper: float
     fore: float
@@ -186,17 +205,21 @@ class TwoBars(Struct, frozen=True):
         return (self.upper - self.fore) ** 2
 
     def boundary(self) -> Clearance:
-        """Return the clearances of a pose that is `ON_BOUNDARY` away from each boundary."""
+        """Return the clearances of a pose that is `ON_BOUNDARY` away from each limit of the reach; poses with smaller
+        clearances count as on the limit.
+        """
         ends = self.side, self.upper + self.fore, self.upper - self.fore
         shoulder, outer, inner = (ON_BOUNDARY * (2.0 * abs(r) + ON_BOUNDARY) for r in ends)
         return Clearance(shoulder, outer, inner, ON_BOUNDARY)
 
     def fold(self, outer: float, inner: float) -> float:
-        """Return the sine of the angle between the bars."""
+        """Return the sine of the angle between the bars from the clearances `outer` and `inner` [m2]."""
         return sqrt(outer * inner) / (2.0 * self.upper * self.fore)
 
     def refusal(self, clearance: Clearance, end: str, hint: str) -> LocationOutOfRange:
-        """Return the error for a pose with this clearance. `end`: the part of the arm at the end of the bars."""
+        """Return the error for a pose out of reach with this clearance. `end`: the name of the arm's part at the end of
+        the bars, for the text. `hint`: replaces the usual hint if not empty.
+        """
         across = sqrt(max(clearance.shoulder + self.side * self.side, 0.0))
         if across < self.side:
             return LocationTooClose(
@@ -218,10 +241,12 @@ class TwoBars(Struct, frozen=True):
 
 
 class Turning(Struct, frozen=True):
-    """Bounds of the motion of joint 1 and of the wrist centre, which is at least u from axis 1 in the arm's plane.
+    """Upper bounds of the first and second derivatives of joint 1 (`rate`, `bend`) and of u (`outward`,
+    `outward_bend`), the distance of the wrist centre from axis 1 in the plane of the arm.
 
-    With unit vectors r outward and t across, the wrist centre c seen from above, w = side and u = r . c: u q1' = t . c'
-    and u' = r . c' + q1' w; the second derivatives follow from these equations.
+    Let c be the wrist centre seen from above, r and t the unit vectors outward and across in the arm's frame, and w =
+    side; then u = r . c. The bounds follow from u q1' = t . c' and u' = r . c' + q1' w, and from the derivatives of
+    these equations.
     """
 
     rate: float  # maximum |q1'|: the angular velocity of joint 1
@@ -233,10 +258,11 @@ class Turning(Struct, frozen=True):
 def turning(
     bars: TwoBars, a: float, b: float, pace: HandPace, h: float, *, beside_axis: bool
 ) -> tuple[float, Turning | None]:
-    """Return the minimum of `shoulder` between two poses, and the bounds of the motion, or None if u may be 0.
+    """Return a lower bound of the clearance `shoulder` between two poses where it is a and b, and the bounds of the
+    motion, or None if u (see `Turning`) may be 0.
 
-    `beside_axis`: u is 0 on the whole path. Then joint 1 follows the wrist centre, or is at rest if the wrist centre is
-    on the axis.
+    `beside_axis`: u is 0 on the whole path. Joint 1 then follows the wrist centre, or is at rest if the wrist centre is
+    on axis 1.
     """
     across, side = pace.across, bars.side
     far = sqrt(max(a, b, 0.0) + side * side) + 0.5 * across * h  # maximum distance of the wrist centre from axis 1
@@ -258,23 +284,25 @@ def turning(
 def from_shoulder(
     bars: TwoBars, a: Clearance, b: Clearance, speed: float, bend: float, h: float, beside: float = 0.0
 ) -> tuple[float, float]:
-    """Return the minimum of `outer` and `inner` between two poses, for a point with these bounds of speed and second
-    derivative.
+    """Return lower bounds of the clearances `outer` and `inner` on a path between two poses. `speed`, `bend`: bounds of
+    the first and second derivative of the wrist's position. `h`: the length of the parameter interval.
 
-    `beside`: the part of the point's squared distance from the shoulder that does not count for the reach [m2].
+    `beside`: the part of the wrist's squared distance from the shoulder that does not count for the reach [m2].
     """
     far = sqrt(max(bars.outer - min(a.outer, b.outer) + beside, 0.0)) + 0.5 * speed * h
     quarter = 0.25 * h * h
-    outer = min(a.outer, b.outer) - quarter * far * bend  # a straight path is nearer to the shoulder than its ends
+    # no term for the speed: a straight path is nowhere farther from the shoulder than at its farther end
+    outer = min(a.outer, b.outer) - quarter * far * bend
     return outer, min(a.inner, b.inner) - quarter * (speed * speed + far * bend)
 
 
 def shortest(a: Vector, b: Vector, rate: float, bend: float, h: float) -> float:
-    """Return a lower bound of the length of a vector between two values, from bounds of its first and second
-    derivatives."""
+    """Return a lower bound of the length of a vector that changes from a to b over a parameter interval of length h.
+    `rate`, `bend`: bounds of its first and second derivatives.
+    """
     ax, ay, az = a
     dx, dy, dz = b[0] - ax, b[1] - ay, b[2] - az
     square = dx * dx + dy * dy + dz * dz
     part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0) if square else 0.0
-    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # minimum distance from the origin
+    chord = hypot(ax + part * dx, ay + part * dy, az + part * dz)  # minimum distance of the chord from the origin
     return max(chord - 0.125 * bend * h * h, 0.5 * (hypot(*a) + hypot(*b) - rate * h))

@@ -1,8 +1,8 @@
-"""Write functions for one arm as Python code: kinematics and linear equations.
+"""Generate Python code of functions for one arm: its kinematics, and solvers of small linear systems.
 
-The matrices of a chain are mostly zeros and ones. One symbolic multiplication leaves a few dozen products. The
-functions take floats or, with the sine and cosine of numpy, arrays. Small systems of equations are written out too: six
-unknowns take less time than a call of numpy.
+The matrices of a chain of links are mostly zeros and ones, so that symbolic multiplication leaves only a few dozen
+products. The functions take floats or, with the sine and cosine of numpy, arrays. Solvers of small linear systems are
+also generated without loops: for six unknowns they take less time than one call of numpy.
 """
 
 from __future__ import annotations
@@ -20,18 +20,20 @@ from vrs_cli.kinematics.joints import JointKind, Twist
 from vrs_cli.kinematics.model import Link
 from vrs_cli.kinematics.transform import Transform
 
-Entry = float | str  # a known number, or the name of a variable
+Entry = float | str  # an entry of a matrix: a known number, or the name of a variable in the generated code
 Column = tuple[Entry, Entry, Entry]
 
 STILL: Column = (0.0, 0.0, 0.0)
-NOTHING = 1e-15  # entries up to this size are rounding errors of right angles, and count as 0
+NOTHING = 1e-15  # smaller entries count as 0: they are rounding errors of the sines and cosines of right angles
 
 
 class Formulas(Struct, frozen=True):
-    """The functions of one arm. Entries that do not depend on q are plain numbers.
+    """The generated functions of one arm. Entries of their results that do not depend on q are plain numbers, also if q
+    has arrays.
 
     `forward(q)` returns the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)` returns six rows of
-    n, for the point (tx, ty, tz) of the flange. `both(q)` returns both, for the origin of the flange.
+    n entries, for the point (tx, ty, tz) in the frame of the flange. `both(q)` returns the pose, and the Jacobian of
+    the flange's origin.
     """
 
     forward: Callable[..., tuple[Any, ...]]
@@ -41,7 +43,7 @@ class Formulas(Struct, frozen=True):
 
 @cache
 def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Formulas:
-    """Return the functions of an arm, for floats or for arrays (one for each joint)."""
+    """Return the functions of an arm. They take one float for each joint, or with `arrays` one array."""
     names: dict[str, Any] = {**_angles(arrays), "T": Transform, "new": tuple.__new__}
     if arrays:
         names["new"] = lambda _, entries: entries
@@ -50,7 +52,7 @@ def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arr
 
 
 def _angles(arrays: bool) -> dict[str, Any]:
-    """Return the sine and cosine of floats or of arrays."""
+    """Return the functions `cos` and `sin` for floats or for arrays."""
     if not arrays:
         return {"cos": cos, "sin": sin}
     import numpy as np
@@ -59,8 +61,8 @@ def _angles(arrays: bool) -> dict[str, Any]:
 
 
 class Biases(Struct, frozen=True):
-    """The parts of a tool's acceleration and jerk that come from the lower derivatives of the joints: six entries like
-    a twist.
+    """The functions that compute the parts of a tool's acceleration and jerk that lower derivatives of the joints
+    cause: six entries, in the order of a twist.
 
     `acceleration(q, qd, tx, ty, tz)` returns J' qd, `jerk(q, qd, qdd, tx, ty, tz)` returns J'' qd + 2 J' qdd.
     """
@@ -71,7 +73,7 @@ class Biases(Struct, frozen=True):
 
 @cache
 def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Biases:
-    """Return the biases of an arm, for floats or for arrays (one for each joint)."""
+    """Return the bias functions of an arm. They take one float for each joint, or with `arrays` one array."""
     names = _angles(arrays)
     for jerk in (False, True):
         exec(compile(Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
@@ -79,12 +81,15 @@ def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, array
 
 
 class Writer:
-    """Writes the functions of an arm, or of its links from number `first` on. `lines` are the assignments so far."""
+    """Generates the code of an arm's functions, or of a part of the arm that begins with link `first`. `lines`: the
+    assignments generated so far.
+    """
 
     def __init__(self, links: Sequence[Link], base: Transform, flange: Transform, first: int = 0) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
-        self.axes: list[tuple[Column, Column]] = []  # direction and point of each joint's axis
-        self.steps: list[tuple[tuple[Entry, Column], ...]] = []  # steps from each frame to the next, and to the flange
+        self.axes: list[tuple[Column, Column]] = []  # direction of each joint's axis, and a point on it
+        # vectors from each frame's origin to the next, and to the flange, as sums
+        self.steps: list[tuple[tuple[Entry, Column], ...]] = []
         self.columns = self.columns_of(base)
         for i, link in enumerate(links, first):
             self.axes.append((self.columns[2], self.columns[3]))
@@ -107,7 +112,9 @@ class Writer:
         )
 
     def _jacobian_lines(self, tool: Column) -> list[str]:
-        """Return the assignments for the Jacobian of a point of the flange, followed by its rows."""
+        """Return the assignments that compute the Jacobian of a point fixed to the flange; the last line is the tuple
+        of its rows.
+        """
         self.lines = []
         n, s, a, p = self.columns
         tx, ty, tz = tool
@@ -123,11 +130,11 @@ class Writer:
         return [*self.lines, f"({', '.join(f'({row})' for row in rows)})"]
 
     def bias_text(self, *, jerk: bool) -> str:
-        """Return the code of `acceleration` or `jerk`.
+        """Return the code of the function `acceleration`, or of `jerk` if `jerk`.
 
-        The code follows the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), with one
-        more derivative for the jerk. It computes the angular velocity w of each frame, its derivatives, and the
-        derivatives of the steps that turn with the frame.
+        The code follows the outward recursion of the Newton-Euler method (Luh, Walker and Paul 1980), with one more
+        derivative for the jerk. It computes the angular velocity w of each frame, its derivatives, and the derivatives
+        of the vectors from frame to frame, which turn with the frames.
         """
         w = w1 = w2 = moved = STILL
         n, s, a, _ = self.columns
@@ -153,7 +160,8 @@ class Writer:
             else:
                 moved = self.add_crosses(moved, (w1, p), (w, p1))
         entries = ", ".join(map(text_of, (*moved, *(w2 if jerk else w1))))
-        names, needed = set(re.findall(r"t\d+", entries)), list[str]()  # assignments that the result needs
+        # the assignments that the result depends on; all others are left out
+        names, needed = set(re.findall(r"t\d+", entries)), list[str]()
         for line in reversed(self.lines):
             if line.partition(" ")[0] in names:
                 names.update(re.findall(r"t\d+", line))
@@ -198,7 +206,7 @@ class Writer:
     # --- entries ---
 
     def mix(self, *terms: tuple[Entry, Column]) -> Column:
-        """Return a sum of columns, each times a factor."""
+        """Return the entries of a linear combination of columns, given as (factor, column)."""
         x, y, z = (self.sum((factor, column[i]) for factor, column in terms) for i in range(3))
         return x, y, z
 
@@ -206,7 +214,7 @@ class Writer:
         return self.add_crosses(STILL, (a, b))
 
     def add_crosses(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
-        """Return a column plus cross products."""
+        """Return the entries of a column plus the cross products a x b of all pairs."""
         x, y, z = (
             self.sum([(1.0, start[i]), *(term for a, b in pairs for term in ((a[j], b[k]), (minus(a[k]), b[j])))])
             for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
@@ -214,7 +222,9 @@ class Writer:
         return x, y, z
 
     def sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
-        """Return a sum of products, as a number, an existing name, or the name of a new variable."""
+        """Return the sum of the products of all pairs: as a number, as an existing name, or as the name of a new
+        variable.
+        """
         known, rest = 0.0, list[str]()
         for a, b in terms:
             if isinstance(a, str) and isinstance(b, str):
@@ -250,12 +260,12 @@ def minus(entry: Entry) -> Entry:
 
 
 def twist_entries(link: Link) -> tuple[float, float]:
-    """Return the cosine and the sine of a link's twist."""
+    """Return the cosine and the sine of a link's twist angle alpha, rounded to 0 or +-1 if they are that close."""
     return without_rounding(cos(link.alpha)), without_rounding(sin(link.alpha))
 
 
 def without_rounding(x: float) -> float:
-    """Return 0, 1 or -1 for a number that differs from it by rounding alone."""
+    """Return 0, 1 or -1 if x differs from it only by rounding, else x."""
     for exact in (0.0, 1.0, -1.0):
         if abs(x - exact) < NOTHING:
             return exact
@@ -271,28 +281,30 @@ def function(head: str, lines: Iterable[str]) -> str:
 
 
 def written(head: str, lines: Iterable[str], names: dict[str, Any]) -> Callable[..., Any]:
-    """Return the function with this head and these lines. It can use the values in `names`."""
+    """Compile and return the function with this head (name and parameters) and these lines. Its code can use the values
+    in `names`.
+    """
     name = head.partition("(")[0]
     exec(compile(function(head, lines), f"<{name}>", "exec"), names)
     return cast(Callable[..., Any], names[name])
 
 
-LOST = 1e-10  # pivots below this fraction of the largest coefficient are rounding
-SMALL = 1e-4  # [m, 1] smaller pivots count as singular
-LARGE = 0.1  # [m, 1] larger pivots are taken without a search
-DEMAND = 1e-9  # maximum residual of an equation without unknowns, in the equation's unit
+LOST = 1e-10  # elimination treats pivots below this fraction of the largest coefficient as 0 with rounding errors
+SMALL = 1e-4  # [m, 1] if all pivots of a column are smaller, the matrix counts as singular
+LARGE = 0.1  # [m, 1] a pivot that is larger is used without searching for the largest
+DEMAND = 1e-9  # maximum right side of an equation whose coefficients are all 0, else the system has no solution
 
 
 def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
-    """Return x with rows @ x = wanted; unknowns that no equation determines are 0.
+    """Return the solution x of rows @ x = wanted. Unknowns that no equation determines are 0.
 
-    None if an equation cannot be satisfied.
+    Return None if an equation cannot be satisfied.
     """
     if len(rows) == len(rows[0]):
         found = squares(rows, wanted)
         if found is not None:
             return found[0]
-    # elimination with complete pivoting
+    # the matrix is not square or nearly singular: eliminate with complete pivoting
     table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
     count = len(rows[0])
     order: list[int] = []
@@ -321,17 +333,18 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
 
 
 def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[tuple[float, ...], ...] | None:
-    """Solve n equations for n unknowns, for each right side, by one elimination with partial pivoting.
+    """Solve n equations for n unknowns, for each right side in `wanted`, by one elimination with partial pivoting.
 
-    Return None near a singular matrix. With several right sides a pivot is taken without a search if it is `LARGE`.
+    Return None if the matrix is nearly singular. With several right sides, a pivot above `LARGE` is used without
+    searching for the largest.
     """
     return _elimination(len(rows), len(wanted))(rows, *wanted)
 
 
 @cache
 def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
-    """Return a function that solves n equations. It has no loops, and so takes a third of the time of loops over
-    lists.
+    """Return a generated function that solves n equations for `sides` right sides. It has no loops, and takes a third
+    of the time of loops over lists.
     """
     rows = ", ".join(f"({comma_list(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]
@@ -343,10 +356,11 @@ def _elimination(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], .
 
 
 def elimination_lines(n: int, sides: int) -> list[str]:
-    """Return code that solves the equations in the variables `a1_2` (row 1, column 2) for `x2_0` (unknown 2, side 0).
+    """Return the code that solves n equations. Their coefficients are in variables such as `a1_2` (row 1, column 2),
+    the solutions in variables such as `x2_0` (unknown 2, right side 0).
 
-    The columns from n on are the right sides. The code returns None near a singular matrix; it needs `SMALL` and
-    `LARGE`.
+    Columns n and higher are the right sides. The code returns None if the matrix is nearly singular; it uses the names
+    `SMALL` and `LARGE`.
     """
     rows = [[f"a{r}_{c}" for c in range(n + sides)] for r in range(n)]
     lines = list[str]()
@@ -378,7 +392,7 @@ def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
 
 
 def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> tuple[float, ...]:
-    """Return rows^T (rows rows^T + damping)^-1 wanted, by a system of as many equations as there are rows."""
+    """Return rows^T (rows rows^T + damping I)^-1 wanted: the damped least-squares solution of rows @ x = wanted."""
     table = gram(rows)
     for k, row in enumerate(table):
         row[k] += damping
@@ -387,14 +401,17 @@ def solve_damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], dampi
 
 
 def volume(rows: Sequence[Sequence[float]]) -> float:
-    """Return the volume that rows span, sqrt(det(rows @ rows^T)); 0 if the rows are linearly dependent."""
+    """Return the volume of the parallelepiped spanned by the rows, sqrt(det(rows @ rows^T)); 0 if they are linearly
+    dependent.
+    """
     return cast(float, _written_of_gram("volume", len(rows), len(rows[0]))(rows))
 
 
 @cache
 def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[float]]], Any]:
-    """Return `gram` or `volume` of m rows of n numbers, as code without loops; the variable `g2_1` is an entry of rows
-    @ rows^T."""
+    """Return the function `gram` or `volume` for m rows of n numbers, generated without loops. A variable such as
+    `g2_1` is an entry of rows @ rows^T.
+    """
     rows = [[f"a{r}_{c}" for c in range(n)] for r in range(m)]
     lines = [f"{comma_list(f'({comma_list(row)})' for row in rows)} = rows"]
     for r, row in enumerate(rows):

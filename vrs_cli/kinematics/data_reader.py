@@ -1,5 +1,5 @@
-"""Check plain data: tables, words and numbers with units. Each error names the position in the data and the correct
-form.
+"""Check plain data: tables, words and numbers with units. Each error says where in the data the mistake is, and what
+would be right.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.kinematics.transform import Transform, from_oat
 
-HUGE = 1e9  # maximum length, angle or rate of a robot; excludes infinity and NaN
-TINY = 1e-9  # minimum positive number
+HUGE = 1e9  # all lengths, angles and rates of a robot must be smaller; refuses infinity and NaN
+TINY = 1e-9  # smallest number accepted where a positive number is required
 
 
 class Quantity(Struct, frozen=True):
-    """The kind of a number: its unit in a TOML file ("" if it has none), and whether it must be above zero."""
+    """A kind of number: its unit in a TOML file ("" if it has none), and whether it must be above zero."""
 
     unit: str
     positive: bool = False
@@ -29,7 +29,7 @@ class Quantity(Struct, frozen=True):
         return radians(value) if self.unit.startswith("deg") else float(value)
 
     def sliding(self) -> Quantity:
-        """Return the same quantity for a joint that slides."""
+        """Return the same quantity for a prismatic joint: with mm instead of deg."""
         return Quantity(self.unit.replace("deg", "mm"), self.positive)
 
 
@@ -38,15 +38,17 @@ PLAIN, POSITIVE = Quantity(""), Quantity("", positive=True)
 
 
 class DataReader(Struct, frozen=True):
-    """Checks plain data of a file. Data for people (`human`) is in millimetres and degrees, other data in metres and
-    radians.
+    """Checks plain data read from `file`. Data written by people (`human`) is in millimetres and degrees, other data in
+    metres and radians.
     """
 
     file: str
     human: bool
 
     def table(self, data: object, key: str, keys: Iterable[str], options: Iterable[str] = ()) -> Mapping[str, object]:
-        """Check that `data` is a table with all `keys` and perhaps some `options`, and return the table."""
+        """Check that `data` is a table that has all `keys`, and no other keys than these and `options`; return the
+        table. `key`: the position of the table in the file, for errors. Raises FileDamaged.
+        """
         needed, known = tuple(keys), (*keys, *options)
         if not isinstance(data, Mapping):
             raise self.wrong(key, "is not a table", f"give {', '.join(known)}")
@@ -92,7 +94,9 @@ class DataReader(Struct, frozen=True):
         return FileDamaged(f"{self.file}: {key}: {what}", right)
 
     def number_list(self, data: object, key: str, quantities: Sequence[Quantity], right: str) -> tuple[float, ...]:
-        """Check a list of numbers, one for each quantity, and return them in SI units."""
+        """Check a list of numbers, one for each quantity, and return the numbers in SI units. `right`: the text of an
+        error that says what would be right. Raises FileDamaged.
+        """
         if not isinstance(data, list | tuple) or len(data) != len(quantities):
             raise self.wrong(key, f"is not a list of {len(quantities)} numbers", right)
         return tuple([self.number(x, key, quantity) for x, quantity in zip(data, quantities, strict=True)])

@@ -1,6 +1,8 @@
-"""Choose the class of arm that fits a robot's axes (`arm_for`), and map robots to the links of a closed form.
+"""Choose the class of arm that can solve a robot's axes (`arm_for`), and map the joints of robots to the links of a
+closed form.
 
-A closed form is preferred, then a search that finds all solutions, then the numerical search, which takes any axes.
+The first choice is a closed-form solution, then a search that finds all solutions, then a numerical search that works
+with any axes.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
-    """Return the arm of a model: with the first closed form that fits its axes, else a numerical arm."""
+    """Return the arm of a model: an arm with the first closed form that fits its axes, else a numerical arm."""
     closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
     closed = closed or _spherical_shoulder(model)
     if closed is not None:
@@ -40,7 +42,7 @@ def arm_for(model: RobotModel) -> RobotArm:
     return NumericArm(model)
 
 
-# A closed form is imported only if the robot may fit it; most robots fit the first one.
+# The module of a closed form is imported only when its function below is called: most robots fit the first one.
 
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
@@ -99,13 +101,14 @@ def _spherical_shoulder(model: RobotModel) -> RobotArm | None:
     return SphericalShoulderArm(model, way.chain.links)
 
 
-TOOLS = 4  # number of tools whose poses at the inner arm are cached
+TOOLS = 4  # number of tools for which the pose in the frame of the inner arm's flange is cached
 
 
 class Canonical(Struct, frozen=True):
-    """The chain of a robot with the links of a closed form, and the model with these links and their limits.
+    """A robot whose axes fit a closed form. `chain`: its kinematics expressed with the links of the closed form.
+    `model`: the robot with these links, and with the limits converted to them.
 
-    The whole pose counts for this model, even if only a part counts for the robot.
+    The whole pose counts for this model, even if only a part of a pose counts for the robot.
     """
 
     chain: Chain
@@ -118,16 +121,20 @@ class Canonical(Struct, frozen=True):
 
     @property
     def hand(self) -> float:
-        """Return 1.0 if the flange is ahead of the wrist on axis 6, or in the wrist and pointing ahead; else -1.0."""
+        """Return 1.0 if the flange is on the positive side of the wrist on axis 6, or is at the wrist and its Z axis
+        points to this side; else -1.0.
+        """
         flange = self.chain.flange
         way = self.chain.links[-1].d + flange.pz
         return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
 
 
 def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
-    """Return the chain of turning joints with these alphas; None if the robot's axes have another arrangement.
+    """Express the robot as a chain of revolute joints whose links have these twist angles alpha. Return None if the
+    robot's axes have another arrangement.
 
-    `bare`: move a base and a flange into the links if they only turn about the first or last axis, or slide along it.
+    `bare`: if the transform of the base or the flange is only a rotation about the first or last axis, or a shift along
+    it, include it in the first or last link.
     """
     if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
         return None
@@ -151,15 +158,16 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
 
 
 def _along_axis(T: Transform) -> bool:
-    """Return whether T maps the z axis onto itself."""
+    """Return whether T maps the z axis onto itself, with the same direction."""
     return T.az > 0.0 and max(map(abs, (T.px, T.py, T.ax, T.ay, T.nz, T.sz))) <= NOTHING
 
 
 class MappedArm(RobotArm):
-    """An arm that uses an inner arm with the links of a closed form. See `arm.RobotArm`.
+    """An arm that converts its joints and poses for an inner arm, which has the links of a closed form. The methods are
+    those of `arm.RobotArm`.
 
-    `swapped`: the words that the inner arm exchanges with the other word of the pair, as bits of a configuration's
-    `index`.
+    `swapped`: for which words (of arm, elbow and wrist) the inner arm has the opposite word of the pair, as bits of
+    `Configuration.index`.
     """
 
     def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:
@@ -179,7 +187,8 @@ class MappedArm(RobotArm):
         s1, s2, s3, s4, s5, s6 = way.chain.signs
         z1, z2, z3, z4, z5, z6 = zeros
 
-        def inner_joints(q: Joints) -> Joints:  # `Chain.of` and its inverse, written out for speed
+        # the same as `Chain.of` (and `back` is its inverse), written without loops for speed
+        def inner_joints(q: Joints) -> Joints:
             q1, q2, q3, q4, q5, q6 = q
             return s1 * q1 + z1, s2 * q2 + z2, s3 * q3 + z3, s4 * q4 + z4, s5 * q5 + z5, s6 * q6 + z6
 
@@ -194,7 +203,7 @@ class MappedArm(RobotArm):
         return self.inner.constants
 
     def _inner_pose(self, T: Transform) -> Transform:
-        """Return the pose of the inner arm's flange for a pose of the robot's flange."""
+        """Convert a pose T_base_flange of the robot to the pose of the inner arm's flange in its own base."""
         return T if self._bare else compose(compose(self.to_inner, T), self.from_flange)
 
     def _other(self, configuration: Configuration) -> Configuration:
@@ -262,6 +271,6 @@ class MappedArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.serial_batch import MappedBatch  # here because it loads numpy
+        from vrs_cli.kinematics.serial_batch import MappedBatch  # imported here because it loads numpy
 
         return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner.batch, self._swapped)

@@ -1,7 +1,9 @@
-"""Solve arms by a formula, and derive its variants from its source: for arrays, with its steps, for all configurations.
+"""Solve arms by a formula, and generate variants of the formula from its source code: for arrays, with intermediate
+values, and for all configurations at once.
 
-The inverse of one branch is written once, as a function of floats: assignments, each to new names, choices (`a if test
-else b`), `if test: return None` for poses out of reach, and one result.
+The inverse kinematics of one configuration is written once, as a function of floats. The function may contain only
+assignments to new names, conditional expressions (`a if test else b`), `if test: return None` for poses out of reach,
+and one final return.
 """
 
 from __future__ import annotations
@@ -26,10 +28,10 @@ if TYPE_CHECKING:
 
 
 class FormulaArm(RobotArm):
-    """An arm with a closed form.
+    """An arm with a closed-form inverse.
 
-    `formula`: the inverse of one branch, for poses that `unchanging` allows. `step_names`: the variables of the formula
-    that `render/symbols.py` shows.
+    `formula`: the function of inverse kinematics in one configuration; it requires poses that `unchanging` allows.
+    `step_names`: the variables of the formula that `render/symbols.py` shows to users.
     """
 
     formula: Branch
@@ -40,14 +42,16 @@ class FormulaArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        # imported here because it loads numpy, which takes most of the start-up time of a shell without arrays
+        # imported here because it loads numpy, which would take longer than the rest of the start-up of a shell
         from vrs_cli.kinematics.serial_batch import SerialBatch
 
         return SerialBatch(self.model, self.ways, self.unchanging, over_arrays(self.formula))
 
 
 class _OverArrays(ast.NodeTransformer):
-    """Rewrites a formula for arrays: a choice becomes `where`, and a return of None marks rows as lost."""
+    """Rewrites the syntax tree of a formula for arrays: a conditional expression becomes a call of `choose`, and
+    `return None` marks the rows out of reach (`lost`).
+    """
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         self.generic_visit(node)
@@ -78,21 +82,24 @@ class _OverArrays(ast.NodeTransformer):
 
 
 class _WithSteps(ast.NodeTransformer):
-    """Rewrites a formula so that it returns all of its variables."""
+    """Rewrites the syntax tree of a formula so that it returns all of its variables in a dictionary."""
 
-    def visit_Return(self, node: ast.Return) -> ast.stmt:  # noqa: ARG002 (the returned value does not matter)
+    def visit_Return(self, node: ast.Return) -> ast.stmt:  # noqa: ARG002 (the original return value is dropped)
         return ast.parse("return locals()").body[0]
 
 
 def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a formula for arrays. It returns the rows of its result as one array, with NaN in place of None.
+    """Rewrite a formula for arrays. The new function returns its joints as one array (n, N), with NaN for poses out of
+    reach.
 
-    Angles are on any turn. Local functions that the formula calls are rewritten too.
+    It does not bring angles near to reference joints. Local functions that the formula calls are rewritten too.
     """
     import numpy as np
 
     def choose(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-        """Return for each row one of two values; only one is computed if it is the same for all rows."""
+        """Return yes() in rows where the test is true, no() in others. If the test has the same result for all rows,
+        only one of them is called.
+        """
         if np.all(test):
             return yes()
         return np.where(test, yes(), no()) if np.any(test) else no()
@@ -110,33 +117,36 @@ def over_arrays(formula: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def steps_of(formula: Callable[..., Any], names: Sequence[str], *arguments: Any) -> Steps:
-    """Return the intermediate variables with the given names that a formula computes."""
+    """Compute a formula, and return those of its variables that are in `names`."""
     found = _variant(formula, _WithSteps(), {})(*arguments)
     return {name: found[name] for name in names if name in found}
 
 
-SIGNS = {"arm": ARM, "elbow": ELBOW, "wrist": WRIST}  # signs of a configuration, and their bits in its `index`
+# names of the signs of a configuration in a formula, and their bits in `Configuration.index`
+SIGNS = {"arm": ARM, "elbow": ELBOW, "wrist": WRIST}
 
-Level = tuple[list[ast.stmt], list[ast.stmt]]  # statements that need the same signs, and whole turns of their joints
+# statements that depend on the same signs, and statements that add whole turns to the joints they compute
+Level = tuple[list[ast.stmt], list[ast.stmt]]
 
 
 def every_branch(
     formula: Callable[..., Any], middle: Joints, near: Joints, flip: Callable[..., Any] | None = None
 ) -> Callable[[Transform], tuple[Joints | None, ...]]:
-    """Return a function of a pose: the joints q1 to q6 of all configurations in the order of `joints.ALL`, None out of
-    reach.
+    """Generate a function that takes a pose and returns the joints q1 to q6 of all configurations in the order of
+    `joints.ALL`; None for those that do not reach the pose.
 
-    Each joint is on the turn nearest to `middle`. A joint that may have any value has its value in `near`. The first
-    statement of the formula takes the signs of a configuration, the last two collect the joints. A statement runs once
-    for all configurations whose signs it does not need. `flip`: a function that makes the joints of FLIP from those of
-    NOFLIP.
+    Whole turns bring each joint nearest to `middle`. A joint that may have any value takes its value in `near`. The
+    first statement of the formula must unpack the signs of a configuration, and the last two must collect the joints.
+    In the new function a statement runs once for all configurations that differ only in signs it does not depend on.
+    `flip`: a function that computes the joints of FLIP from those of NOFLIP.
     """
     levels, signs = _levels(_tree(formula).body[1:-2], middle)
     flipped = [] if flip is None else _tree(flip).body[1:-1]
 
     def nested(level: int, known: dict[str, float]) -> list[ast.stmt]:
-        """Return the statements of a level and of the levels inside it. `known`: the values of names, with the signs of
-        the outer levels."""
+        """Return the statements of a level, followed by those of the deeper levels for both signs. `known`: the numbers
+        of names, including the signs chosen in the outer levels.
+        """
         index = sum(bit for sign, bit in SIGNS.items() if known.get(sign, 1.0) < 0.0)
         rows, turns = levels[level]
         found = body = list[ast.stmt]()
@@ -162,9 +172,11 @@ def every_branch(
 
 
 def _levels(rows: Iterable[ast.stmt], middle: Joints) -> tuple[list[Level], list[str]]:
-    """Return levels of statements (those that need no sign, those that need the first sign, and so on), and the order
-    of the signs."""
-    turns_of = dict[str, list[ast.stmt]]()  # statements that put a joint on the turn nearest to the middle
+    """Group statements into levels: those that depend on no sign, on the first sign only, and so on. Return the levels,
+    and the names of the signs in the order of their first use.
+    """
+    # for each joint the statement that adds whole turns to bring it nearest to the middle
+    turns_of = dict[str, list[ast.stmt]]()
     for i, x in enumerate(middle, 1):
         turned = f"q{i} -= {TURN} * ((q{i} - {x - pi}) // {TURN})"
         turns_of[f"q{i}"] = ast.parse(f"if not {x - pi} <= q{i} <= {x + pi}: {turned}").body
@@ -184,7 +196,7 @@ def _levels(rows: Iterable[ast.stmt], middle: Joints) -> tuple[list[Level], list
 
 
 def _single_assignments(rows: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
-    """Yield statements; an assignment of several values becomes one assignment for each value."""
+    """Yield the statements; split an assignment of several values into one assignment for each value."""
     for row in rows:
         match row:
             case ast.Assign([ast.Tuple(targets)], ast.Tuple(values)):
@@ -198,21 +210,21 @@ def _variant(formula: Callable[..., Any], rewriter: ast.NodeTransformer, others:
 
 
 def _tree(formula: Callable[..., Any] | str) -> ast.FunctionDef:
-    from inspect import getsource  # here because it loads the parts of a compiler
+    from inspect import getsource  # imported here because it loads many modules
 
     source = formula if isinstance(formula, str) else getsource(formula)
     return cast(ast.FunctionDef, ast.parse(dedent(source)).body[0])
 
 
 def _scope(formula: Callable[..., Any]) -> ClosureVars:
-    """Return the names in the scope of a formula."""
+    """Return the global and nonlocal names that a formula uses, with their values."""
     from inspect import getclosurevars
 
     return getclosurevars(formula)
 
 
 class _WithNumbers(ast.NodeTransformer):
-    """Replaces names by their numbers, and leaves out factors of 1."""
+    """Rewrites a syntax tree: replaces names by their numbers, and removes factors of 1."""
 
     def __init__(self, numbers: dict[str, float]) -> None:
         self.numbers = numbers
@@ -229,7 +241,9 @@ class _WithNumbers(ast.NodeTransformer):
 
 
 def _compile_tree(tree: ast.FunctionDef, formula: Callable[..., Any], others: dict[str, Any]) -> Callable[..., Any]:
-    """Return the function of a syntax tree. It can use the names in the scope of the formula, and `others`."""
+    """Compile the syntax tree of a function, and return the function. It can use the names that the formula uses, and
+    `others`.
+    """
     scope = _scope(formula)
     names = {**scope.globals, **scope.nonlocals, **others}
     module = ast.fix_missing_locations(ast.Module([tree], []))

@@ -1,7 +1,7 @@
-"""Represent joint vectors, their units, their rates, and the configurations of an arm.
+"""Define joint vectors with their units and rates, and the configurations of an arm.
 
-A whole turn of a joint leaves the pose the same but changes the joint's value. A twist is (vx, vy, vz, wx, wy, wz): the
-velocity of the tool's point [m/s] and the angular velocity [rad/s], both in the base frame.
+Adding a whole turn to a joint changes its value but not the pose. A twist is (vx, vy, vz, wx, wy, wz): the velocity of
+the tool's origin [m/s] and the angular velocity [rad/s], both in the base frame.
 """
 
 from __future__ import annotations
@@ -17,20 +17,22 @@ from typing import NamedTuple
 from msgspec import Struct
 
 Joints = tuple[float, ...]
-Steps = dict[str, float]  # intermediate values of a closed form [m, rad, 1], by their symbols in `render/symbols.py`
+# intermediate values of a closed-form solution [m, rad, 1], by their symbols in `render/symbols.py`
+Steps = dict[str, float]
 
 
 class JointKind(Enum):
-    """The kind of a joint: it turns [rad] or slides [m]."""
+    """The kind of a joint: revolute [rad] or prismatic [m]."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
 
 
 class JointUnits(Struct, frozen=True):
-    """Converts joint values for people: degrees for joints that turn, millimetres for joints that slide.
+    """Converts joint values between SI units and those shown to users: degrees for revolute joints, millimetres for
+    prismatic joints.
 
-    Joints beyond the end of `kinds` turn.
+    `kinds`: the kind of each joint; joints beyond its end count as revolute.
     """
 
     kinds: tuple[JointKind, ...] = ()
@@ -56,11 +58,13 @@ class JointUnits(Struct, frozen=True):
         return number / 1000.0 if self.slides(joint) else radians(number)
 
     def unit(self, joint: int) -> str:
-        """Return the unit of a joint, counted from 1."""
+        """Return the unit, "deg" or "mm", in which the value of a joint (counted from 1) is shown."""
         return "mm" if self.slides(joint) else "deg"
 
     def json_units(self, count: int) -> dict[str, list[str]]:
-        """Return the JSON field `joint_units` of a position; empty if no joint slides."""
+        """Return the field `joint_units` for the JSON of a position with `count` joints; an empty dict if all joints
+        are revolute.
+        """
         units = [self.unit(joint) for joint in range(1, count + 1)]
         return {"joint_units": units} if "mm" in units else {}
 
@@ -68,23 +72,23 @@ class JointUnits(Struct, frozen=True):
 TURNING = JointUnits()
 
 TURN = 2 * pi
-LIMIT_TOLERANCE = 1e-9  # [rad] tolerance of a limit, for rounding
+LIMIT_TOLERANCE = 1e-9  # [rad, m] a value may exceed a limit by this much, because of rounding errors
 
 
 def nearest_turn(angle: float, reference: float) -> float:
-    """Return `angle` plus whole turns, within half a turn of `reference` [rad]."""
+    """Return the angle that differs from `angle` by whole turns and is within half a turn of `reference` [rad]."""
     off = angle - reference
     return angle if -pi <= off <= pi else angle - TURN * round(off / TURN)
 
 
 def turned_near(angles: Iterable[float], near: Joints) -> Joints:
-    """Return each angle on the turn nearest to its reference [rad]."""
+    """Return the angles with whole turns added that bring each nearest to its joint in `near` [rad]."""
     rows = zip(angles, near, strict=True)
     return tuple([q if -pi <= (off := q - there) <= pi else q - TURN * round(off / TURN) for q, there in rows])
 
 
 def six_turned_near(q: Joints, near: Joints) -> Joints:
-    """Do the same as `turned_near` for six joints, in half the time."""
+    """Return the same as `turned_near` for exactly six joints, in half the time."""
     q1, q2, q3, q4, q5, q6 = q
     n1, n2, n3, n4, n5, n6 = near
     return (
@@ -98,9 +102,10 @@ def six_turned_near(q: Joints, near: Joints) -> Joints:
 
 
 def turn_within(angle: float, reference: float, lower: float, upper: float) -> float | None:
-    """Return the turn of `angle` inside the limits that is nearest to `reference` [rad]; None if there is none.
+    """Return the angle that differs from `angle` by whole turns, is inside the limits, and is nearest to `reference`
+    [rad]; None if no such angle is inside.
 
-    A value outside by rounding alone (LIMIT_TOLERANCE) becomes the limit itself.
+    An angle that exceeds a limit only by rounding (LIMIT_TOLERANCE) becomes the limit itself.
     """
     here = nearest_turn(angle, reference)
     if lower <= here <= upper:
@@ -114,7 +119,7 @@ def turn_within(angle: float, reference: float, lower: float, upper: float) -> f
 
 
 def joints_outside(q: Joints, lower: Joints, upper: Joints) -> tuple[int, ...]:
-    """Return the joints outside their limits, counted from 1."""
+    """Return the numbers of the joints outside their limits, counted from 1."""
     return tuple(
         i
         for i, (angle, low, high) in enumerate(zip(q, lower, upper, strict=True), 1)
@@ -123,30 +128,31 @@ def joints_outside(q: Joints, lower: Joints, upper: Joints) -> tuple[int, ...]:
 
 
 def put_inside(q: Joints, lower: Joints, upper: Joints) -> Joints:
-    """Return the joints, each moved to the nearest end of its range if it is outside."""
+    """Return q with each joint that is outside its range moved to the nearer end of the range."""
     return tuple([min(max(x, low), high) for x, low, high in zip(q, lower, upper, strict=True)])
 
 
 def largest_change(a: Joints, b: Joints) -> float:
-    """Return the largest change of any joint between two joint vectors [rad]."""
+    """Return the largest change of a joint from a to b [rad, m]."""
     return max(abs(y - x) for x, y in zip(a, b, strict=True))
 
 
 # --- rates ---------------------------------------------------------------------------------------------------------
 
 Twist = tuple[float, float, float, float, float, float]
-Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n numbers
-Demands = tuple[tuple[Joints, float], ...]  # required sums of all joints of a redundant arm: weights, value
+Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows (vx, vy, vz, wx, wy, wz) of n numbers
+# for a redundant arm: weights of a sum of all joints, and its required value
+Demands = tuple[tuple[Joints, float], ...]
 
-MAX_RATE_ERROR = 1e-5  # allowed fraction of error of the joint rates while a line is planned
-AT_REST = 1e-9  # [m/s, rad/s] smaller demands in a lost direction are rounding
+MAX_RATE_ERROR = 1e-5  # maximum relative error of the joint rates that is accepted while a straight line is planned
+AT_REST = 1e-9  # [m/s, rad/s] in a singular pose, a smaller velocity in the direction that is lost counts as 0
 
 
 class Singularity(NamedTuple):
-    """The distances of a pose from the singularities, from 0 (singular) to 1 (as far as possible).
+    """How far a pose is from each singularity, from 0 (singular) to 1 (as far as possible).
 
-    `shoulder`: the distance of the wrist from axis 1, divided by the arm's length. `elbow`: |sin psi| of the angle psi
-    between upper arm and forearm. `wrist`: |sin q5|.
+    `shoulder`: the distance of the wrist from axis 1, divided by the arm's length. `elbow`: |sin psi|, with psi the
+    angle between upper arm and forearm. `wrist`: |sin q5|.
     """
 
     shoulder: float
@@ -159,24 +165,28 @@ class Singularity(NamedTuple):
 
 
 def beyond(rate: Twist, bias: Twist) -> Twist:
-    """Return the part of a tool's derivative that the next derivative of the joints must produce: `rate` minus
-    `bias`.
+    """Return `rate` minus `bias`: the part of a tool's acceleration (or jerk) that joint accelerations (or jerks) must
+    produce. `bias` is the part that lower derivatives of the joints cause.
     """
     vx, vy, vz, wx, wy, wz = rate
     ax, ay, az, bx, by, bz = bias
     return vx - ax, vy - ay, vz - az, wx - bx, wy - by, wz - bz
 
 
-# --- walks of redundant joints along a line (`numeric.arm`) --------------------------------------------------------
+# --- walks: small steps of a redundant arm along a line (`numeric.arm`)
+# --------------------------------------------------------
 
-Asked = tuple[tuple[int, float], ...]  # indexes of joints, with their values at the end: each has a guide of its own
+# (index, value at the end of the line) of each redundant joint with a prescribed end value
+Asked = tuple[tuple[int, float], ...]
 
 
 class Walk(Struct, frozen=True):
-    """A walk along a line, which determines the guides of a redundant arm.
+    """The result of small steps along a straight line (a walk). It determines the guides of a redundant arm: weighted
+    sums of joints whose values are prescribed along the line.
 
-    `end`: the joints at the end of the walk. `weights`: one row for each guide. `margin`: the least distance of any
-    joint from the ends of its range, as a fraction of the range. `arrives`: whether the walk reaches the last pose.
+    `end`: the joints at the end of the walk. `weights`: the weights of all joints in each guide. `margin`: the least
+    distance of any joint from the ends of its range during the walk, as a fraction of the range. `arrives`: whether the
+    walk reaches the last pose.
     """
 
     end: Joints
@@ -191,24 +201,26 @@ class Walk(Struct, frozen=True):
 
 # --- configurations ------------------------------------------------------------------------------------------------
 #
-# The configurations in which an arm reaches one location: eight for six joints in the usual arrangements, two for a
-# SCARA. Lee and Ziegler (1984) define them; here they have the words of VAL-II (`sign` +1 is the first of each pair).
-# They do not depend on signs and zeros of the joints, and up is the Z axis of the base:
+# An arm can reach one location in several configurations: eight for six joints in the usual arrangements, two for a
+# SCARA. Lee and Ziegler (1984) define them; here they have the words of VAL-II (the first word of each pair has the
+# sign +1). The definitions do not depend on the positive directions and zeros of the joints; "up" is the Z axis of the
+# base:
 #
 #     RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen from above along the arm
 #     ABOVE / BELOW     elbow above / below the line from shoulder to wrist
-#     NOFLIP / FLIP     joint 5, from where the hand points along the forearm, positive (or zero) / negative
+#     NOFLIP / FLIP     joint 5 positive (or zero) / negative, measured from where the hand points along the forearm
 #
-# An arm in one plane with the axis of joint 1 is RIGHTY if it reaches forward from its shoulder, and LEFTY if it
-# reaches back over it. If the shoulder is on the axis, it is RIGHTY if joint 2, turning positively, raises the wrist,
-# else LEFTY. On a PUMA these definitions agree. The module of each closed form explains the words for other arms.
+# An arm that moves in a plane through the axis of joint 1 is RIGHTY if it reaches forward from its shoulder, and LEFTY
+# if it reaches back over the shoulder. If the shoulder is on this axis, the arm is RIGHTY if a positive turn of joint 2
+# raises the wrist, else LEFTY. On a PUMA these definitions agree. The module of each closed form explains the words for
+# other arms.
 
 
 class Arm(Enum):
     RIGHTY = 1
     LEFTY = -1
 
-    __hash__ = object.__hash__  # faster than the hash of Enum, which is a function in Python
+    __hash__ = object.__hash__  # faster than the hash function of Enum, which is written in Python
 
 
 class Elbow(Enum):
@@ -226,11 +238,11 @@ class Wrist(Enum):
 
 
 Flag = Arm | Elbow | Wrist
-ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
+ARM, ELBOW, WRIST = 4, 2, 1  # bits of `Configuration.index`, set for LEFTY, BELOW and FLIP
 
 
 class ArmWords(Struct, frozen=True):
-    """The words for arm, elbow and wrist; None for a choice that the robot does not have."""
+    """The VAL-II words of a configuration for arm, elbow and wrist; None where the robot has no such choice."""
 
     arm: Arm | None = None
     elbow: Elbow | None = None
@@ -242,8 +254,9 @@ class ArmWords(Struct, frozen=True):
 
 
 class Configuration(ArmWords, frozen=True, kw_only=True):
-    """The words for arm, elbow and wrist; None for a choice that the robot does not have. `signs`: the words as +1.0
-    or -1.0, for formulas. `index`: the index in ALL. Replies on the wire contain these fields.
+    """A configuration of an arm: its VAL-II words for arm, elbow and wrist; None where the robot has no such choice.
+    `signs`: the words as +1.0 or -1.0, for formulas. `index`: the index in ALL. Replies to clients contain these
+    fields.
     """
 
     signs: tuple[float, float, float]
@@ -264,7 +277,7 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
         return Configuration.of(self.arm, self.elbow, Wrist.FLIP if self.wrist is Wrist.NOFLIP else Wrist.NOFLIP)
 
     def with_flag(self, flag: Flag) -> Configuration:
-        """Return the configuration with one word changed."""
+        """Return the configuration in which `flag` replaces the word of its pair."""
         return Configuration.of(
             flag if isinstance(flag, Arm) else self.arm,
             flag if isinstance(flag, Elbow) else self.elbow,
@@ -272,13 +285,13 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
         )
 
     def has(self, asked: Configuration) -> bool:
-        """Return whether the configuration has the words of `asked`. Words for choices that the robot does not have are
-        ignored.
+        """Return whether the configuration has all words in `asked`. Words of `asked` for a choice that the robot does
+        not have are ignored.
         """
         return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
-        """Return the words of this configuration that no other of these configurations has."""
+        """Return the words of this configuration that none of the configurations `others` has."""
         return tuple(
             flag.name
             for i, flag in enumerate(self.flags)
@@ -289,18 +302,21 @@ class Configuration(ArmWords, frozen=True, kw_only=True):
         return " ".join(flag.name for flag in self.flags if flag is not None)
 
 
-WRIST_SINGULAR = 1e-6  # [rad] joint 5 is straight below this angle: FLIP and NOFLIP meet
-NONE = Configuration.of()  # for an arm with one configuration, or with more configurations than words can name
+# [rad] below this angle of joint 5 the wrist counts as straight, where FLIP and NOFLIP are the same
+WRIST_SINGULAR = 1e-6
+# the configuration without words: of an arm with one configuration, or with more than words can name
+NONE = Configuration.of()
 SIDES: tuple[Configuration, ...] = tuple(
     map(Configuration.of, Arm)
-)  # for an arm that only has the choice of the arm word, such as a SCARA
+)  # RIGHTY and LEFTY: the configurations of an arm without elbow and wrist words, such as a SCARA
 ALL: tuple[Configuration, ...] = tuple(Configuration.of(a, e, w) for a, e, w in product(Arm, Elbow, Wrist))
 
 
 class Profile(Enum):
-    """Velocity profiles: each word of VAL-II with its word in files and its meaning. The first profile is the default.
+    """The velocity profiles. The name of each is the word in VAL-II, its value the word in files, and `summary`
+    explains it to users. The first profile is the default.
 
-    Each profile has a file of the same name in `trajectory/laws`.
+    A file named after each profile in `trajectory/laws` implements it.
     """
 
     LSPB = "lspb", "linear with parabolic blends"

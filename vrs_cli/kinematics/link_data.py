@@ -1,8 +1,8 @@
-"""Represent the shapes and masses of links, and read and write them as tables of plain data.
+"""Define the shapes and masses of links, and read and write them as tables of plain data.
 
-Link 0 is the base, link i is what joint i moves; its frame is `model.link_frames(model, q)[i]`. Each shape and each
-link's masses have a table in a robot's TOML file and in the header of a trajectory file. SI units; a TOML file has
-millimetres and degrees.
+Link 0 is the base, and link i is moved by joint i; its frame is `model.link_frames(model, q)[i]`. A robot's TOML file
+and the header of a trajectory file have one table for each shape, and one for the masses of each link. Units are SI; a
+TOML file has millimetres and degrees.
 """
 
 from __future__ import annotations
@@ -19,18 +19,20 @@ from vrs_cli.kinematics import transform
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, PLAIN, POSITIVE, TINY, DataReader, Quantity
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 
-MAX_SHAPES = 1000  # maximum number of shapes of a robot
+MAX_SHAPES = 1000  # maximum number of shapes that a file may give a robot
 
 
 class Box(NamedTuple):
-    """A box about the origin of `pose`."""
+    """A box with the edge lengths `size` [m], centred on the origin of the frame `pose`, in the frame of the link."""
 
     size: Vector
     pose: Transform = IDENTITY
 
 
 class Cylinder(NamedTuple):
-    """A cylinder between the centres of its ends, or a cone if its two radii differ."""
+    """A cylinder from `start` to `end`, the centres of its ends, with a radius at each end [m]; a truncated cone if the
+    radii differ.
+    """
 
     start: Vector
     end: Vector
@@ -38,7 +40,9 @@ class Cylinder(NamedTuple):
 
 
 class Capsule(NamedTuple):
-    """The convex hull of two balls; one ball if both have the same centre."""
+    """The convex hull of two balls with the centres `start` and `end` and a radius each [m]; a single ball if both
+    centres are the same.
+    """
 
     start: Vector
     end: Vector
@@ -46,7 +50,9 @@ class Capsule(NamedTuple):
 
 
 class Slab(NamedTuple):
-    """The convex hull of two discs perpendicular to `across`, each with its radius; the thickness tapers."""
+    """The convex hull of two discs perpendicular to the direction `across`, with centres `start` and `end`, and with a
+    radius and a thickness each [m].
+    """
 
     start: Vector
     end: Vector
@@ -56,7 +62,7 @@ class Slab(NamedTuple):
 
 
 class MeshFile(NamedTuple):
-    """Triangles in a file (STL, OBJ, DAE). The file may be missing on the machine that shows the robot."""
+    """A triangle mesh in a file (STL, OBJ, DAE). The file may be missing on the machine that displays the robot."""
 
     path: str
     pose: Transform = IDENTITY
@@ -67,9 +73,9 @@ Body = Box | Cylinder | Capsule | Slab | MeshFile
 
 
 class Opening(NamedTuple):
-    """Motion of a hand's part from closed to open, in the frame of its link.
+    """The motion of a part of the hand while the hand opens completely, in the frame of the link that carries it.
 
-    The part slides by `slide` [m] and turns about an axis through `point` by the vector `turn` [rad].
+    The part slides by `slide` [m] and turns by the rotation vector `turn` [rad] about an axis through `point` [m].
     """
 
     slide: Vector = (0.0, 0.0, 0.0)
@@ -77,7 +83,7 @@ class Opening(NamedTuple):
     point: Vector = (0.0, 0.0, 0.0)
 
     def at(self, hand: float) -> Transform:
-        """Return the motion at an opening from 0 (closed) to 1 (open)."""
+        """Return the motion from the closed hand to the opening `hand`, from 0 (closed) to 1 (open)."""
         x, y, z = self.turn
         if not any(self.turn):
             return transform.translation(*transform.scaled_vector(self.slide, hand))
@@ -90,8 +96,9 @@ class Opening(NamedTuple):
 
 
 class LinkShape(NamedTuple):
-    """A body of a link. `opens`: the motions of the joints between the link and a part of the hand, measured from the
-    closed hand, in the order of the joints from the link outward."""
+    """A shape fixed to a link, or to a part of the hand that the link carries. `opens`: for a part of the hand, the
+    motions of all joints between the link and the part from closed to open, in the order from the link outward.
+    """
 
     link: int
     body: Body
@@ -100,7 +107,9 @@ class LinkShape(NamedTuple):
 
 
 def opening_motion(openings: Iterable[Opening], hand: float) -> Transform:
-    """Return the motion of a hand's part at an opening from 0 (closed) to 1 (open), in the frame of its link."""
+    """Return the motion of a part of the hand from the closed hand to the opening `hand`, from 0 (closed) to 1 (open),
+    in the frame of the link that carries it.
+    """
     return reduce(transform.compose, (opening.at(hand) for opening in openings), IDENTITY)
 
 
@@ -119,7 +128,7 @@ COLOURS = {
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """Return the red, green and blue of a name in COLOURS or of #rrggbb."""
+    """Return red, green and blue (0 to 255) for a name in COLOURS or a text #rrggbb."""
     if colour in COLOURS:
         return COLOURS[colour]
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
@@ -129,7 +138,7 @@ SIZE = Quantity("mm", positive=True)
 
 
 class Keys(NamedTuple):
-    """The keys that a kind of shape must have, and the keys that it may have."""
+    """The keys that the table of a kind of shape must have, and the keys that it may have."""
 
     needed: tuple[str, ...]
     options: tuple[str, ...] = ()
@@ -140,9 +149,11 @@ KINDS: Mapping[str, Keys] = {
     "cylinder": Keys(("from", "to", "radius")),
     "capsule": Keys(("from", "radius"), ("to",)),
     "slab": Keys(("from", "to", "across", "radius", "thickness")),
-    "mesh": Keys(("file",), ("at", "scale", "glb")),  # `glb`: the address on a server, for clients
+    # `glb`: the address from which clients of a server download the mesh
+    "mesh": Keys(("file",), ("at", "scale", "glb")),
 }
-BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the name of a kind of shape, and a key for each field
+# the name of each kind of shape, then the key of each of its fields
+BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {
     Box: ("box", "size", "at"),
     Cylinder: ("cylinder", "from", "to", "radius"),
     Capsule: ("capsule", "from", "to", "radius"),
@@ -157,7 +168,7 @@ ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 
 
 def shape_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
-    """Return one table for each shape, in metres."""
+    """Convert shapes to plain data: one table for each, in metres."""
     tables = list[dict[str, Any]]()
     for shape in shapes:
         kind, *keys = BODY_KEYS[type(shape.body)]
@@ -179,11 +190,11 @@ def shape_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
 
 
 class ShapeReader(DataReader, frozen=True):
-    """Makes shapes from tables. Paths of mesh files are relative to the folder of the file that names them."""
+    """Reads shapes from tables. Paths of mesh files are relative to the folder of the robot file."""
 
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
-        """Return the shapes of a robot with the given number of joints. `key`: the key of the tables. Raises
-        FileDamaged.
+        """Check tables of shapes of a robot with this number of joints, and return the shapes. `key`: the key of the
+        tables in the file, for errors. Raises FileDamaged.
         """
         if not isinstance(data, list | tuple):
             raise self.wrong(key, "is not a list of tables", f"write one [[{key}]] table for each shape")
@@ -210,9 +221,10 @@ class ShapeReader(DataReader, frozen=True):
         return LinkShape(link, self.body(kind, table, key), colour, opens)
 
     def openings(self, data: object, key: str) -> tuple[Opening, ...]:
-        """Return openings from [x, y, z] for a part that one joint slides, else from one table for each joint.
+        """Return the opening motions of a part of the hand. `data`: the displacement [x, y, z] of a part that only
+        slides, or a table for each joint that moves it.
 
-        The vector of a turn has the direction of the axis, and the angle as its length.
+        The rotation vector of a joint has the direction of its axis and the length of its angle.
         """
         tables = [data] if isinstance(data, Mapping) else data
         if not isinstance(tables, list | tuple) or not tables or not all(isinstance(one, Mapping) for one in tables):
@@ -234,12 +246,13 @@ class ShapeReader(DataReader, frozen=True):
         if kind == "box":
             return Box(self.three(table["size"], f"{key}: size", SIZE), at)
         if kind == "mesh":
-            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)  # negative: mirrored
+            # a negative factor mirrors the mesh
+            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)
             if min(map(abs, scale)) < TINY:
                 raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
             file = self.word(
                 table["file"], f"{key}: file"
-            )  # the absolute path in a user's file; unchanged in a robot's data
+            )  # in a user's file, make the path absolute; in data of a running robot, keep it
             return MeshFile(str(Path(self.file).absolute().parent / file) if self.human else file, at, scale)
         start = self.point(table["from"], f"{key}: from")
         end = self.point(table["to"], f"{key}: to") if "to" in table else start
@@ -266,7 +279,7 @@ class ShapeReader(DataReader, frozen=True):
         return x, y, z
 
     def pair(self, data: object, key: str) -> tuple[float, float]:
-        """Return the sizes at both ends; a single number counts for both."""
+        """Return the sizes (radius or thickness) at both ends of a shape; a single number is the size at both."""
         values = data if isinstance(data, list | tuple) else (data, data)
         if len(values) != 2:
             raise self.wrong(key, f"is a list of {len(values)}", "give one number, or that at `from` and that at `to`")
@@ -286,12 +299,12 @@ DRIVE_KEYS: Mapping[str, Quantity] = {
 
 
 class LinkMasses(NamedTuple):
-    """The masses of a link and the drive of its joint; None for an unknown figure.
+    """The mass and inertia of a link, and the data of the drive of its joint; None where a value is unknown.
 
-    Mass [kg], centre [m] and inertia about the centre [kg m2] are in the frame of the link. The inertia of the rotor
-    [kg m2], the viscous [N m s/rad] and the Coulomb friction [N m] are those of the motor, which makes `gear` turns for
-    one turn of the joint. `max_torque` is at the joint [N m]. For a joint that slides, torques at the joint are forces,
-    and `gear` is in radians of the motor for each metre.
+    The mass [kg], its centre [m] and the inertia about this centre [kg m2] are in the frame of the link. The rotor
+    inertia [kg m2], viscous friction [N m s/rad] and Coulomb friction [N m] are measured at the motor, which makes
+    `gear` turns for one turn of the joint. `max_torque` is measured at the joint [N m]. For a prismatic joint, torques
+    at the joint are forces [N], and `gear` is in radians of the motor per metre.
     """
 
     mass: float | None = None
@@ -305,16 +318,18 @@ class LinkMasses(NamedTuple):
 
 
 def mass_tables(masses: Iterable[LinkMasses]) -> list[dict[str, Any]]:
-    """Return one table for each link, in metres."""
+    """Convert masses to plain data: one table for each link, in SI units, without unknown values."""
     rows = (one._asdict().items() for one in masses)
     return [{key: list(x) if isinstance(x, tuple) else x for key, x in row if x is not None} for row in rows]
 
 
 class MassReader(DataReader, frozen=True):
-    """Makes masses from tables."""
+    """Reads the masses of links from tables."""
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
-        """Return the masses of all links. Raises FileDamaged."""
+        """Check the tables of masses, one for each of the links that joints move, and return the masses. Raises
+        FileDamaged.
+        """
         if not isinstance(data, list | tuple) or len(data) != joints:
             found = f"there are {len(data)}" if isinstance(data, list | tuple) else "is not a list of tables"
             raise self.wrong("masses", found, f"write one [[masses]] table for each of the {joints} links")

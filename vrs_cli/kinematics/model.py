@@ -1,11 +1,12 @@
 """Describe a robot as data: axes, links, limits, nominal speeds, named poses, and the part of a pose that counts.
 
-The whole pose counts for six joints, a part of it for an arm that cannot reach every pose. A file that names no task
-gets the task that fits (`model_data.fitting_task`). The whole pose may also count for four or five joints: such an arm
-accepts the poses that it can reach and refuses all other poses.
+For six joints the whole pose counts; for an arm that cannot reach every pose only a part of it, which is the arm's task
+(`ArmTask`). If a file names no task, the task that fits the arm is chosen (`model_data.fitting_task`). The whole pose
+may also count for an arm of four or five joints: it then accepts the poses that it can reach and refuses all others.
 
-Two arms with the same arrangement of axes differ only in directions, zeros and frames. So a closed form is written once
-for an arrangement, and solves any robot with this arrangement (`chain_of`).
+Robots whose axes have the same arrangement differ only in the positive directions and zeros of their joints, and in
+their base and flange frames. So a closed form is written once for each arrangement, and `chain_of` converts any robot
+with this arrangement to it.
 """
 
 from __future__ import annotations
@@ -40,21 +41,21 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
 
-PARALLEL = 1e-8  # [rad] angle between axes that count as parallel
-EXACT = 1e-9  # [rad, m] tolerance for angles and lengths of a closed form
+PARALLEL = 1e-8  # [rad] axes at a smaller angle to each other count as parallel
+EXACT = 1e-9  # [rad, m] maximum difference of angles and lengths from those that a closed form requires
 
 
 class AxisLine(NamedTuple):
-    """A point on an axis [m], and the direction of the axis, of length one."""
+    """The line of a joint axis: a point on it [m], and its direction as a unit vector."""
 
     point: Vector
     direction: Vector
 
 
 class Link(NamedTuple):
-    """A link by standard Denavit-Hartenberg parameters: Rz(theta) Tz(d) Tx(a) Rx(alpha) [m, rad].
+    """A link, described by standard Denavit-Hartenberg parameters: Rz(theta) Tz(d) Tx(a) Rx(alpha) [m, rad].
 
-    The joint's value is added to theta if it turns, to d if it slides.
+    The value of the joint is added to theta if it is revolute, to d if it is prismatic.
     """
 
     a: float
@@ -65,7 +66,9 @@ class Link(NamedTuple):
 
 
 class Chain(Struct, frozen=True):
-    """T_base_flange(q) = base . links(signs * q) . flange, with one sign, +1.0 or -1.0, for each joint."""
+    """The kinematics of a robot as a product of transforms: T_base_flange(q) = base . links(signs * q) . flange, with a
+    sign, +1.0 or -1.0, for each joint.
+    """
 
     base: Transform
     links: tuple[Link, ...]
@@ -73,7 +76,7 @@ class Chain(Struct, frozen=True):
     signs: Joints
 
     def of(self, q: Joints) -> Joints:
-        """Return the link variables for joints of the robot: theta of a link that turns, d of one that slides."""
+        """Convert joint values of the robot to link variables: theta for a revolute joint, d for a prismatic joint."""
         return tuple(
             s * x + (link.d if link.kind is JointKind.PRISMATIC else link.theta)
             for s, x, link in zip(self.signs, q, self.links, strict=True)
@@ -81,7 +84,7 @@ class Chain(Struct, frozen=True):
 
 
 def link_transform(link: Link, q: float) -> Transform:
-    """Return T_previous_link of one joint at q."""
+    """Return T_previous_link, the pose of a link's frame in the previous frame, at the joint value q [rad, m]."""
     turns = link.kind is JointKind.REVOLUTE
     theta, d = (link.theta + q, link.d) if turns else (link.theta, link.d + q)
     c, s = cos(theta), sin(theta)
@@ -94,7 +97,7 @@ def link_transform(link: Link, q: float) -> Transform:
 
 
 def axis_of(T: Transform) -> AxisLine:
-    """Return the z axis of a frame."""
+    """Return the line along the z axis of a frame."""
     return AxisLine(position(T), (T.ax, T.ay, T.az))
 
 
@@ -104,7 +107,9 @@ def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
 
 
 class _Step(Struct, frozen=True):
-    """Frame i and the step to it from frame i - 1: the origin slides along the axis of frame i - 1 to `foot` first."""
+    """Link frame i, and the way to it from frame i - 1. `x`, `z`, `origin`: the axes and the origin of frame i. `foot`:
+    the point of axis i - 1 that is nearest to axis i. `alpha`, `a`: the angle and the distance between both axes.
+    """
 
     x: Vector
     z: Vector
@@ -120,11 +125,12 @@ def chain_of(
     T_base_flange: Transform,
     alphas: Sequence[float | None] | None = None,
 ) -> Chain | None:
-    """Return links that have these axes, and T_base_flange, while all joints are 0.
+    """Find Denavit-Hartenberg links whose axes are `axes`, and whose flange is at `T_base_flange`, while all joints are
+    0.
 
-    `alphas`: the alphas of all joints but the last; None for any angle. If they are given, axes may be reversed and
-    normals are chosen so that the links have these alphas, and `a` is never below zero between parallel axes. None if
-    that is impossible.
+    `alphas`: the required alphas of all links but the last; None in place of an alpha accepts any angle. If alphas are
+    given, axes are reversed and normals chosen so that the links have these alphas, and `a` is never negative between
+    parallel axes. Return None if no choice gives these alphas.
     """
     z, origin = axes[0].direction, axes[0].point
     steps: list[_Step] = []
@@ -149,7 +155,9 @@ def chain_of(
 
 
 def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: float | None) -> _Step | None:
-    """Return the step from the axis z through `origin` to the next axis; None if it is not at the angle `alpha`."""
+    """Return the step from the axis with direction z through `origin` to the next axis; None if the axes are not at the
+    angle `alpha`. `x`: the previous normal, used if the axes coincide.
+    """
     turn = cross(z, axis.direction)
     sine, cosine = sqrt(dot(turn, turn)), dot(z, axis.direction)
     if sine < PARALLEL:
@@ -160,7 +168,7 @@ def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: fl
     found = atan2(sine, cosine)
     if alpha is not None and abs(found - alpha) > EXACT:
         return None
-    between = vector_difference(axis.point, origin)  # the foot of the common normal on each axis, by Cramer's rule
+    between = vector_difference(axis.point, origin)  # Cramer's rule gives the foot of the common normal on each axis
     p, q = dot(between, z), dot(between, axis.direction)
     foot = along(origin, z, (p - cosine * q) / (sine * sine))
     onto = along(axis.point, axis.direction, (cosine * p - q) / (sine * sine))
@@ -192,22 +200,24 @@ def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha
 
 
 ALL_PARTS = 6
-FEWEST = 4  # minimum number of joints of an arm whose whole pose may count, though it cannot reach every pose
+FEWEST = 4  # an arm with fewer joints cannot have the task POSE; arms of 4 or 5 joints can, but do not reach every pose
 
 
 class ArmTask(Enum):
-    """The part of a pose that counts for an arm. `value` is the word in a robot file.
+    """The part of a pose that an arm must reach (the part that "counts"). `value` is the word in a robot file.
 
-    `counts`: whether X, Y, Z of the robot's frame and the turns about X, Y, Z of the flange count. The arm chooses the
-    parts that do not count. POINT and PLANE have the plane X Y here; `RobotModel.counts` has the plane of a robot.
+    `counts`: six values, which say whether the coordinates X, Y, Z in the robot's frame and the rotations about X, Y, Z
+    of the flange count. The arm chooses the parts that do not count. For POINT and PLANE the values are those of an arm
+    that moves in the plane X Y; `RobotModel.counts` has those for the plane of a given robot.
     """
 
     POSE = "pose"
-    POINTING = "pointing"  # the position and the direction of the flange, not its turn about its axis
-    UPRIGHT = "upright"  # the position and the turn about the flange's axis, which keeps its direction (a SCARA)
-    STEADY = "steady"  # the position, and the orientation as nearly as the arm can reach it
+    POINTING = "pointing"  # the position and the direction of the flange's Z axis, but not the rotation about it
+    # the position and the rotation about the flange's Z axis, which has a constant direction (a SCARA)
+    UPRIGHT = "upright"
+    STEADY = "steady"  # the position exactly, and the orientation as closely as the arm can reach it
     POSITION = "position"  # the position only
-    PLANE = "plane"  # the position in the plane of the arm and the turn in this plane
+    PLANE = "plane"  # the position in the plane of the arm and the rotation in this plane
     POINT = "point"  # the position in the plane of the arm only
 
     @property
@@ -216,12 +226,12 @@ class ArmTask(Enum):
 
     @property
     def turns(self) -> bool:
-        """Return whether any turn counts."""
+        """Return whether any rotation counts."""
         return any(self.counts[3:])
 
     @property
     def size(self) -> int:
-        """Return the number of joints that can do the task everywhere."""
+        """Return the number of joints that an arm needs for the task."""
         return FEWEST if self is ArmTask.STEADY else sum(self.counts)
 
     def suits(self, joints: int) -> bool:
@@ -234,7 +244,7 @@ class ArmTask(Enum):
 _PARTS = {
     ArmTask.POSE: "111111",
     ArmTask.POINTING: "111110",
-    ArmTask.STEADY: "111111",  # the turns count, but may be reached only approximately
+    ArmTask.STEADY: "111111",  # the rotations count, but need to be reached only as closely as possible
     ArmTask.UPRIGHT: "111001",
     ArmTask.POSITION: "111000",
     ArmTask.PLANE: "110001",
@@ -244,23 +254,25 @@ _PARTS = {
 
 PROFILES = tuple(Profile.__members__)  # the default profile is first
 STILL = (0.0, 0.0, 0.0)
-LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] allowed distance from the arm's plane and tilt, for three decimals
+# [m, rad] allowed distance from the arm's plane, and allowed tilt: poses typed with three decimals are not exact
+LEVEL, STRAIGHT = 1e-5, 2e-4
 SEED = 560
-MEASURED = 16  # number of sample poses for measuring freedoms
+MEASURED = 16  # number of sample poses over which `freedom` and similar measures are averaged
 SAMPLES = (
     0.05,
     0.3,
     0.45,
     0.7,
     0.9,
-)  # fractions of joint ranges, for poses that show what an arm cannot change
+)  # fractions of the joint ranges: parts of a pose that are equal at all these joints count as unchangeable
 
 
 class Origin(Struct, frozen=True):
-    """The source of a model, as shown to users.
+    """The source of a model that was read from a URDF file, as shown to users.
 
     `base`, `tip`: the links at both ends of the arm in the file. `joints`, `types`: the names and types of the joints.
-    `fingers`: the joints of the hand. `notes`: choices that the file does not determine.
+    `fingers`: the joints of the hand. `notes`: texts about choices that vrs made because the file does not determine
+    them.
     """
 
     base: str
@@ -271,19 +283,20 @@ class Origin(Struct, frozen=True):
     notes: tuple[str, ...] = ()
 
 
-NOT_COMPARED = 3  # number of fields at the end of a model that do not count when models are compared
+NOT_COMPARED = 3  # number of fields at the end of a model that `==` ignores
 
 
 class _ModelData(NamedTuple):
-    """One robot. For each joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk.
+    """The data of a robot. `lower` to `max_jerk` have a value for each joint: limits [rad, m], maximum velocity [rad/s,
+    m/s], acceleration and jerk.
 
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The linear [m/s, m/s2, m/s3] and
-    angular [rad/s, rad/s2, rad/s3] figures of the tool are those of a straight line at SPEED 100. `profile`: the
-    initial PARAMETER PROFILE. `shapes`: the looks, if the file gives them (`bodies.shapes_of` returns shapes for any
-    robot). `collision`: shapes for contacts, if they differ. `hand_width`: the width of the open hand [m], 0 if
-    unknown. `masses`: one row for each link, if the file gives them (`twin.inertia` has those of built-in robots).
-    `origin`: the source, for a file that names its links and joints. `names_task`: whether the file names the task.
-    Models that differ only in the last three are equal.
+    angular [rad/s, rad/s2, rad/s3] values are the limits of the tool on a straight line at SPEED 100. `profile`: the
+    initial value of PARAMETER PROFILE. `shapes`: the visible shapes, if the file has them (`bodies.shapes_of` returns
+    shapes for any robot). `collision`: the shapes for contact detection, if they differ from `shapes`. `hand_width`:
+    the width of the open hand [m], 0 if unknown. `masses`: the masses of each link, if the file has them
+    (`twin.inertia` has those of built-in robots). `origin`: the source, for a URDF file. `names_task`: whether the file
+    names the task. Models that differ only in the last three fields are equal.
     """
 
     name: str
@@ -314,7 +327,7 @@ class _ModelData(NamedTuple):
 
 
 class RobotModel(_ModelData):
-    """One robot, with figures that follow from its data."""
+    """A robot: its data, and values computed from the data."""
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, RobotModel) and self[:-NOT_COMPARED] == other[:-NOT_COMPARED]
@@ -331,10 +344,11 @@ class RobotModel(_ModelData):
 
     @cached_property
     def counts(self) -> tuple[bool, ...]:
-        """Return which parts of a pose count: `ArmTask.counts` in the plane of the arm.
+        """Return which parts of a pose count for this robot: `ArmTask.counts`, adapted to the plane in which the arm
+        moves.
 
-        For POINT and PLANE these are the two coordinates that determine a position in this plane, and the turn about
-        the axis of the flange that is nearest to the normal of the plane.
+        For POINT and PLANE, two coordinates that determine the position in this plane count; for PLANE also the
+        rotation about the axis of the flange that is nearest to the normal of the plane.
         """
         counts, normal = self.task.counts, plane_normal(self)
         if self.task not in (ArmTask.POINT, ArmTask.PLANE) or normal is None:
@@ -346,34 +360,34 @@ class RobotModel(_ModelData):
 
     @cached_property
     def units(self) -> JointUnits:
-        """Return the converter of joint values to degrees and millimetres."""
+        """Return an object that converts joint values to degrees and millimetres."""
         return JointUnits(tuple(link.kind for link in self.links))
 
     def joint_text(self, joint: int, x: float, decimals: int = 2) -> str:
-        """Return the value of a joint (counted from 1) for a message."""
+        """Return the value x [rad, m] of a joint (counted from 1) as a text with its unit."""
         return f"{self.units.one_shown(joint, x):z.{decimals}f} {self.units.unit(joint)}"
 
     def range_of(self, joint: int, decimals: int = 2) -> str:
-        """Return the range of a joint (counted from 1) for a message."""
+        """Return the range of a joint (counted from 1) as a text with its unit."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
         return f"{low:z.{decimals}f} to {self.joint_text(joint, self.upper[joint - 1], decimals)}"
 
     def refuse_joint(self, joint: int, x: float, hint: str = "") -> JointOutOfRange:
-        """Return the error for a joint (counted from 1) that would be at x [rad or m]."""
+        """Return the error for a joint (counted from 1) whose value x would be out of range [rad, m]."""
         detail = f"would be {self.joint_text(joint, x)}, its range is {self.range_of(joint)}"
         lower, upper = self.lower[joint - 1], self.upper[joint - 1]
         return JointOutOfRange(detail, hint, joint=joint, value=x, lower=lower, upper=upper)
 
 
 def joint_axes(model: RobotModel) -> tuple[AxisLine, ...]:
-    """Return the axes of the joints in the base frame, while all joints are 0."""
+    """Return the axis of each joint in the base frame while all joints are 0."""
     return tuple(map(axis_of, link_frames(model, (0.0,) * model.joint_count)[:-1]))
 
 
 def plane_normal(model: RobotModel) -> Vector | None:
-    """Return the normal of the plane in which an arm moves; None for other arms.
+    """Return the normal of the plane in which an arm moves; None if the arm does not move in one plane.
 
-    Its joints turn about the normal or slide perpendicular to it.
+    An arm moves in one plane if each joint turns about its normal or slides perpendicular to it.
     """
     axes = list(zip(joint_axes(model), model.units.kinds, strict=True))
     turning = [axis.direction for axis, kind in axes if kind is JointKind.REVOLUTE]
@@ -387,7 +401,7 @@ def plane_normal(model: RobotModel) -> Vector | None:
 
 
 def flange_steady(model: RobotModel) -> bool:
-    """Return whether the flange keeps its direction, as on a SCARA or a gantry."""
+    """Return whether the Z axis of the flange has the same direction in all poses, as on a SCARA or a gantry."""
     ranges = list(zip(model.lower, model.upper, strict=True))
     poses = (tuple(low + part * (high - low) for low, high in ranges) for part in SAMPLES)
     first, *others = (axis_of(link_frames(model, q)[-1]).direction for q in poses)
@@ -395,20 +409,26 @@ def flange_steady(model: RobotModel) -> bool:
 
 
 def link_frames(model: RobotModel, q: Joints) -> tuple[Transform, ...]:
-    """Return T_base_0, T_base_1, ... T_base_flange, n + 1 frames; joint i turns about z of frame i - 1."""
+    """Return the n + 1 frames T_base_0, T_base_1, ... T_base_flange at joints q. The axis of joint i is z of frame i -
+    1.
+    """
     steps = (link_pose(model, i, x) for i, x in enumerate(q, 1))
     return tuple(accumulate(steps, compose, initial=model.base))
 
 
 def link_pose(model: RobotModel, i: int, x: float) -> Transform:
-    """Return T_i-1_i of joint i (counted from 1) at x [rad, m]; for the last joint T_i-1_flange."""
+    """Return T_i-1_i, the pose of link i in the previous frame, if joint i (counted from 1) is at x [rad, m]; for the
+    last joint return T_i-1_flange.
+    """
     T = link_transform(model.links[i - 1], x)
     return compose(T, model.flange) if i == model.joint_count else T
 
 
 def some_joints(model: RobotModel) -> Iterator[Joints]:
-    """Yield an infinite sequence of joints in their ranges, always the same for the same model."""
-    from random import Random  # here because few robots are measured
+    """Yield an infinite pseudo-random sequence of joint vectors within the ranges; it is always the same for the same
+    model.
+    """
+    from random import Random  # imported here because few robots need sample poses
 
     random, limits = Random(SEED), list(zip(model.lower, model.upper, strict=True))
     while True:
@@ -416,10 +436,11 @@ def some_joints(model: RobotModel) -> Iterator[Joints]:
 
 
 def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:
-    """Return a point on the axis of joint 1, and for each axis the greatest distance of the flange from it [m].
+    """Return a point on the axis of joint 1, and for each axis an upper bound of the flange's distance from it (its
+    lever) [m].
 
-    The walk goes from the flange to its foot on the last axis, from there to the foot on the axis before, and so on.
-    The distance between two feet changes only if a joint slides.
+    A lever is the length of a path: from the flange to the nearest point of the last axis, from there to the nearest
+    point of the previous axis, and so on. These distances change only if a joint slides.
     """
     at, far, found = position(link_frames(model, (0.0,) * model.joint_count)[-1]), 0.0, list[float]()
     rows = zip(joint_axes(model), model.links, model.lower, model.upper, strict=True)

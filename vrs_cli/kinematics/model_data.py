@@ -1,8 +1,8 @@
-"""Read and write a robot model as plain data, checked key by key.
+"""Convert a robot model to plain data and back; check each key of the data.
 
-The dictionaries of `to_dict` and `from_dict` hold metres and radians and keep every bit. A TOML file has the same keys
-in millimetres and degrees. A model whose data names no task gets the task that fits: the part of a pose that its joints
-can change, measured on sample poses in their ranges.
+The dictionaries of `to_dict` and `from_dict` have metres and radians, so that numbers come back exactly. A TOML file
+has the same keys in millimetres and degrees. If the data names no task, the model gets the task that fits: the part of
+a pose that its joints can change, measured on sample poses.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from vrs_cli.kinematics.transform import IDENTITY, Vector, cross, dot
 if TYPE_CHECKING:
     from vrs_cli.kinematics.link_data import LinkMasses, LinkShape
 
-NOTHING = 1e-6  # minimum volume of unit rows (perpendicular: 1): if all poses have less, the arm lacks a motion
-WELL = 0.1  # minimum mean of this volume for a motion that an arm can make well
+NOTHING = 1e-6  # a mean volume (see `_mean`; 1 for perpendicular rows) below this means that the arm lacks a motion
+WELL = 0.1  # minimum mean volume at which the joints can make the motions of a task well
 
-SAID = {  # the part of a location that counts, in words
+SAID = {  # the part of a location that counts for each task, explained to users
     ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
     ArmTask.POINTING: "its place counts and where the tool points, not how it is turned about that",
     ArmTask.UPRIGHT: "its place counts and the turn about the tool's axis, which keeps its direction",
@@ -52,10 +52,10 @@ Rows = list[tuple[float, ...]]
 
 
 def fitting_task(model: RobotModel) -> ArmTask | None:
-    """Return the task that fits an arm; None if it has too few joints and must name its task.
+    """Return the task that fits an arm; None if the arm has too few joints, so that its file must name the task.
 
-    The whole pose counts for four or five joints only if no smaller task fits: the joints cannot reach every position,
-    or some joints have the same effect.
+    For four or five joints the whole pose counts only if no smaller task fits, because the joints cannot reach every
+    position or some joints have the same effect.
     """
     count = model.joint_count
     if count >= ALL_PARTS:
@@ -68,10 +68,10 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
         return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
     if model.joint_count == ArmTask.POINTING.size:
         second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
-        # joints 2 to 4 only tilt the tool in the plane of the arm, so that it cannot point out of the plane
+        # true if joints 2 to 4 have parallel axes: they tilt the tool only in the plane of the arm, never out of it
         keeps_plane = model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
             max(map(abs, cross(second, other))) < 1e-6
-            for other in (third, fourth)  # sine of the angle between axes
+            for other in (third, fourth)  # maximum sine of the angle between parallel axes
         )
         if not keeps_plane and _mean(model, ArmTask.POINTING) > WELL:
             return ArmTask.POINTING
@@ -80,7 +80,7 @@ def fitting_task(model: RobotModel) -> ArmTask | None:
 
 
 def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
-    """Return why an arm cannot have a task, and which task it can have; None if it can have the task."""
+    """Return the reason why an arm cannot have a task, and a hint for the user; None if it can have the task."""
     if not task.suits(model.joint_count):
         joints = f"{FEWEST} or {ALL_PARTS - 1}" if task is ArmTask.STEADY else str(task.size)
         return f"{task.value!r} takes {joints} joints", f"the robot has {model.joint_count}"
@@ -93,17 +93,20 @@ def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
 
 
 def task_notes(model: RobotModel) -> tuple[str, ...]:
-    """Return notes on a task that the file does not name, for an arm that cannot reach every pose."""
+    """Return notes for the user on the chosen task of an arm that cannot reach every pose; empty for other arms. Call
+    this only if the file does not name the task.
+    """
     if not FEWEST <= model.joint_count < ALL_PARTS or model.task not in SAID:
         return ()
     return (f"{model.joint_count} joints: the task is {model.task.value}, {SAID[model.task]}; --task names another",)
 
 
 def _mean(model: RobotModel, task: ArmTask) -> float:
-    """Return how well the joints can change the part of a pose that counts, as a mean over sample poses.
+    """Return how well the joints can change the part of a pose that counts for a task: 0 to 1, as a mean over sample
+    poses.
 
-    The measure is the volume of the rows that count (or of the columns, if there are fewer columns), each scaled to
-    length one.
+    The measure in one pose is the volume that the counting rows of the Jacobian span (or its columns, if there are
+    fewer), each scaled to length one.
     """
     functions, (_, (reach, *_)) = formulas(model.links, model.base, model.flange), levers(model)
     total = 0.0
@@ -151,7 +154,7 @@ URDF_OPTIONS = (
     *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
     *("collision", "hand", "masses", "xacro", "flange"),
 )
-CLOSED = ("lower", "upper")  # the end of the joint ranges at which a hand is closed
+CLOSED = ("lower", "upper")  # accepted words for the end of the joint ranges at which a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
 
 
@@ -159,7 +162,9 @@ TURN, SLIDE = (kind.value for kind in JointKind)
 
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
-    """Return plain data in metres and radians, as in the header of a trajectory file; `from_dict` reads it."""
+    """Convert a model to plain data in metres and radians, as in the header of a trajectory file. `from_dict` reads it
+    back.
+    """
     data: dict[str, Any] = {"name": model.name, "title": model.title}
     data |= {key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY}
     if model.task is not ArmTask.POSE or model.joint_count < ALL_PARTS:
@@ -180,24 +185,28 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
     if model.hand_width:
         data["hand"] = {"width": model.hand_width}
     if model.masses:
-        from vrs_cli.kinematics.link_data import mass_tables  # here because few robots have masses of their own
+        # imported here because few robots have masses in their files
+        from vrs_cli.kinematics.link_data import mass_tables
 
         data["masses"] = mass_tables(model.masses)
     for key, shapes in (("shapes", model.shapes), ("collision", model.collision)):
         if shapes:
-            from vrs_cli.kinematics.link_data import shape_tables  # here because few robots have their own
+            # imported here because few robots have shapes in their files
+            from vrs_cli.kinematics.link_data import shape_tables
 
             data[key] = shape_tables(shapes)
     return data
 
 
 def from_dict(data: object, where: str = "robot model") -> RobotModel:
-    """Return the model of a dictionary in metres and radians. Raises FileDamaged with `where` and the key."""
+    """Make a model from plain data in metres and radians. `where`: the source of the data, for errors. Raises
+    FileDamaged with `where` and the key.
+    """
     return ModelReader(where, human=False).model(data)
 
 
 class ModelReader(DataReader, frozen=True):
-    """Makes a robot model from plain data."""
+    """Checks plain data of a robot, and makes a model from it."""
 
     def model(self, data: object) -> RobotModel:
         table = self.table(data, "the file", MODEL_KEYS, MODEL_OPTIONS)
@@ -230,14 +239,16 @@ class ModelReader(DataReader, frozen=True):
     def shapes(self, data: object, joints: int, key: str = "shapes") -> tuple[LinkShape, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.link_data import ShapeReader  # here because few robots have shapes of their own
+        # imported here because few robots have shapes in their files
+        from vrs_cli.kinematics.link_data import ShapeReader
 
         return ShapeReader(self.file, self.human).shapes(data, joints, key)
 
     def masses(self, data: object, joints: int) -> tuple[LinkMasses, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.link_data import MassReader  # here because few robots have masses of their own
+        # imported here because few robots have masses in their files
+        from vrs_cli.kinematics.link_data import MassReader
 
         return MassReader(self.file, self.human).masses(data, joints)
 
@@ -270,8 +281,8 @@ class ModelReader(DataReader, frozen=True):
         return JointKind(value)
 
     def hand(self, data: object) -> tuple[float | None, str | None]:
-        """Return the data of a TOML file about a URDF file's hand: its open width [m], and the end at which its joints
-        are closed.
+        """Check the table `hand` of a TOML file that extends a URDF file. Return the width of the open hand [m], and
+        the end of the joint ranges, "lower" or "upper", at which it is closed; None for values that are not given.
         """
         table = self.table(data, "hand", (), (*HAND_KEYS, "closed"))
         closed = table.get("closed")
@@ -281,7 +292,9 @@ class ModelReader(DataReader, frozen=True):
         return self.numbers(width, "hand", HAND_KEYS).get("width"), None if closed is None else str(closed)
 
     def own_joints(self, data: object, kinds: Mapping[str, JointKind]) -> list[dict[str, float]]:
-        """Return the TOML file's values for each joint of a URDF file, in the order of the URDF file."""
+        """Check the joint values in a TOML file that replace those of a URDF file. Return them for each joint, in the
+        order of the URDF file. `kinds`: the joints of the URDF file.
+        """
         tables = data if isinstance(data, list) else [data]
         own: dict[str, dict[str, float]] = {name: {} for name in kinds}
         for i, table in enumerate(tables, 1):
@@ -299,12 +312,12 @@ class ModelReader(DataReader, frozen=True):
         return list(own.values())
 
     def numbers(self, data: object, key: str, quantities: Mapping[str, Quantity]) -> dict[str, float]:
-        """Check a table that may have some of these numbers, and return them."""
+        """Check a table of numbers whose keys are all in `quantities`, and return the numbers in SI units."""
         table = self.table(data, key, (), tuple(quantities))
         return {name: self.number(value, f"{key}.{name}", quantities[name]) for name, value in table.items()}
 
     def words(self, data: object, key: str) -> dict[str, str]:
-        """Check a table of texts, numbers, true and false, and return its values as strings."""
+        """Check a table whose values are texts, numbers or booleans, and return the values as strings."""
         if not isinstance(data, Mapping) or not all(isinstance(value, str | int | float) for value in data.values()):
             raise self.wrong(key, "is not a table of words and numbers", 'write it as xacro = { prefix = "left_" }')
         return {

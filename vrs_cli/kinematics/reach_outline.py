@@ -1,5 +1,5 @@
-"""Compute the outermost positions that the tip of a tool reaches, and their outline for an arm that turns about its
-first axis.
+"""Compute the outermost positions that the tip of a tool reaches, and a cross section of the reach of an arm whose
+joint 1 turns.
 """
 
 from __future__ import annotations
@@ -17,35 +17,41 @@ from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import TURN, Vector, inverse
 
-POSES = 40_000  # number of sample poses
-BEYOND = 0.12  # fraction of a range by which samples are drawn beyond its ends, and then clipped
-CELLS = 44  # number of cells of the grid across the reach
-LEVEL = 0.5  # reached fraction of a cell and its neighbours at the boundary
-FLAT = 1e-3  # [m] a reach of smaller height is a plane
+POSES = 40_000  # number of random sample poses for the cross section
+# samples are drawn from ranges extended by this fraction and then clipped, so that many are at the ends of ranges
+BEYOND = 0.12
+CELLS = 44  # number of grid cells across the larger dimension of the reach
+LEVEL = 0.5  # the contour runs where this fraction of a cell and its neighbours is reached
+FLAT = 1e-3  # [m] if the reach is less high than this, the arm counts as moving in a plane
 
-Grid = NDArray[np.float64]  # rows by distance from the first axis, columns by height
+Grid = NDArray[np.float64]  # (R, H): rows by distance from the first axis, columns by height
 Points = NDArray[np.float64]  # (N, 3) [m]
-Sections = NDArray[np.float64]  # (S, 2, 3): pieces of an outline by distance, height and angle about the first axis
+Sections = NDArray[np.float64]  # (S, 2, 3): line segments; each end has distance, height and angle about the first axis
 
 
-DIRECTIONS = 64  # number of directions in a plane, for which the outline of a circle is at most 0.12 % too small
-FIRST_POSES, TRIES = 3_000, 10  # number of random poses at first, then of tries around the best pose of each direction
-ROUNDS, SPREAD, NARROWER = 32, 0.6, 0.77  # number of rounds; first spread (fraction of a range) and its factor
-CHANGED = 0.4  # probability that a try changes a joint
+# number of directions searched in each plane; with 64, the outline of a circle is at most 0.12 % too small
+DIRECTIONS = 64
+# number of random poses in the first round, then of variations of each direction's best pose
+FIRST_POSES, TRIES = 3_000, 10
+# number of rounds; spread of the first variations (fraction of a range), and its factor after each round
+ROUNDS, SPREAD, NARROWER = 32, 0.6, 0.77
+CHANGED = 0.4  # probability that a variation changes a given joint
 
 
 @lru_cache(maxsize=8)
 def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
-    """Return the outermost points of a tool tip's reach, p_robot [m]. Seen from above and from the side, they have the
-    same convex outlines as the reach.
+    """Return the outermost points that a tool tip reaches, in the robot's frame [m]. Seen from above and from the side,
+    their convex outlines are those of the whole reach.
 
-    The search is random: each round varies the best pose of each direction, chosen from all poses of the round before.
+    The search is random: each round picks, from all poses of the previous round, the pose that reaches farthest in each
+    direction, and varies it.
     """
     arm, random = arm_for(model), np.random.default_rng(1)
     lower, upper = np.array(model.lower), np.array(model.upper)
     angles = np.linspace(0.0, TURN, DIRECTIONS, endpoint=False)
     c, s, zeros = np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)
-    ways = np.array([[c, s, zeros], [c, zeros, s]])  # two planes, since numpy gives larger products to many threads
+    # only two planes, because numpy would use many threads for larger products
+    ways = np.array([[c, s, zeros], [c, zeros, s]])
     q = random.uniform(lower, upper, (FIRST_POSES, len(lower)))
     for k in range(ROUNDS + 1):
         T = arm.batch.forward(q)
@@ -59,7 +65,7 @@ def outermost(model: RobotModel, p_flange_tip: Vector) -> tuple[Vector, ...]:
 
 
 def lines_of(sections: Sections) -> list[tuple[Vector, ...]]:
-    """Join the pieces of an outline, in any order and either way round, to lines of points."""
+    """Join line segments at their common ends to lines of points. The segments may be in any order and direction."""
     ends: dict[Vector, list[int]] = {}
     pieces: list[tuple[Vector, Vector]] = [(tuple(a), tuple(b)) for a, b in sections.round(9).tolist()]
     for k, piece in enumerate(pieces):
@@ -81,8 +87,10 @@ def lines_of(sections: Sections) -> list[tuple[Vector, ...]]:
 
 
 def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Sections:
-    """Return the boundary of the reach while joint 1 is 0, seen from its axis."""
-    # Sample positions of the tip while joint 1 is 0, in frame 0: (N, 3)
+    """Return the boundary of the positions that a tool tip reaches in one configuration while joint 1 is 0, as line
+    segments in cylindrical coordinates about axis 1. `tip`: the tip in the frame of the flange [m].
+    """
+    # compute sample positions of the tip (N, 3) in frame 0 while joint 1 is 0
     model = arm.model
     lower, upper = np.array(model.lower), np.array(model.upper)
     parts = np.random.default_rng(1).random((POSES, model.joint_count)) * (1.0 + 2.0 * BEYOND) - BEYOND
@@ -102,8 +110,8 @@ def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Section
 
 
 def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Return the boundary of an arm that moves in a plane: from the nearest position to the farthest, each with its
-    mean angle.
+    """Return the reach of an arm that moves in a plane: a line from the nearest to the farthest distance from axis 1,
+    at the mean angle of the samples at each distance.
     """
     edges = np.linspace(far.min(), far.max(), CELLS + 1)
     cell = np.clip(np.digitize(far, edges) - 1, 0, CELLS - 1)
@@ -114,8 +122,8 @@ def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 
 def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Return the contour of the reached positions on a grid: where the reached share of a cell is LEVEL (marching
-    squares).
+    """Return the contour of the sample positions on a grid of cells: the lines where the reached fraction, averaged
+    over neighbouring cells, is LEVEL (marching squares).
     """
     size = max(float(far.max()), float(np.ptp(z))) / CELLS
     low = float(z.min()) - 3.0 * size
@@ -127,7 +135,8 @@ def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
         for weights in (np.ones_like(far), np.cos(angle), np.sin(angle))
     )
     hit = count > 0.0
-    for combined in (np.logical_or, np.logical_and):  # fill chance holes: add the neighbours, then remove the rim
+    # fill cells that samples missed by chance: add all neighbours of reached cells, then remove the outermost layer
+    for combined in (np.logical_or, np.logical_and):
         for axis in (0, 1):
             hit = combined.reduce(tuple(_shift(hit, axis)))
     pieces = _march_squares(_blur(hit.astype(float)))
@@ -138,7 +147,7 @@ def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 
 def _blur(grid: Grid) -> Grid:
-    """Return the mean of each cell and its neighbours."""
+    """Return the weighted mean of each cell and its neighbours."""
     for axis in (0, 1):
         first, middle, last = _shift(grid, axis)
         grid = 0.25 * first + 0.5 * middle + 0.25 * last
@@ -146,19 +155,23 @@ def _blur(grid: Grid) -> Grid:
 
 
 def _shift(grid: Any, axis: int) -> Iterator[Any]:
-    """Return the grid shifted by one cell back, not shifted, and shifted by one cell ahead; edge cells are repeated."""
+    """Yield the grid shifted along an axis by one cell back, not shifted, and shifted by one cell ahead; cells at the
+    edges are repeated.
+    """
     wide = np.pad(grid, [(1, 1) if k == axis else (0, 0) for k in (0, 1)], mode="edge")
     return (np.take(wide, range(k, k + grid.shape[axis]), axis) for k in (0, 1, 2))
 
 
 def _march_squares(grid: Grid) -> NDArray[np.float64]:
-    """Return the lines on which a grid has LEVEL: (S, 2, 2) pieces in cells, at most one for each half of a square."""
+    """Return the lines along which the values of a grid are LEVEL, as segments (S, 2, 2) in units of cells, at most one
+    for each half of a square.
+    """
     found = []
     for corners in (((0, 0), (1, 0), (0, 1)), ((1, 1), (0, 1), (1, 0))):
         n, m = grid.shape[0] - 1, grid.shape[1] - 1
         values = np.stack([grid[i : i + n, j : j + m] for i, j in corners])
         inside = values > LEVEL
-        for one in range(3):  # the corner that is alone on its side of LEVEL
+        for one in range(3):  # `one` is the corner of the triangle whose value is alone on its side of LEVEL
             others = [k for k in range(3) if k != one]
             cut = np.argwhere((inside[one] != inside[others[0]]) & (inside[one] != inside[others[1]]))
             rows, columns = cut.T

@@ -18,7 +18,9 @@ ROBOTS = Path(__file__).parent / "robots"
 
 
 class Ends(Struct, frozen=True):
-    """The links at both ends of the arm in a URDF file; None if the file, or a TOML file beside it, decides."""
+    """The names of the links at both ends of the arm in a URDF file; None if a TOML file that extends it, or the
+    reader, chooses the link.
+    """
 
     base: str | None = None
     tip: str | None = None
@@ -28,11 +30,11 @@ NO_ENDS = Ends()
 
 
 def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None = None) -> RobotModel:
-    """Return the built-in robot of this name, or the robot in a .toml or .urdf file. `task` replaces the task of the
+    """Load the built-in robot of this name, or the robot in a .toml or .urdf file. `task` replaces the task of the
     file.
 
     Raises NonexistentFile; FileError if the file cannot be read; FileDamaged with file, key and the correct form;
-    NotAvailable for `ends` of a robot whose links have no names, and for a task that the robot cannot have.
+    NotAvailable if `ends` are given for a robot whose links have no names, or the robot cannot have the task.
     """
     text = str(name_or_path)
     if text.lower() in robot_names():
@@ -75,7 +77,8 @@ def _read_toml(path: Path, ends: Ends) -> RobotModel:
 
 
 def _parse(path: Path, text: str) -> dict[str, Any]:
-    import tomllib  # here because it compiles long expressions, and built-in robots are cached
+    # imported here because tomllib compiles long expressions, and built-in robots come from a cache without it
+    import tomllib
 
     try:
         return tomllib.loads(text)
@@ -103,7 +106,8 @@ def _read_urdf(path: Path, ends: Ends) -> RobotModel:
 
 
 def _from_urdf(reader: ModelReader, path: Path, table: Mapping[str, object], ends: Ends) -> RobotModel:
-    from vrs_cli.kinematics.urdf.robot import robot_of  # here because it loads an XML parser, which few robots need
+    # imported here because it loads an XML parser, which few robots need
+    from vrs_cli.kinematics.urdf.robot import robot_of
 
     return robot_of(str(path), _text(path, "URDF"), reader, table, ends.base, ends.tip)
 

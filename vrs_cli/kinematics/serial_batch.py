@@ -1,8 +1,8 @@
-"""Compute the kinematics of arms over arrays: whole timelines at once.
+"""Compute the kinematics of arms for arrays of poses and joints, such as whole timelines.
 
-Forward kinematics and Jacobian are the formulas of `compiled` with the sine and cosine of numpy; the inverse of a
-closed form is its formula for floats, rewritten for arrays. Work goes in chunks that stay in the processor's cache, one
-contiguous row for each joint and each matrix element.
+Forward kinematics and Jacobians use the functions of `compiled` with the sine and cosine of numpy; the inverse of a
+closed form is its formula for floats, rewritten for arrays. The work is done in chunks that fit into the processor's
+cache, with one contiguous row for each joint and each matrix element.
 """
 
 from __future__ import annotations
@@ -40,12 +40,14 @@ def chunks(n: int) -> Iterator[slice]:
 
 
 def columns(rows: Floats) -> Floats:
-    """Return rows (N, ...) as contiguous columns (k, N)."""
+    """Transpose rows (N, ...) of k numbers each to a contiguous array (k, N)."""
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
 
 
 def fill_rows(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> Floats:
-    """Return an array (n, size) filled chunk by chunk with entries, each a number or an array of the chunk's rows."""
+    """Return an array (n, size), computed chunk by chunk. `entries`: a function that returns, for a slice of rows, the
+    `size` columns as numbers or arrays.
+    """
     found = np.empty((n, size))
     for part in chunks(n):
         for i, entry in enumerate(entries(part)):
@@ -54,18 +56,20 @@ def fill_rows(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> F
 
 
 def _solve(J: Floats, wanted: Floats) -> Floats:
-    """Return the rates (N, n) for which J (N, n, n) gives the wanted values (N, n). Raises LinAlgError."""
+    """Return the rates (N, n) that solve J rates = wanted, with J (N, n, n) and wanted (N, n). Raises LinAlgError if a
+    matrix is singular.
+    """
     return np.asarray(np.linalg.solve(J, wanted[:, :, None])[:, :, 0], dtype=float)
 
 
 def _three(rows: Floats) -> Any:
-    """Return three rows of an array as a vector whose components are arrays."""
+    """Convert three rows of an array to a `Vector` whose components are arrays."""
     return tuple(rows)
 
 
 def _by_halves(J: Any) -> Callable[[Any, Any], tuple[Any, ...]]:
-    """Return a function that solves six equations whose matrix J (6 rows of 6 entries, numbers or arrays) has zeros in
-    its upper right quarter. Its arguments are the first three and the last three wanted values.
+    """Return a function that solves six equations whose matrix J (6 rows of 6 numbers or arrays) has only zeros in its
+    upper right quarter. The function takes the first three and the last three right sides.
     """
     arm, wrist = _cramer([row[:3] for row in J[:3]]), _cramer([row[3:] for row in J[3:]])
 
@@ -78,7 +82,7 @@ def _by_halves(J: Any) -> Callable[[Any, Any], tuple[Any, ...]]:
 
 
 def _cramer(rows: Sequence[Sequence[Any]]) -> Callable[[Any], Any]:
-    """Return a function that solves three equations by Cramer's rule."""
+    """Return a function that solves three equations with the matrix `rows` by Cramer's rule, for given right sides."""
     a, b, c = (tuple(column) for column in zip(*rows, strict=True))
     normals = cross(b, c), cross(c, a), cross(a, b)
     volume = dot(a, normals[0])
@@ -86,7 +90,9 @@ def _cramer(rows: Sequence[Sequence[Any]]) -> Callable[[Any], Any]:
 
 
 class SerialBatch:
-    """`arm.RobotArm` over arrays. `formula`: the inverse of one branch of a closed form, by columns on any turns."""
+    """The functions of `arm.RobotArm` for arrays. `formula`: the inverse of a closed form in one configuration, for
+    arrays (k, N), made by `formula.over_arrays`; None for other arms.
+    """
 
     def __init__(
         self,
@@ -103,11 +109,11 @@ class SerialBatch:
         self.biases = biases(model.links, model.base, model.flange, arrays=True)
 
     def forward(self, q: Floats) -> Floats:
-        """Return T_base_flange (N, 3, 4) of joints (N, n)."""
+        """Return T_base_flange (N, 3, 4) for joints (N, n)."""
         return fill_rows(len(q), 12, lambda part: self.formulas.forward(columns(q[part]))).reshape(-1, 3, 4)
 
     def jacobian(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
-        """Return Jacobians (N, 6, n) of a tool at joints (N, n)."""
+        """Return the Jacobians (N, 6, n) of a tool at joints (N, n)."""
         tip = position(T_flange_tool)
         entries = fill_rows(
             len(q), 6 * self.joints, lambda part: chain(*self.formulas.jacobian(columns(q[part]), *tip))
@@ -115,7 +121,8 @@ class SerialBatch:
         return entries.reshape(-1, 6, self.joints)
 
     def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
-        """Return joint velocities and accelerations (N, 6) of six joints, for twists (N, 6) of a tool and their rates.
+        """Return the velocities and accelerations (N, 6) of six joints that give a tool the twists (N, 6) and their
+        rates `changes` (N, 6).
 
         Raises LinAlgError in a singular pose.
         """
@@ -135,33 +142,40 @@ class SerialBatch:
         return found[:, :12].reshape(-1, 3, 4), found[:, 12:].reshape(-1, 6, self.joints)
 
     def solve_guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
-        """Return `guided_joints` for each row, with the weights (r, n) of r guides and their values (N, r)."""
+        """Return `RobotArm.guided_joints` for each row. `weights` (r, n): the weights of r guides (prescribed sums of
+        joints); `values` (N, r): their values.
+        """
         raise NotImplementedError
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """Return joints (N, k, n) of the k configurations for poses (N, 3, 4), and whether they are inside the limits
-        (N, k).
+        """Return the joints (N, k, n) that reach poses (N, 3, 4) in each of the k configurations, and whether they are
+        inside the limits (N, k).
 
-        Joints are NaN out of reach.
+        Joints are NaN where a pose is out of reach.
         """
         middle = (self.lower + self.upper) / 2
         q = np.stack([self.inverse_branch(T, way, middle) for way in self.ways], axis=1)
         return q, self.inside(q)
 
     def every_inverse(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
-        """Return the configurations, joints and limits of all solutions; a configuration may occur several times."""
+        """Return all solutions: their configurations (one may occur several times), their joints, and whether they are
+        inside the limits, with the shapes of `inverse`.
+        """
         return self.ways, *self.inverse(T)
 
     def inside(self, q: Floats) -> Flags:
-        """Return whether joints (..., n) are inside their limits (...)."""
+        """Return whether all joints of each vector (..., n) are inside their limits (...)."""
         within = (q >= self.lower - LIMIT_TOLERANCE) & (q <= self.upper + LIMIT_TOLERANCE)
         return np.asarray(within.all(axis=-1))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
-        """Return joints (N, n) for poses (N, 3, 4), on the turns nearest to `near` (N, n) or (n,); NaN out of reach."""
-        assert self.formula is not None  # numerical arms have their own class
+        """Return the joints (N, n) that reach poses (N, 3, 4) in one configuration, with whole turns that bring them
+        nearest to `near` (N, n) or (n,); NaN out of reach.
+        """
+        assert self.formula is not None  # numerical arms override this method
         near, q = np.broadcast_to(near, (len(T), self.joints)), np.empty((len(T), self.joints))
-        with np.errstate(invalid="ignore", divide="ignore"):  # rows that take the other choice may be invalid
+        # both sides of a choice are computed for all rows, so the side not taken may be invalid
+        with np.errstate(invalid="ignore", divide="ignore"):
             for part in chunks(len(T)):
                 q[part] = self.formula(columns(T[part]), configuration, columns(near[part])).T
         if self.unchanging != Unchanging():
@@ -169,11 +183,11 @@ class SerialBatch:
         return self.turned_near(q, near)
 
     def turned_near(self, q: Floats, near: Floats) -> Floats:
-        """Return joints (N, n), each turning joint on the turn nearest to `near`."""
+        """Return joints (N, n) with whole turns added that bring each revolute joint nearest to `near`."""
         return np.where(self.turning, q + TURN * np.rint((near - q) / TURN), q)
 
     def in_task(self, T: Floats) -> Flags:
-        """Return whether `Unchanging.allows` each pose (N,)."""
+        """Return for each pose whether `Unchanging.allows` it (N,)."""
         places, approach = self.unchanging.places, self.unchanging.approach
         within = np.ones(len(T), dtype=np.bool_)
         for way, value in places:
@@ -185,13 +199,14 @@ class SerialBatch:
 
 
 class WristBatch(SerialBatch):
-    """An arm with a spherical wrist, whose FLIP solutions follow from NOFLIP."""
+    """The functions of an arm with a spherical wrist for arrays; FLIP solutions are computed from NOFLIP solutions."""
 
     def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
-        """Return joint velocities and accelerations; infinite or NaN in a singular pose.
+        """Return joint velocities and accelerations as `SerialBatch.rates` does, but infinite or NaN in a singular
+        pose.
 
-        Joints 4 to 6 do not move the wrist centre, so the six equations are two systems of three (Hollerbach and Sahar
-        1983).
+        Joints 4 to 6 do not move the wrist centre, so the six equations split into two systems of three (Hollerbach and
+        Sahar 1983).
         """
         centre = position(inverse(compose(link_transform(self.model.links[5], 0.0), self.model.flange)))
         lever = vector_difference(position(T_flange_tool), centre)
@@ -200,7 +215,7 @@ class WristBatch(SerialBatch):
             joints, twist, change = (columns(rows[part]) for rows in (q, twists, changes))
             v, w, a, alpha = (_three(rows) for rows in (twist[:3], twist[3:], change[:3], change[3:]))
             T: Any = self.formulas.forward(joints)
-            r = rotate(T, lever)  # from the wrist centre to the tool
+            r = rotate(T, lever)  # vector from the wrist centre to the tool
             spin = cross(w, r)
             J = self.formulas.jacobian(joints, *centre)
             solve = _by_halves(J)
@@ -216,7 +231,8 @@ class WristBatch(SerialBatch):
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         assert self.formula is not None
         q, inside = np.empty((len(T), len(self.ways), 6)), np.empty((len(T), len(self.ways)), dtype=np.bool_)
-        rest = np.where(np.arange(6) == 3, np.clip(0.0, self.lower, self.upper), 0.0)  # joint 4, at a singular wrist
+        # value of joint 4 at a singular wrist, where it may have any value
+        rest = np.where(np.arange(6) == 3, np.clip(0.0, self.lower, self.upper), 0.0)
         middle, half = 0.5 * (self.upper + self.lower)[:, None], 0.5 * (self.upper - self.lower)[:, None]
         with np.errstate(invalid="ignore", divide="ignore"):
             for part in chunks(len(T)):
@@ -235,7 +251,7 @@ class WristBatch(SerialBatch):
 
 
 class MappedBatch(SerialBatch):
-    """`MappedArm` over arrays: calls the batch of its inner arm."""
+    """The functions of `forms.MappedArm` for arrays: converts joints and poses, and calls the inner arm's batch."""
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, way: Chain, inner: SerialBatch, swapped: int) -> None:
         super().__init__(model, inner.ways, unchanging)

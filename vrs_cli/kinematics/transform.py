@@ -1,8 +1,9 @@
-"""Compute with rigid transformations as plain floats (over arrays: `arrays`).
+"""Compute with rigid transformations made of plain floats (for arrays of transformations: `arrays`).
 
 `T_a_b` is the pose of frame b in frame a: `compose(T_base_tool, T_tool_part) = T_base_part`. Metres and radians.
 
-Three angles name a rotation, different ones in VAL-II and V+ (VAL-II manual; V+ Language Reference):
+Users describe a rotation by three angles, which VAL-II and V+ define differently (VAL-II manual; V+ Language
+Reference):
 
     V+      yaw, pitch, roll    R = Rz(yaw) Ry(pitch) Rz(roll)
     VAL-II  O, A, T             yaw = O - 90 deg, pitch = A + 90 deg, roll = T
@@ -23,11 +24,14 @@ Z: Vector = (0.0, 0.0, 1.0)
 
 RIGHT_ANGLE = pi / 2
 TURN = 2 * pi
-POLE = 1e-10  # [rad] closer to the vertical, yaw and roll of the tool cannot be separated: yaw is set to 0
+# [rad] if the tool is closer to vertical, only the sum or difference of yaw and roll is defined: yaw is set to 0
+POLE = 1e-10
 
 
 class Transform(NamedTuple):
-    """A homogeneous transformation, rows of [n s a p]: x axis n, y axis s, approach (z) axis a, position p [m]."""
+    """A homogeneous transformation: the upper three rows of the matrix [n s a p], with x axis n, y axis s, approach (z)
+    axis a, and position p [m].
+    """
 
     nx: float
     sx: float
@@ -45,11 +49,11 @@ class Transform(NamedTuple):
 
 IDENTITY = Transform(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
-_new = tuple.__new__  # Transform(...) costs twice as much as making its tuple directly
+_new = tuple.__new__  # Transform(...) takes twice as long as making its tuple directly
 
 
 def compose(a: Transform, b: Transform) -> Transform:
-    """Return T_x_z = T_x_y @ T_y_z; VAL-II writes `a:b`."""
+    """Return T_x_z = T_x_y @ T_y_z for a = T_x_y and b = T_y_z; in VAL-II `a:b`."""
     anx, asx, aax, apx, any_, asy, aay, apy, anz, asz, aaz, apz = a
     bnx, bsx, bax, bpx, bny, bsy, bay, bpy, bnz, bsz, baz, bpz = b
     return _new(
@@ -72,7 +76,7 @@ def compose(a: Transform, b: Transform) -> Transform:
 
 
 def inverse(a: Transform) -> Transform:
-    """Return T_y_x of T_x_y: the rotation transposed."""
+    """Return T_y_x for a = T_x_y."""
     nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = a
     return _new(
         Transform,
@@ -99,58 +103,60 @@ def position(T: Transform) -> Vector:
 
 
 def at_position(T: Transform, x: float, y: float, z: float) -> Transform:
-    """Return the rotation of T at another position [m]."""
+    """Return a transformation with the rotation of T at another position [m]."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     return _new(Transform, (nx, sx, ax, x, ny, sy, ay, y, nz, sz, az, z))
 
 
 def rotate(T: Transform, v: Vector) -> Vector:
-    """Return R @ v: a direction of the inner frame in the outer frame."""
+    """Return R @ v: a direction given in the inner frame of T, expressed in the outer frame."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     x, y, z = v
     return nx * x + sx * y + ax * z, ny * x + sy * y + ay * z, nz * x + sz * y + az * z
 
 
 def moved_point(T: Transform, p: Vector) -> Vector:
-    """Return R p + p_0: a point of the inner frame in the outer frame."""
+    """Return T @ p: a point given in the inner frame of T, expressed in the outer frame [m]."""
     nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
     x, y, z = p
     return nx * x + sx * y + ax * z + px, ny * x + sy * y + ay * z + py, nz * x + sz * y + az * z + pz
 
 
 def translation(x: float, y: float, z: float) -> Transform:
-    """Return a pure shift [m]."""
+    """Return a pure translation by x, y, z [m]."""
     return Transform(1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z)
 
 
 def rotation_x(angle: float) -> Transform:
-    """Return a rotation about x [rad]; V+ writes RX."""
+    """Return a rotation about x by an angle [rad]; in V+ RX."""
     c, s = cos(angle), sin(angle)
     return Transform(1.0, 0.0, 0.0, 0.0, 0.0, c, -s, 0.0, 0.0, s, c, 0.0)
 
 
 def rotation_y(angle: float) -> Transform:
-    """Return a rotation about y [rad]; V+ writes RY."""
+    """Return a rotation about y by an angle [rad]; in V+ RY."""
     c, s = cos(angle), sin(angle)
     return Transform(c, 0.0, s, 0.0, 0.0, 1.0, 0.0, 0.0, -s, 0.0, c, 0.0)
 
 
 def rotation_z(angle: float) -> Transform:
-    """Return a rotation about z [rad]; V+ writes RZ."""
+    """Return a rotation about z by an angle [rad]; in V+ RZ."""
     c, s = cos(angle), sin(angle)
     return Transform(c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 def rotation_about(axis: Vector, angle: float) -> Transform:
-    """Return a rotation about an axis of any length [rad]. Raises IllegalValue for an axis of length zero."""
+    """Return a rotation by an angle [rad] about an axis, a vector of any length. Raises IllegalValue if its length is
+    zero.
+    """
     return turned_about(IDENTITY, axis)(angle)
 
 
 def turned_about(T: Transform, axis: Vector) -> Callable[..., Transform]:
-    """Return a function of an angle [rad] and a position: T turned about an axis of its own frame (Rodrigues), at this
-    position, or where T is.
+    """Return a function turn(angle, x, y, z) that returns T rotated by an angle [rad] about an axis given in its own
+    frame (Rodrigues' formula), moved to the position x, y, z [m]; by default at the position of T.
 
-    Raises IllegalValue for an axis of length zero.
+    Raises IllegalValue if the axis has length zero.
     """
     length = hypot(*axis)
     if not length > 0.0:
@@ -189,7 +195,7 @@ def turned_about(T: Transform, axis: Vector) -> Callable[..., Transform]:
 
 
 def distance(a: Transform, b: Transform) -> float:
-    """Return the distance between two origins [m]."""
+    """Return the distance between the origins of two frames [m]."""
     return hypot(a[3] - b[3], a[7] - b[7], a[11] - b[11])
 
 
@@ -222,12 +228,15 @@ def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Tran
 
 
 def to_oat(T: Transform) -> Vector:
-    """Return VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 if the tool is vertical."""
+    """Return the VAL-II angles O, A, T of a rotation [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O is pi/2 if the
+    tool is vertical.
+    """
     nx, sx, ax, _, ny, sy, ay, _, _, _, az, _ = T
     h = hypot(ax, ay)
     if h < POLE:
         return RIGHT_ANGLE, (-RIGHT_ANGLE if az > 0.0 else RIGHT_ANGLE), _half_open(atan2(ny, sy))
-    # Compute roll relative to the yaw just found, not from the third row: near a pole both angles must agree.
+    # compute roll relative to the yaw just found, not from the third row: if the tool is nearly vertical, the errors of
+    # both angles then cancel
     o = _half_open(atan2(ay, ax)) + RIGHT_ANGLE
     roll = _half_open(atan2(ax * ny - ay * nx, ax * sy - ay * sx))
     return (o - TURN if o > pi else o) + 0.0, (atan2(h, az) - RIGHT_ANGLE) + 0.0, roll
@@ -243,7 +252,7 @@ def oat_turns(o: float, a: float, t: float) -> tuple[Transform, Transform, Trans
 
 
 def _half_open(angle: float) -> float:
-    """Return pi for -pi and 0.0 for -0.0; other angles stay."""
+    """Return pi for -pi, 0.0 for -0.0, and other angles unchanged."""
     return pi if angle == -pi else angle + 0.0
 
 
@@ -251,14 +260,15 @@ def _half_open(angle: float) -> float:
 
 
 def axis_angle(T: Transform) -> tuple[Vector, float]:
-    """Return the axis (a unit vector) and the angle in [0, pi] of the rotation; the axis is z if there is no turn.
+    """Return the axis (a unit vector) and the angle [rad] in [0, pi] of the rotation of T; the axis is z if the angle
+    is 0.
 
-    Both are computed from the quaternion, from its largest component first (Shepperd 1978), so they are as precise near
-    0 as near pi.
+    Both are computed from the quaternion (its largest component first; Shepperd 1978), so they are as precise near 0 as
+    near pi.
     """
     w, x, y, z = quaternion(T)
     length = hypot(x, y, z)
-    if length < 1e-300:  # smaller numbers lose digits
+    if length < 1e-300:  # the division below would lose digits for smaller numbers
         return (0.0, 0.0, 1.0), 0.0
     if w < 0.0:
         w, x, y, z = -w, -x, -y, -z
@@ -266,7 +276,7 @@ def axis_angle(T: Transform) -> tuple[Vector, float]:
 
 
 def quaternion(T: Transform) -> tuple[float, float, float, float]:
-    """Return a multiple, of any sign and length, of the quaternion (w, x, y, z)."""
+    """Return the quaternion (w, x, y, z) of the rotation of T, multiplied by some number that is not 0."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     trace = nx + sy + az
     if trace >= nx and trace >= sy and trace >= az:
@@ -279,15 +289,16 @@ def quaternion(T: Transform) -> tuple[float, float, float, float]:
 
 
 def unit_quaternion(T: Transform) -> tuple[float, float, float, float]:
-    """Return the quaternion (w, x, y, z) of the rotation, of length 1."""
+    """Return the unit quaternion (w, x, y, z) of the rotation of T."""
     q = quaternion(T)
-    scale = 0.5 / sqrt(max(q))  # the largest component is 4 times the square of that of the unit quaternion
+    # the largest component of q is 4 times the square of the unit quaternion's, so its square root gives the length
+    scale = 0.5 / sqrt(max(q))
     w, x, y, z = (scale * value for value in q)
     return w, x, y, z
 
 
 def angle_between(a: Transform, b: Transform) -> float:
-    """Return the angle of the turn from a to b, in [0, pi] [rad]."""
+    """Return the angle of the rotation from a to b [rad], in [0, pi]."""
     return axis_angle(compose(inverse(a), b))[1]
 
 
@@ -295,9 +306,10 @@ def angle_between(a: Transform, b: Transform) -> float:
 
 
 def orthonormal_frame(T: Transform) -> Transform:
-    """Return the nearest right-handed frame that keeps the approach axis, then the y axis; V+ writes NORMAL.
+    """Return T with exactly orthonormal axes: the approach axis keeps its direction, and the y axis changes as little
+    as possible; in V+ NORMAL.
 
-    Raises IllegalValue if two axes are parallel or one has no length.
+    Raises IllegalValue if two axes are parallel, or one has length zero.
     """
     ax, ay, az = _unit((T.ax, T.ay, T.az))
     nx, ny, nz = _unit((T.sy * az - T.sz * ay, T.sz * ax - T.sx * az, T.sx * ay - T.sy * ax))
@@ -355,7 +367,7 @@ def any_normal(z: Vector) -> Vector:
 
 
 def rotated_back(T: Transform, a: Vector) -> Vector:
-    """Return R^T a, with the rotation of T."""
+    """Return R^T @ a: a direction given in the outer frame of T, expressed in its inner frame."""
     x, y, z = a
     return (
         T.nx * x + T.ny * y + T.nz * z,
@@ -364,10 +376,10 @@ def rotated_back(T: Transform, a: Vector) -> Vector:
     )
 
 
-ORTHONORMAL = 1e-6  # allowed error of products of a rotation's axes
+ORTHONORMAL = 1e-6  # maximum error of the dot products of a rotation's axes (0, or 1 for an axis with itself)
 
 
 def is_rotation(rows: Sequence[Sequence[float]]) -> bool:
-    """Return whether the axes are at right angles and of length 1."""
+    """Return whether the rows of a matrix are perpendicular to each other and have length 1. Reflections pass too."""
     pairs = ((a, b) for i, a in enumerate(rows) for b in rows[: i + 1])
     return all(abs(sum(map(mul, a, b)) - (a is b)) <= ORTHONORMAL for a, b in pairs)
