@@ -1,6 +1,6 @@
-"""Dialogues: generators that yield replies and questions, and receive answers. The robot's actor runs them
-(`interfaces/actor`); the user's front end shows the replies and asks the questions. A ticket is the user's handle for a
-request: any thread may use it while the robot carries out the request."""
+"""Dialogues: generators that carry out a request of a user; they yield replies and questions, and receive the answers.
+The robot's actor (`interfaces/actor`) runs them; the user's front end shows the replies and asks the questions. A
+ticket is the user's handle for one request: any thread may use it while the robot carries out the request."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from vrs_cli.values.replies import Message, Reply, Tone
 
 
 class Slice(Enum):
-    """A mark at the end of a part of the work: the actor may now do something else. RUNNING: a program runs, and the
-    actor carries out the next event. MORE: the dialogue has more work to do."""
+    """A mark that a dialogue yields between two parts of its work, so that the actor can do other work. RUNNING: a
+    program runs; the actor carries out the next event. MORE: the dialogue has more work to do."""
 
     RUNNING = "running"
     MORE = "more"
 
 
 class Running(Struct, frozen=True):
-    """Progress of a program: the time of the robot's clock that it has reached [s]."""
+    """Progress of a running program. `clock`: the time of the robot's clock that the program has reached [s]."""
 
     clock: float
 
 
 class Reading(Struct, frozen=True):
-    """Progress of reading a long file: the fraction that has been read, from 0 to 1."""
+    """Progress of reading a long file. `share`: the fraction that has been read, from 0 to 1."""
 
     path: str
     share: float
@@ -46,7 +46,8 @@ W = TypeVar("W")
 
 
 class Work:
-    """A function whose inputs do not change, so another thread may `run` it while the actor does other work."""
+    """A function call whose inputs do not change, so that another thread may `run` it while the actor does other work.
+    `done`: the result; `error`: the exception of the function, if any."""
 
     def __init__(self, work: Callable[[], object]) -> None:
         self._work = work
@@ -56,7 +57,7 @@ class Work:
     def run(self) -> None:
         try:
             self.done = self._work()
-        except BaseException as error:  # raised inside the dialogue
+        except BaseException as error:  # kept: `beside` raises it again inside the dialogue
             self.error = error
 
 
@@ -66,14 +67,14 @@ Dialogue = Generator[Said, Answer, R]
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
-    """Turn a function into a dialogue without replies and questions."""
+    """Turn a function into a dialogue that yields no replies and no questions."""
     yield from ()
     return act()
 
 
 def beside(work: Callable[[], W]) -> Dialogue[W]:
-    """Call a function whose inputs do not change, in another thread if many users are served, and return its result.
-    Raises the errors of the function."""
+    """Call a function whose inputs do not change, and return its result. If many users are served, another thread calls
+    it. Raises the errors of the function."""
     it = Work(work)
     yield it
     if it.error is not None:
@@ -85,8 +86,8 @@ def beside(work: Callable[[], W]) -> Dialogue[W]:
 
 
 def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
-    """Call a function whose inputs do not change, and return its result. Another thread is used only if the work is
-    `long`."""
+    """Call a function whose inputs do not change, and return its result; by `beside` (maybe in another thread) if the
+    work is `long`, otherwise directly."""
     return (yield from beside(work)) if long else work()
 
 
@@ -101,12 +102,12 @@ def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dial
                 return cast(W, over.value)
         try:
             reaction = yield said
-        except BaseException as error:  # raised inside the dialogue, so that it can clean up
+        except BaseException as error:  # the loop raises it inside the dialogue, so that the dialogue can clean up
             reaction = error
 
 
 def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
-    """Do work in parts, letting the actor do other things in between, and return the result."""
+    """Do work in parts, so that the actor can do other work in between. Return the result."""
     while True:
         try:
             next(work)
@@ -116,7 +117,7 @@ def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
 
 
 def at_once(dialogue: Dialogue[R]) -> R:
-    """Run a dialogue that yields no replies and no questions, and return its result."""
+    """Run a dialogue that yields no replies and no questions. Return its result."""
     try:
         while True:
             said = next(dialogue)
@@ -127,17 +128,17 @@ def at_once(dialogue: Dialogue[R]) -> R:
 
 
 class Terminal(Protocol):
-    """A terminal at which a person or a program uses a session."""
+    """Where a session shows its replies and asks its questions, for a person or a program that types the lines."""
 
     @property
     def attended(self) -> bool:
-        """Return whether a person who would lose unsaved work is present."""
+        """Return whether a person is present, who would have to be asked before unsaved work is lost."""
 
     def show(self, reply: Reply) -> None:
-        """Show a reply to a command, or a message of the robot."""
+        """Show a reply to a command, or a message from the robot."""
 
     def type(self, text: str, newline: bool) -> None:
-        """Show text that a program prints (TYPE)."""
+        """Show text that a program prints with TYPE. `newline`: whether the line ends after the text."""
 
     def ask(self, question: Question) -> Answer:
         """Ask a question, and return the answer; None if nobody answers. Raises VrsError at the end of the input,
@@ -178,7 +179,8 @@ class Notes:
         """Show nothing, because nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Return the parsed answer to a question. Raises EndOfInput if a question of a program gets no answer."""
+        """Return the answer to a question, parsed from its text. Raises EndOfInput if a program asks for a line
+        (PROMPT) and there is no answer."""
         typed = self._answer(question)
         if isinstance(question, Confirmation | Parting):
             return None if typed is None else typed.strip().upper().startswith("Y")
@@ -204,11 +206,12 @@ Outlet = Callable[["Ticket[Any]", "Reply | Question | None"], None]
 
 
 class Ticket(Generic[T]):
-    """A request. `result` waits for its end, and raises its error. Its replies and questions go to the `outlet`;
-    without an outlet they are kept here until they are read. The other fields are for the robot's thread. `dialogue`
-    carries out the request; `by` is the user who sent it. `reaction`: the value sent into the dialogue when it
-    continues. `asked`: the id of its last question. `place`: the queue that holds the request; None while it is
-    running, and after its end. `put` queues calls of `react` and `withdraw` for the robot's thread."""
+    """A request of a user. `result` waits for the end of the request, and raises its error. Its replies and questions
+    go to the `outlet`; without an outlet they are kept here until `take_said` reads them. The other fields are for the
+    robot's thread. `dialogue` carries out the request; `by` is the user who sent it. `reaction`: the answer or error
+    that is sent into the dialogue when it continues. `asked`: the id of its last question. `place`: the queue that
+    holds the request; None while the request is running, and after its end. `put` queues calls of `react` and
+    `withdraw` for the robot's thread."""
 
     def __init__(
         self,
@@ -226,7 +229,8 @@ class Ticket(Generic[T]):
         self._said: deque[Reply | Question] = deque()
         self._put, self._react, self._withdraw = put, react, withdraw
         self._ended = False
-        self._bell = Lock()  # locked until the request ends (faster than an Event, which needs fourteen calls)
+        # locked until the request ends (a Lock is faster than an Event, which makes fourteen calls)
+        self._bell = Lock()
         self._bell.acquire()
         self._result: T | None = None
         self._error: BaseException | None = None
@@ -234,9 +238,11 @@ class Ticket(Generic[T]):
     # --- the user's side, in any thread ---
 
     def take_said(self) -> list[Reply | Question]:
-        """Return and remove the replies and questions that were not yet taken."""
+        """Return and remove the replies and questions that have not been read yet."""
         there: list[Reply | Question] = []
-        with suppress(IndexError):  # the queue is empty because another thread may take replies, too
+        # popleft fails when the queue is empty; a test before it is unsafe, because another thread may take replies,
+        # too
+        with suppress(IndexError):
             while True:
                 there.append(self._said.popleft())
         return there
@@ -259,16 +265,16 @@ class Ticket(Generic[T]):
         return cast(T, self._result)
 
     def answer(self, question: int, answer: Answer) -> None:
-        """Answer the question with this id. A late answer has no effect."""
+        """Answer the question with the id `question`. An answer that arrives too late has no effect."""
         self._put(partial(self._react, self, answer, question))
 
     def throw(self, error: BaseException, question: int = 0) -> None:
-        """Raise an error inside the request, which may continue: a reply could not be shown, or the question with this
-        id could not be asked."""
+        """Raise an error inside the dialogue of the request, because a reply could not be shown, or because the
+        question with the id `question` could not be asked. The dialogue may handle the error and continue."""
         self._put(partial(self._react, self, error, question))
 
     def withdraw(self) -> None:
-        """End the request early, without doing its remaining work."""
+        """End the request early: its remaining work is not done."""
         self._put(partial(self._withdraw, self))
 
     # --- the robot's side ---
@@ -280,9 +286,9 @@ class Ticket(Generic[T]):
             self._said.append(said)
 
     def end(self, result: T | None, error: BaseException | None = None) -> None:
-        """End with a result or an error. The traceback of a VrsError is removed: its frames refer to this ticket. Such
-        a reference cycle would keep their values (tokens, programs) in memory in a server whose garbage collector does
-        not visit old objects."""
+        """End the request with a result or an error. The traceback of a VrsError is removed, because its frames refer
+        to this ticket. Such a reference cycle would keep values (tokens, programs) in memory in a server, where the
+        garbage collector does not visit old objects."""
         self._result, self._error = result, error.with_traceback(None) if isinstance(error, VrsError) else error
         self._ended = True
         self._bell.release()
@@ -290,10 +296,11 @@ class Ticket(Generic[T]):
 
 
 class Waiting:
-    """Requests that have not begun. Users take turns; a user's requests begin in the order in which they were sent."""
+    """Requests that have not begun. The users take turns; the requests of one user begin in the order in which they
+    were sent."""
 
     def __init__(self) -> None:
-        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the first user has the next turn
+        self._by_user: dict[object, deque[Ticket[Any]]] = {}  # the first user in this dictionary has the next turn
         self.count = 0
 
     def append(self, ticket: Ticket[Any]) -> None:
@@ -301,11 +308,11 @@ class Waiting:
         self.count += 1
 
     def next(self, busy: Collection[object] = ()) -> Ticket[Any] | None:
-        """Return the next request of a user who is not busy."""
+        """Return the first request of the user whose turn is next, skipping `busy` users; None if there is none."""
         return next((own[0] for by, own in self._by_user.items() if by not in busy), None)
 
     def remove(self, ticket: Ticket[Any]) -> None:
-        """Remove a request, and move its user to the end of the order."""
+        """Remove a request, and give its user the last turn."""
         own = self._by_user.pop(ticket.by)
         own.remove(ticket)
         self.count -= 1
@@ -317,8 +324,8 @@ class Waiting:
 
 
 def internal_error(error: BaseException, *, afar: bool = False) -> Message:
-    """Return the message for an unexpected exception, and write its traceback to a file; the shell continues
-    afterwards. `afar`: the user is remote, so the message gives only the name of that file."""
+    """Write the traceback of an unexpected exception to a file, and return a message about it; the shell continues
+    afterwards. `afar`: the user is remote, so the message gives only the name of that file, without its folder."""
     import tempfile  # imported here because these load many modules that few processes need
     import traceback
 

@@ -1,14 +1,14 @@
-"""Drag the tool to a pose that the user chooses, the target; the arm moves the tool as near to the target as possible.
-Between targets the goal (the joints for the tool's pose) changes no faster than the joints can move at full speed, so
-the arm never jumps:
+"""Drag the tool to a target pose that the user chooses; the arm moves the tool as near to the target as possible. The
+joints computed for the target are called the goal. Between two targets the goal changes no faster than the joints can
+move at full speed, so the arm never jumps:
 
-- If the pose is in reach, with the arm and elbow of the beginning, the goal is exactly at that pose, or on the way to
-  it.
-- If the pose is out of reach, the goal descends to the nearest pose in reach (`kinematics/numeric/search.py`).
-- If the descent ends, but another path leads to the pose, the joints take that path.
+- If the target is in reach without changing between LEFTY and RIGHTY or between ABOVE and BELOW, the goal is exactly at
+  the target, or on the way to it.
+- If the target is out of reach, a descent moves the goal to the nearest pose in reach (`kinematics/numeric/search.py`).
+- If the descent makes no more progress, but another path of the joints leads to the target, the joints take that path.
 
-The wrist may pass through its straight position, from FLIP to NOFLIP, if that is nearer: no joint jumps there. `Hold`
-names the limit that keeps the tool from the target.
+The wrist may pass through its straight position, from FLIP to NOFLIP, if this makes the motion shorter: no joint jumps
+there. `Hold` names the limit that keeps the tool from the target.
 """
 
 from __future__ import annotations
@@ -30,27 +30,30 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.hand import Hold, Limit, Shortfall
 
-MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] distance within which the tool counts as at its target
-STALL_GAIN = 1e-3  # minimum progress of a target, as a fraction of the remaining distance
-# maximum sum of the wrist's singularity measures before and after it passes through its straight position
+MISS_TOLERANCE = 1e-4, radians(0.05)  # [m, rad] the tool counts as at its target within this distance and rotation
+# with less progress towards a target (fraction of the remaining distance) the descent counts as stalled
+STALL_GAIN = 1e-3
+# pass through the straight wrist only if the sum of |sin q5| before and after the passage is below this value
 WRIST_PASS_SUM = sin(radians(25.0))
-# a joint that lags is reported as near a singularity if a measure of `Singularity` (0 to 1) is below this
+# if a measure of `Singularity` (0 to 1) is below this, the singularity is named as the cause of a lagging joint
 NEAR_SINGULAR = 0.1
-MIN_AHEAD = 0.03  # minimum fraction of `JointPace.ahead` that stays allowed next to the axis of joint 1
-RETREAT_FACTOR = 5.0  # joints that would cross that axis move back by this multiple of the crossing
-COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # fractions of the time until the joints stop if no more targets arrive
-FLAT_SLOPE = 1e-3  # [m/rad] a joint with less effect on the distance from the axis of joint 1 is not limited
-SIDE_SHARE = 0.005  # minimum distance of the arm's end from the axis of joint 1, as a fraction of the arm's length
-ELBOW_MARGIN = 1e-4  # [rad] minimum distance of an elbow from its stretched position, so that it keeps its side
-STALLS_BEFORE_WAYS = 5  # number of targets without progress before the arm tries another configuration
-STALLS_BEFORE_SEARCH = 25  # number of targets without progress before another path is searched
-# minimum progress of a search with one target, as a fraction of the remaining distance; with less it restarts
+# fraction of `JointPace.ahead` that stays allowed next to the axis of joint 1, so that the arm can move along the axis
+MIN_AHEAD = 0.03
+RETREAT_FACTOR = 5.0  # move joints that would cross the axis of joint 1 back by this multiple of the crossing distance
+COMING_SHARES = 0.0, 0.25, 0.5, 1.0  # check the planned motion at these fractions of the time until the joints stop
+FLAT_SLOPE = 1e-3  # [m/rad] do not limit a joint that changes the distance from the axis of joint 1 by less than this
+SIDE_SHARE = 0.005  # keep the arm's end at least this fraction of the arm's length away from the axis of joint 1
+# [rad] keep the elbow at least this far from its stretched position, so that ABOVE does not become BELOW
+ELBOW_MARGIN = 1e-4
+STALLS_BEFORE_WAYS = 5  # try another configuration after this many targets without progress
+STALLS_BEFORE_SEARCH = 25  # search another path after this many targets without progress
+# restart a search elsewhere if a target brings less progress than this fraction of the remaining distance
 PROMISING_GAIN = 0.5
-SEARCH_STARTS = 16  # maximum number of start points of a search, the nearest first
-LAG_S = 0.1  # [s] maximum lag of a joint behind its goal, as a time at maximum speed
-# how far the goal may lead a joint at full speed, in multiples of the time to reach full speed
+SEARCH_STARTS = 16  # number of random start points that a search tries, the nearest first, before it draws new ones
+LAG_S = 0.1  # [s] a joint counts as late if it needs longer than this, at maximum speed, to reach its goal
+# the goal may be ahead of a joint by the distance travelled at full speed in this many times the acceleration time
 STOPPING_FACTOR = 1.5
-REST_TOLERANCE = 1e-7  # [rad, m] distance from the goal within which the arm need not move
+REST_TOLERANCE = 1e-7  # [rad, m] an arm at rest does not move if its goal is nearer than this
 
 
 class Range(NamedTuple):
@@ -58,8 +61,8 @@ class Range(NamedTuple):
     upper: Joints
 
     def around(self, q: Joints, below: Joints, above: Joints) -> Range:
-        """Return the part of the range from q - `below` to q + `above`. If q is outside the range, take the nearest
-        position in the range instead of q."""
+        """Return the part of the range between q - `below` and q + `above`. If q is outside the range, use the nearest
+        position inside instead of q."""
         q = self.put(q)
         lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
         return Range(lower, self.put(tuple(x + step for x, step in zip(q, above, strict=True))))
@@ -72,22 +75,23 @@ class Range(NamedTuple):
 
 
 class JointPace(NamedTuple):
-    """The limits for each joint [rad, m]: how far `ahead` of the joint its goal may be, so that the joint can stop
-    there, and by how much the joint may `lag` behind its goal before it counts as late."""
+    """The distances allowed between each joint and its goal [rad, m]: the goal may be `ahead` of the joint by so much,
+    so that the joint can stop there; a joint counts as late if it is more than `lag` behind its goal."""
 
     ahead: Joints
     lag: Joints
 
     @classmethod
     def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
-        """Return the limits for joints with these maximum velocities and accelerations."""
+        """Return the allowed distances for joints with the given maximum velocities and accelerations."""
         rows = list(zip(velocity, acceleration, strict=True))
         return cls(tuple(v * max(LAG_S, STOPPING_FACTOR * v / a) for v, a in rows), tuple(v * LAG_S for v, _ in rows))
 
 
 class Search:
-    """A search of the whole joint ranges for other joints that bring the tool to a target, for an arm without a closed
-    form. It continues a little with each target, because a robot has no time for a long search."""
+    """A search of the whole joint ranges for other joints that bring the tool to a target, for an arm without a
+    closed-form inverse. Each target advances the search by one step, because there is no time for a long search between
+    two targets."""
 
     def __init__(self, model: RobotModel, within: Range) -> None:
         self._range, self._speeds = within, model.max_velocity
@@ -96,8 +100,9 @@ class Search:
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Continue the search and return joints at the target, if found. Without progress, restart at a new point."""
-        if self._at is None:  # begin at the random joint vector that the arm can reach soonest
+        """Continue the search. Return joints that bring the tool to the target; None if none are found yet. Without
+        progress, restart from another point."""
+        if self._at is None:  # begin at the one of some random joint vectors that the arm can reach soonest
             if not self._starts:
                 some = islice(self._anywhere, SEARCH_STARTS)
                 self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -109,9 +114,9 @@ class Search:
 
 
 class Pursuit:
-    """The computation of joints for the targets of the tool; it uses no clock. `goal`: the last joints found [rad, m];
-    `steady`: whether they bring the tool to the target. `range`: the joint ranges in which the arm keeps its
-    configuration."""
+    """The computation of the joints for a dragged tool; it uses no clock. `goal`: the last joints found [rad, m];
+    `steady`: whether they bring the tool to the target. `kept`: the configuration of the arm, which stays the same
+    (except the wrist); `range`: the joint ranges in which it does."""
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
         self.arm = arm
@@ -120,21 +125,22 @@ class Pursuit:
         self.goal = self.range.put(q)
         self._side = _side_of(arm, q, self.kept)
         self.steady = True
-        self._closed = arm.hand is not None  # whether the arm has a closed form
-        self.roundabout = False  # whether the joints go to the target by another path
-        self._elsewhere: Joints | None = None  # joints that bring the tool to the target, from a search
+        self._closed = arm.hand is not None  # whether the arm has a closed-form inverse
+        self.roundabout = False  # whether the joints take another path to the target, because the descent has stalled
+        self._elsewhere: Joints | None = None  # joints found by a search that bring the tool to the target
         self._search = Search(arm.model, self.range)
         self._finds_all = not self._closed and len(arm.ways) > 1
         if self._finds_all:
             # the first call is slow: make it now, before targets arrive
             arm.inverse_branch(arm.forward(q), self.kept, q)
-        self._stalled = 0  # number of successive targets for which no joint moved
+        self._stalled = 0  # number of successive targets without progress
 
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
-        """Follow one more target. `coming`: the current joints, and the joints that follow if no other target
-        arrives."""
+        """Compute the goal for one more target. `coming`: the current joints, and the joints that follow if no other
+        target arrives; `pace`: the allowed distances between joints and goal. Return how far the tool is from the
+        target, and why."""
         now, pose = coming[0], _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, pose, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
         there = self._joints_there(pose) if self._closed else self._found_again(aim)
@@ -148,7 +154,7 @@ class Pursuit:
         self.roundabout = there is not None and (self.roundabout or stalled)
         self.goal, self.steady = nearest.joints, False
         if self.roundabout and there is not None:
-            # these joints may also cross that axis
+            # on this path the joints may cross the axis of joint 1
             self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))
             return self._lagging(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
         if aim.miss(self.goal).within(*MISS_TOLERANCE):
@@ -160,9 +166,9 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """Return the maximum distances of the goal below and above the joints [rad, m]. The goal must not lead the arm
-        across the axis of joint 1: near the axis all joints are limited in proportion, so that they can stop before it
-        from any speed, but some distance stays allowed, to move along the axis. Joints that would cross it move
+        """Return how far the goal may be below and above each joint [rad, m]. The goal must not lead the arm across the
+        axis of joint 1. So near the axis the distances of all joints are reduced in proportion: the joints can then
+        stop before the axis from any speed, and can still move along it. Joints that would cross the axis are moved
         back."""
         ahead = pace.ahead
         if self._side is None:
@@ -178,11 +184,13 @@ class Pursuit:
 
     @property
     def _way(self) -> Configuration:
-        """The kept arm and elbow (RIGHTY, ABOVE ...) with the wrist (FLIP or NOFLIP) of the goal."""
+        """The configuration for the next goal: arm and elbow (RIGHTY, ABOVE ...) as at the start, the wrist (FLIP or
+        NOFLIP) of the last goal."""
         return Configuration.of(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _joints_there(self, pose: Transform) -> Joints | None:
-        """Return the joints for a pose in the current configuration; None if the pose is out of reach in it."""
+        """Return the joints for a pose in the current configuration; None if the configuration cannot reach the
+        pose."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.other_wrist) if have.wrist is not None and straight < WRIST_PASS_SUM else (have,):
@@ -194,7 +202,8 @@ class Pursuit:
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
 
     def _another(self, aim: Aim, now: Joints) -> Joints | None:
-        """Return other joints for the target's pose if the arm has stalled for several targets; None otherwise."""
+        """Return joints of another configuration, or from a search, that reach the target; None if none are found, or
+        if the arm has not been stalled for long enough."""
         if self._finds_all and self._stalled > STALLS_BEFORE_WAYS:
             ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
             inside = [q for q in ways if q is not None and self.range.holds(q)]
@@ -202,7 +211,7 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > STALLS_BEFORE_SEARCH else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """Return the joints found by a search, adapted to a target that has moved since then."""
+        """Return the joints found earlier by a search, moved to the current target; None if there are none."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*MISS_TOLERANCE) else None
@@ -212,12 +221,13 @@ class Pursuit:
 
     @staticmethod
     def _lagging(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
-        """Return the shortfall for a target within reach: its cause is the joint that lags most."""
+        """Return the shortfall for a target in reach; it names the joint that lags most as the cause. `late`: the lag
+        of each joint as a multiple of the allowed lag."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
-        """Yield the limits that hold the tool back: first joints at the ends of their ranges, then the reach, then
-        joints that are too slow."""
+        """Yield the limits that keep the tool from its target: first joints at the ends of their ranges, then the
+        reach, then joints that are too slow."""
         model, named, hurried = self.arm.model, False, list[int]()
         for i, (side, x) in enumerate(zip(nearest.pressed, self.goal, strict=True)):
             if side and x == self.range[side > 0][i]:
@@ -238,8 +248,8 @@ class Pursuit:
             yield Hold(Limit.REACH)
 
     def _out_of_reach(self, aim: Aim) -> str | None:
-        """Return `far` or `close` for a limit of the reach, "" for a limit without a name; None if only the ranges of
-        joints limit the tool."""
+        """Return which limit of the reach the target exceeds: `far` or `close`, or "" for a limit without a name; None
+        if the target is within reach and only joint ranges limit the tool."""
         if not self._closed or self.arm.branch_joints(aim.flange, self._way, self.goal) is not None:
             return None
         clearance = self.arm.clearance(aim.flange, self._way)
@@ -247,15 +257,14 @@ class Pursuit:
 
 
 def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
-    """Return the nearest pose whose parts can all be reached (a SCARA cannot change the tilt)."""
+    """Return the nearest pose that this kind of arm can take (a SCARA cannot tilt the tool)."""
     while (forbidden := arm.unchanging.forbids(T_base_flange)) is not None:
         T_base_flange = forbidden.right
     return T_base_flange
 
 
 def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
-    """Return the joint ranges in which the elbow stays on its side of the stretched position and of the folded
-    position."""
+    """Return the joint ranges in which the elbow passes neither its stretched nor its folded position."""
     lower, upper = list(arm.model.lower), list(arm.model.upper)
     if arm.fold is not None:
         i, stretched = arm.fold
@@ -270,7 +279,7 @@ def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
 
 
 def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
-    """Return the side of the axis of joint 1 on which the arm stays."""
+    """Return the side of the axis of joint 1 on which the arm stays; None if the arm has no such sides."""
     if (outward := arm.outward(q)) == inf:
         return None
     sign = -1.0 if kept.arm is Arm.RIGHTY else 1.0
@@ -278,12 +287,14 @@ def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
 
 
 def _ticks(a: Joints, b: Joints, step: Joints) -> float:
-    """Return how many steps the slowest joint needs between two joint vectors."""
+    """Return the time that the slowest joint needs between the joint vectors a and b, in units of time in which the
+    joints move by `step`."""
     return max(abs(y - x) / s for x, y, s in zip(a, b, step, strict=True))
 
 
 def _towards(a: Joints, b: Joints, box: Range) -> Joints:
-    """Return the last point on the straight line from a to b that is in the box; all joints move in proportion."""
+    """Return the last point on the straight line in joint space from a to b that is in the box; all joints move in
+    proportion."""
     shares = [
         ((high if y > high else low) - x) / (y - x)
         for x, y, low, high in zip(a, b, *box, strict=True)
@@ -294,7 +305,7 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 
 
 class Dragging:
-    """A stream of tool targets to an engine. If no more targets arrive, the arm stops."""
+    """The control of an engine by a stream of tool targets. If no more targets arrive, the arm stops."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -302,8 +313,9 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """Accept a target for the tool. `issued`: when the user sent it, if earlier than now. With ENABLE COLLISION the
-        tool stops before a contact. Raises PowerOff."""
+        """Move the arm towards a target pose of the tool. `issued`: when the user sent the target, if earlier than now
+        [s]. Return how far the tool is from the target. With ENABLE COLLISION the tool stops before a contact. Raises
+        PowerOff."""
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
         tick, self._last = DRAGGING.tick(DRAG_TICK if self._last is None else now - self._last), now

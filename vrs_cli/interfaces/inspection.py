@@ -25,19 +25,20 @@ from vrs_cli.values.diagnostics import Diagnostic, Dialect, Severity, Span, in_o
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
 
-# motions whose first argument is their target; those in IN_FRONT stop at a distance in front of it
+# motions whose first argument is the target location; those in IN_FRONT stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
-CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # after these, reach can be checked only in a run
+# these instructions change frames: afterwards only a run can check the reach
+CHANGING_FRAMES = frozenset({"TOOL", "BASE"})
 
 
 def inspect(
     text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL, name: str = ""
 ) -> tuple[Diagnostic, ...]:
-    """Find all mistakes in a file on its own: those that LOAD finds in an empty memory, steps that cannot be reached,
-    constants that fail in every run, and constant locations that this robot cannot reach. The findings are in the order
-    of the lines. Variables that `cell` sets count as having values. `name`: the name of the file, used for steps
-    without a heading."""
+    """Find all mistakes in a single file: those that LOAD would find with an empty memory, steps that cannot be
+    reached, constants that fail in every run, and constant locations that this robot cannot reach. Return the findings
+    in the order of the lines. Variables that `cell` sets count as having values. `name`: the name of the file, which
+    names a program that has no .PROGRAM heading."""
     inspector = Inspector(model, dialect, cell)
     return inspector.inspect(inspector.read(text, name))
 
@@ -46,9 +47,9 @@ Parts = tuple[parser.Placed, ...]
 
 
 class Beside(Struct, frozen=True):
-    """The contents of the other files that share a name space with a file: `programs` by key, and sections of
-    variables. `first`: the keys of the programs in files before it. `elsewhere`: the keys of programs in nearby files,
-    which may be called although they are in another name space."""
+    """The contents of the other files in the name space of a file: `programs` by key, and their `sections` of
+    variables. `first`: the keys of the programs in files that are loaded before it. `elsewhere`: the keys of programs
+    in nearby files, which may be called although they are in another name space."""
 
     programs: Mapping[str, ast.Program] = NO_PROGRAMS
     sections: tuple[ast.Section, ...] = ()
@@ -60,7 +61,7 @@ ALONE = Beside()
 
 
 def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
-    """Return, for each file of one name space, the contents of the other files."""
+    """Yield, for each file of a name space, the contents of the other files."""
     programs = [{program.key: program for _, program in parser.programs_of(parts)} for parts in files]
     sections = [tuple(one.part.node for one in parts if isinstance(one.part.node, ast.Section)) for parts in files]
     first = frozenset[str]()
@@ -72,8 +73,8 @@ def beside_each(files: Sequence[Parts]) -> Iterator[Beside]:
 
 
 class _Robot:
-    """A robot that makes its engine when it is first used for more than its model. Many files need none, and the
-    modules of an engine take a tenth of the time of `vrs check`."""
+    """A robot that makes its engine only when more than the model is needed. Many files need no engine, and importing
+    its modules takes a tenth of the time of `vrs check`."""
 
     def __init__(self, model: RobotModel) -> None:
         self.model = model
@@ -96,8 +97,8 @@ _Basis = tuple[object, ...]
 
 
 class _Inspected(Struct, frozen=True, eq=False):
-    """The findings in a program, and all data outside the program on which they depend. `of_running`: findings about
-    steps that cannot be reached or that always fail."""
+    """The findings in one program. `basis`: all data outside the program on which the findings depend; they are valid
+    while it stays equal. `of_running`: findings about steps that cannot be reached or that always fail."""
 
     basis: _Basis
     analysis: Analysis
@@ -106,7 +107,7 @@ class _Inspected(Struct, frozen=True, eq=False):
 
 class Inspector:
     """The checker of successive versions of one file. It keeps the findings for programs and sections that have not
-    changed."""
+    changed between two versions."""
 
     def __init__(
         self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: signals.Cell = signals.NO_CELL
@@ -118,14 +119,14 @@ class Inspector:
         self._ways: dict[parser.Part, tuple[_Way, ...]] = {}
 
     def read(self, text: str, name: str = "") -> Parts:
-        """Return the parts of the current version of the file. `name`: the name of the file, used for steps without a
-        heading."""
+        """Return the parts (programs and sections) of the current version of the file. `name`: the name of the file,
+        which names a program that has no .PROGRAM heading."""
         parts = parser.parts_of(text, self._known, self._dialect, name)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
 
     def inspect(self, parts: Parts, beside: Beside = ALONE) -> tuple[Diagnostic, ...]:
-        """Return all mistakes in the parts."""
+        """Return all mistakes in the parts of a file. `beside`: the contents of the other files in its name space."""
         lines = tuple(line for placed in parts for line in placed.part.lines)
         foreign = parser.foreign_file("\n".join(lines))
         if foreign is not None and not parser.has_program("\n".join(lines)):
@@ -178,8 +179,8 @@ class Inspector:
     def _out_of_reach(
         self, environment: Environment, programs: tuple[tuple[parser.Placed, ast.Program], ...], beside: Beside
     ) -> Iterator[Diagnostic]:
-        """Yield a warning for each motion to an unreachable location, if the file defines the location and no
-        instruction changes it."""
+        """Yield a warning for each motion to a location that the robot cannot reach, if the file defines the location
+        and no instruction changes it."""
         self._ways = {placed.part: self._ways.get(placed.part) or _ways(program) for placed, program in programs}
         others = tuple(beside.programs.values())
         if any(_CHANGES_FRAMES in ways for ways in (*self._ways.values(), *map(_ways, others))):
@@ -200,8 +201,8 @@ class Inspector:
 
 
 def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
-    """Return everything outside a program's text on which the findings in the program depend: variables and programs of
-    the file."""
+    """Return everything outside a program's text on which the findings in the program depend: the variables and
+    programs that it uses."""
     programs = (around.programs.get(key) for key in sorted(analysis.calls))
     called = tuple(it and (it.name, tuple((one.sigil, one.name) for one in it.parameters)) for it in programs)
     names = around.program_keys if None in called else ()
@@ -224,9 +225,9 @@ def _basis(around: analyzer.Surroundings, analysis: Analysis) -> _Basis:
 
 
 def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel) -> tuple[Diagnostic, ...]:
-    """Return the warnings of `inspect` about steps that a run skips or carries out without a message. Other findings
-    are shown elsewhere: LOAD shows the warnings of the analysis, and the run reports failing steps and locations out of
-    reach. `programs`: the programs of one file, without errors."""
+    """Return the warnings about steps that a run would skip or carry out without a message. Other findings are shown
+    elsewhere: LOAD shows the warnings of the analysis, and the run reports failing steps and locations out of reach.
+    `programs`: the programs of one file, without errors."""
     found, constants, idle = list[Diagnostic](), _constants(model), set[str]()
     for one in programs:
         found += _warn_of_steps(one.analysis)
@@ -236,14 +237,15 @@ def told_before_run(programs: Sequence[memory.StoredProgram], model: RobotModel)
 
 
 def _warn_of_steps(analysis: Analysis) -> Iterator[Diagnostic]:
-    """Yield warnings of steps that cannot be reached, and of a DELAY that may be mistaken for a pause of the
-    program."""
+    """Yield warnings about steps that cannot be reached, and about a DELAY that the author may have mistaken for a
+    pause of the program."""
     yield from structure.unreachable(analysis.program, analysis.blocks, analysis.labels)
     yield from analyzer.delays(analysis.program)
 
 
 def _constants(model: RobotModel) -> Constants:
-    """Return the evaluator of constants. It uses a separate robot, because constants may change settings."""
+    """Return an evaluator of constant expressions. It has a robot of its own, because evaluating may change
+    settings."""
     robot = _Robot(model)
     context = memory.Context(Environment(units=model.units), cast("Engine", robot))
     return Constants(context, robot.perform)
@@ -253,8 +255,8 @@ def _constants(model: RobotModel) -> Constants:
 
 
 def _settings_of(program: ast.Program, idle: set[str]) -> Iterator[Diagnostic]:
-    """Yield a warning at the first use of each switch and parameter that has no effect on this robot, except the names
-    in `idle`."""
+    """Yield a warning at the first use of each switch and parameter that has no effect on a virtual robot. `idle`: the
+    names that have already been reported; new ones are added."""
     named = (
         (word, settings.idle_of(_SETTING[it.word], word.text))
         for it in (step.statement for step in program.steps)
@@ -278,7 +280,7 @@ _SETTING: Mapping[str, Mapping[str, settings.Idle]] = {
 
 
 class _Way(Struct, frozen=True):
-    """A motion to a location. `distance`: how far in front of the location the motion ends [m]."""
+    """A motion to a location. `target`: the location; `distance`: how far in front of it the motion ends [m]."""
 
     target: ast.Variable | ast.Call
     distance: float
@@ -289,7 +291,8 @@ class _Way(Struct, frozen=True):
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
-_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # marks a change of TOOL or BASE
+# stands for an instruction that changes TOOL or BASE
+_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)
 
 
 def _ways(program: ast.Program) -> tuple[_Way, ...]:
@@ -314,7 +317,8 @@ def _way(statement: ast.Instruction) -> _Way | None:
 
 
 def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
-    """Return the arguments of TRANS, #PPOINT or NULL if all are numbers; None if they are unknown before a run."""
+    """Return the arguments of a call of TRANS, #PPOINT or NULL if all are numbers; None if only a run can compute
+    them."""
     numbers = tuple(map(ast.plain_number, place.arguments))
     missing = any(at is None and given is not None for at, given in zip(numbers, place.arguments, strict=True))
     return (
@@ -325,7 +329,8 @@ def _numbers(place: ast.Call) -> tuple[float | None, ...] | None:
 
 
 def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform | tuple[float, ...]:
-    """Return the location that numbers describe; the function (TRANS, #PPOINT) supplies missing ones."""
+    """Return the location that a call with numbers describes: a transformation, or joints for #PPOINT. Missing
+    arguments have the default of TRANS or #PPOINT."""
     numbers = (*(_numbers(place) or ()), *(None,) * parser.JOINTS_HIGH)
     if place.name == "#PPOINT":
         return joints.TURNING.read(number or 0.0 for number in numbers[:joint_count])
@@ -333,8 +338,8 @@ def _place_of_numbers(place: ast.Call, joint_count: int) -> transform.Transform 
 
 
 def _refusal(way: _Way, environment: Environment, robot: _Robot) -> MotionError | IllegalValue | None:
-    """Return why no configuration of the arm reaches a location; None if one does, or if the location has no known
-    value."""
+    """Return why no configuration of the arm reaches the location of a motion; None if one does, or if the value of the
+    location is unknown."""
     target, distance, count = way.target, way.distance, robot.model.joint_count
     place = _value(environment, target) if isinstance(target, ast.Variable) else _place_of_numbers(target, count)
     try:

@@ -1,8 +1,8 @@
-"""Make a program from the past motion of an arm: the program moves the tool along the same path. The path is divided
+"""Make a program from a recorded motion of an arm: the program moves the tool along the same path. The path is divided
 into joint-interpolated motions between precision points, as few as the tolerance for the tool's position and
 orientation allows (Douglas and Peucker, "Algorithms for the reduction of the number of points required to represent a
-digitized line", 1973). The program rounds its corners, also within the tolerance. It is then run in virtual time and
-compared with the path; if it exceeds the tolerance, it is made again with smaller steps."""
+digitized line", 1973). The program rounds its corners, also within the tolerance. A test run in virtual time compares
+the program with the path; if the difference exceeds the tolerance, a program with more points is made."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, JointTarget, Move, SetParameter
 
-LOOK_STEP_S = 0.01  # [s] time between two samples of the path
-STANDS = 1e-6  # [rad, m] tolerance for a joint at rest
+LOOK_STEP_S = 0.01  # [s] time between two samples of the recorded path
+STANDS = 1e-6  # [rad, m] a joint counts as at rest if it moves by less than this
 DECIMALS = 4  # number of decimals of joint values in a program [deg, mm]
 ATTEMPTS = 6
-FIRST_SHARE = 0.7  # fraction of the tolerance for the path without rounded corners
-FINER_SHARE = 0.6  # factor on the tolerance for the next attempt
-SAME_POSE_SHARE = 0.2  # distance below which two poses count as one, as a fraction of the tolerance
-NEAR_POINTS = 60  # number of path points among which the nearest point is searched
-MAX_RECORDING_S = 3600.0  # [s] maximum duration of a recorded path
+FIRST_SHARE = 0.7  # fraction of the tolerance used for choosing points; rounding uses the rest
+FINER_SHARE = 0.6  # each new attempt reduces that tolerance and the rounding by this factor
+SAME_POSE_SHARE = 0.2  # skip a sample nearer to the previous one than this fraction of the tolerance
+NEAR_POINTS = 60  # search the nearest point of a path only among the next points of this number
+MAX_RECORDING_S = 3600.0  # [s] maximum duration of a recording
 
 
 class Tolerance(NamedTuple):
-    """The maximum distance of a tool from a path [m], and the maximum rotation from the path's orientation [rad]."""
+    """The allowed distance of a tool from a path [m], and its allowed rotation from the path's orientation [rad]."""
 
     away: float
     turned: float
@@ -41,13 +41,13 @@ class Tolerance(NamedTuple):
         return Tolerance(part * self.away, part * self.turned)
 
 
-RECORDED = Tolerance(0.002, radians(1.0))  # tolerance for programs that are recorded by hand
+RECORDED = Tolerance(0.002, radians(1.0))  # tolerance for programs made from a path along which a user dragged the tool
 Way = tuple[Joints, ...]  # joints along a path, in order of time
 
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
-    """Return the path from `begin` to `end` [s]. A point is left out if it is within a fraction of the tolerance from
-    the previous one."""
+    """Return the path of the arm from time `begin` to time `end` [s]. A point is left out if it is nearer to the
+    previous point than a fraction of the tolerance."""
     count, least = max(ceil((end - begin) / LOOK_STEP_S), 1), tolerance.times(SAME_POSE_SHARE)
     found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
     kept = [found[0]]
@@ -62,8 +62,8 @@ def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, toleranc
 def recorded_program(
     arm: RobotArm, timeline: Timeline, begin: float, end: float, name: str, tolerance: Tolerance
 ) -> str:
-    """Return the text of a program that moves the tool along the path of that interval [s]. Raises UsageError if the
-    arm did not move."""
+    """Return the text of a program with the given name that moves the tool along the path of the arm between the times
+    `begin` and `end` [s]. Raises UsageError if the arm did not move."""
     if end - begin > MAX_RECORDING_S:
         raise UsageError(f"{end - begin:.0f} s of motion", f"record {MAX_RECORDING_S:.0f} s at most")
     way = way_of(arm, timeline, begin, end, tolerance)
@@ -88,15 +88,15 @@ def recorded_program(
 
 
 def corners(arm: RobotArm, T_flange_tool: transform.Transform, way: Way, tolerance: Tolerance) -> list[int]:
-    """Return the indexes of some points of a path. Joint-interpolated motions between these points follow the path
-    within the tolerance."""
+    """Return the indexes of points of a path such that joint-interpolated motions between them follow the path within
+    the tolerance."""
     seen = [transform.compose(arm.forward(q), T_flange_tool) for q in way]
     chosen, open_ = [0], [(0, len(seen) - 1)]
     while open_:
         a, b = open_.pop()
         worst, miss = _worst(arm, T_flange_tool, way, seen, (a, b), tolerance)
         if miss > 1.0:
-            open_ += [(worst, b), (a, worst)]  # the part nearer to the start is handled first
+            open_ += [(worst, b), (a, worst)]  # last in, first out: the half nearer to the start is divided first
         else:
             chosen.append(b)
     return chosen
@@ -110,8 +110,8 @@ def _worst(
     ends: tuple[int, int],
     tolerance: Tolerance,
 ) -> tuple[int, float]:
-    """Return the index of the point between points a and b of a path that is farthest from the motion from a to b, and
-    its distance as a multiple of the tolerance."""
+    """Return the index of the path point that is farthest from the direct motion between the points with the indexes
+    `ends`, and its distance as a multiple of the tolerance."""
     a, b = ends
     begin, way = joints[a], [y - x for x, y in zip(joints[a], joints[b], strict=True)]
     square = sum([x * x for x in way])
@@ -135,7 +135,7 @@ def _miss(a: transform.Transform, b: transform.Transform, tolerance: Tolerance) 
 
 
 def _as_written(arm: RobotArm, q: Joints) -> Joints:
-    """Return joints rounded to the decimals of a program, and limited to their ranges."""
+    """Return the joints as a program text gives them: rounded to DECIMALS, and limited to their ranges."""
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.to_display(q)))
     return put_inside(rounded, model.lower, model.upper)
@@ -149,7 +149,8 @@ def _follows_way(
     rounding: float,
     tolerance: Tolerance,
 ) -> bool:
-    """Run the program. Return whether its path and the given path are everywhere within the tolerance of each other."""
+    """Run the program with the given joints in virtual time. Return whether its path and the recorded path `way` are
+    everywhere within the tolerance of each other. `rounding` [m]: how much the program rounds corners."""
     engine = Engine(arm.model, start=joints[0])
     engine.perform(SetParameter("ROUNDING", 1000.0 * rounding), program=True)
     for q in joints[1:]:
@@ -162,7 +163,8 @@ def _follows_way(
 
 
 def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Transform], tolerance: Tolerance) -> bool:
-    """Return whether each pose is near the path through the other poses; both sequences run in the same direction."""
+    """Return whether each pose of `some` is near the path through the poses `others`. Both sequences have the same
+    direction."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:
         nearest = min(range(near, min(near + NEAR_POINTS, len(others))), key=lambda k: _unlike(pose, others[k], weight))
@@ -174,15 +176,16 @@ def _covers(some: Sequence[transform.Transform], others: Sequence[transform.Tran
 
 
 def _unlike(a: transform.Transform, b: transform.Transform, weight: float) -> float:
-    """Return the squared distance plus a weighted squared distance of the axes. For small values this orders pairs of
-    poses like `_miss`, but is faster."""
+    """Return the squared distance of two poses plus the weighted squared distance of their axes. For small distances
+    this orders pairs of poses as `_miss` does, but is faster to compute."""
     squares = [(x - y) * (x - y) for x, y in zip(a, b, strict=True)]
     away = squares[3] + squares[7] + squares[11]
     return away + 0.5 * weight * (sum(squares) - away)
 
 
 def _beside(pose: transform.Transform, a: transform.Transform, b: transform.Transform, tolerance: Tolerance) -> float:
-    """Return how far a pose is from the straight line between two others, as a multiple of the tolerance."""
+    """Return the distance of a pose from the straight line between the poses a and b, as a multiple of the
+    tolerance."""
     way = transform.vector_difference(transform.position(b), transform.position(a))
     square = transform.dot(way, way)
     part = (

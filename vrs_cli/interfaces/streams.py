@@ -1,8 +1,8 @@
-"""Streams of targets, turned into motions that begin while the robot moves. The newest target replaces earlier ones.
-The engine follows it within all limits, and brakes if no more targets arrive. A target to steer to may have a time. In
-virtual time, a stream of an hour takes a minute. In real time, an early target waits for its time on the clock, and a
-late target is followed from the current instant on: its time still determines how fast the target moves, but does not
-change the past."""
+"""Motions that follow a stream of targets while the robot moves. Each new target replaces the previous one. The engine
+moves towards it within all limits, and brakes if no more targets arrive. A joint target may have a time. In virtual
+time the stream runs faster than real time: an hour of targets takes about a minute. In real time, an early target waits
+until the clock reaches its time; a late target takes effect at the current instant. Its time then still determines the
+velocity of the target, but changes nothing in the past."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from vrs_cli.trajectory.state import Target
 
 
 class Tempo(NamedTuple):
-    """The `text` of a stream's motions, and the minimum and maximum time from one target to the next [s]. A longer time
-    is a gap, after which the arm stops."""
+    """The rate limits of a kind of stream. `text`: the text of its motions in the timeline. `shortest`, `longest`: the
+    minimum and maximum time between two targets [s]; if no target arrives for longer than that, the arm stops."""
 
     text: str
     shortest: float
     longest: float
 
     def tick(self, seconds: float) -> float:
-        """Return a time between targets, limited to this range [s]."""
+        """Return the time between two targets [s], limited to the range from `shortest` to `longest`."""
         return min(max(seconds, self.shortest), self.longest)
 
 
 STEERING = Tempo("STEER", 0.001, 0.5)
 DRAGGING = Tempo("DRAG", 0.001, 0.1)
-DRAG_TICK = 0.02  # [s] time between targets for the tool, and before the first one
+DRAG_TICK = 0.02  # [s] time between two targets for a dragged tool; also assumed before the first target
 
 
 def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
@@ -45,19 +45,21 @@ def velocity_between(a: Joints, b: Joints, seconds: float) -> Joints:
 def chase(
     engine: Engine, tempo: Tempo, target: Target, lasting: float, speed: float = 1.0, issued: float | None = None
 ) -> None:
-    """Follow a moving target for the time until the next target, `lasting` [s], beginning now. Raises PowerOff,
-    JointOutOfRange, CollisionAhead."""
+    """Follow a moving target from now on for `lasting` [s], the expected time until the next target. `speed`: fraction
+    of full speed; `issued`: when the user sent the target [s]. Raises PowerOff, JointOutOfRange, CollisionAhead."""
     engine.steer(target, tempo.tick(lasting), speed=speed, text=tempo.text, issued=issued)
 
 
 # --- targets to steer to ---------------------------------------------------------------------------------------------
 
-WAIT_DECAY = 0.95  # factor by which the maximum wait for late targets decreases with each target
+# factor applied with each late target to the longest wait so far, so that an old long wait is forgotten
+WAIT_DECAY = 0.95
 
 
 class TrackingError(Struct):
-    """Statistics of the distance between the robot and its target at the arrival of each target: the maximum over the
-    joints of a kind [rad, m], or the delay [s]."""
+    """Statistics (count, sum of squares, maximum) of a tracking error, measured when each target arrives. The error is
+    the largest distance of a joint from its target, over all revolute joints [rad] or all prismatic joints [m]; or the
+    delay of the target [s]."""
 
     targets: int = 0
     squares: float = 0.0
@@ -74,8 +76,9 @@ class TrackingError(Struct):
 
 
 class Following(Struct):
-    """How well the robot follows: the number of targets, the number of targets limited to the end of a joint's range,
-    the delays of targets [s], and the errors of the revolute and of the prismatic joints."""
+    """How well the robot follows a stream. `targets`: the number of targets; `held`: the number of targets that were
+    limited to the end of a joint's range; `lag`: the delays of the targets [s]; `turning`, `sliding`: the tracking
+    errors of the revolute and of the prismatic joints."""
 
     targets: int = 0
     held: int = 0
@@ -93,19 +96,20 @@ class Following(Struct):
 
 
 class Steering:
-    """A stream of joint or pose targets to an engine, which extrapolates linearly from the last two targets."""
+    """A stream of joint or pose targets that an engine follows. The velocity of the target is computed from the last
+    two targets, and extrapolated linearly until the next target."""
 
     def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
         self.engine, self.speed = engine, speed
         self.following = Following()
         self._last: tuple[float, Joints] | None = None
-        # when the last target arrived, and the maximum wait for the next one [s]
+        # when the last target arrived, and the expected longest wait for the next one if targets come late [s]
         self._came, self._wait = 0.0, 0.0
 
     def to(self, target: Joints | Transform, t: float | None = None) -> None:
-        """Go to a target at t [s], or now. A target outside the range of a joint is limited to the end of the range.
-        Raises LocationOutOfRange and other errors for a pose that no configuration reaches; the robot then follows the
-        previous target until it stops."""
+        """Steer to a target: joints [rad, m] or a pose T_world_tool, due at t [s] (default: now). Joints outside their
+        range are limited to its end. Raises LocationOutOfRange and other errors for a pose that no configuration
+        reaches; the robot then follows the previous target until it stops."""
         engine = self.engine
         now = self._wait_for(t)
         where, model = engine.position().joints, engine.model
@@ -122,17 +126,17 @@ class Steering:
             return
         tick = STEERING.tick(since)
         moving = Target(goal, velocity_between(last[1], goal, tick))
-        # late targets arrive in bursts: keep moving until the next burst
+        # late targets arrive in bursts: extrapolate long enough to keep moving until the next burst
         chase(engine, STEERING, moving, max(tick, self._wait), self.speed)
 
     def _wait_for(self, t: float | None) -> float:
-        """Wait until a time that may already have passed. Return the current instant [s]."""
+        """Wait until time t [s]; do not wait if t is None or has already passed. Return the current instant [s]."""
         clock = self.engine.clock
         clock.advance(clock.reached if t is None else max(t, clock.reached))
         return clock.now
 
     def finish(self) -> None:
-        """Stop at the last target, because no more targets follow."""
+        """End the stream: move to the last target and stop there."""
         self._wait_for(None)
         if self._last is not None:
             self.engine.redirect(self._last[1], speed=self.speed, text=f"{STEERING.text} ends")

@@ -1,18 +1,20 @@
-"""Streams of targets: joints to steer to, poses to which the tool is dragged, steps of JOG by a held button or by keys.
+"""Streams of targets from a user: joints to steer to, poses to which the tool is dragged, or JOG steps from a held
+button or from keys.
 
-The user opens a stream by its first target, and closes it by the last target or by letting go. The robot follows one
-stream; the newest target counts. A stream ends
+The first target opens a stream. The last target, or releasing the button or tool, closes it. The robot follows one
+stream at a time, and always its newest target. The robot ends a stream
 
-- when the robot is stopped by hand (ABORT): the streams of all users end;
+- when a user stops the robot (ABORT): the streams of all users end;
 - when another stream begins;
 - for a dragged tool also when anything else moves the robot, and when a program begins.
 
-An ended stream is refused until its user has closed it. So no button or tool that is still held moves the arm after a
-stop. Without more targets the arm comes to rest: at the end of a step, at the end of the motion for the last joints, or
-RELEASE_AFTER_S after the last pose of a dragged tool; the next pose then goes on.
+Targets of an ended stream are refused until its user has closed the stream. So a button or tool that is still held
+cannot move the arm after a stop. If no more targets arrive, the arm comes to rest: at the end of a JOG step, at the end
+of the motion to the last joints, or RELEASE_AFTER_S after the last pose of a dragged tool. The next pose then continues
+the drag.
 
-Joint targets have times given by their sender. For a dragged tool the robot takes a step towards the last pose every
-DRAG_TICK, so poses may arrive late, in bursts, or not at all for a moment.
+Joint targets have times given by their sender. For a dragged tool the robot moves towards the last pose every
+DRAG_TICK, so it does not matter if poses arrive late, in bursts, or not at all for a moment.
 """
 
 from __future__ import annotations
@@ -34,9 +36,9 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values import acts, hand
 
-RELEASE_AFTER_S = 0.6  # [s] real time without a target after which the tool is released
+RELEASE_AFTER_S = 0.6  # [s] the drag of the tool ends after this real time without a target
 DRAG_TEXT = "to drag the tool"
-# error for a target of a stream that has ended
+# for each kind of stream: the error for a target that arrives after the robot has ended the stream
 REFUSALS: Mapping[StreamKind, tuple[type[RequestRefused | UsageError], str, str]] = {
     StreamKind.STEER: (RequestRefused, "the robot steers no longer: {}", "begin anew with a first target"),
     StreamKind.DRAG: (RequestRefused, "the tool was let go: {}", "the next call drags it again"),
@@ -51,7 +53,8 @@ def _refusal(stream: TargetStream) -> VrsError:
 
 
 class TargetControl(NamedTuple):
-    """The receiver of targets from the robot's current user. Call its methods in the robot's own thread."""
+    """The receiver of targets from the current user of `session` (the robot with its programs). Call its methods in the
+    robot's own thread."""
 
     session: Station
 
@@ -61,13 +64,13 @@ class TargetControl(NamedTuple):
         return self.session.user_state.streams.get(kind)
 
     def _open(self, kind: StreamKind) -> TargetStream:
-        """Return the current user's stream of a kind; open one if the user has none."""
+        """Return the current user's stream of a kind; open a new stream if the user has none."""
         user_state = self.session.user_state
         return user_state.streams.setdefault(kind, TargetStream(kind, user_state))
 
     def _accept(self, stream: TargetStream) -> None:
-        """Accept the next target of a stream: the robot follows this stream, and another stream ends. Raises
-        RobotNotAttached, and the error of a stream that has ended."""
+        """Accept the next target of a stream: the robot now follows this stream, and the stream that it followed before
+        ends. Raises RobotNotAttached, and the error from REFUSALS if this stream has ended."""
         session, before = self.session, self.session.stream
         session.tasks.check_robot_free()
         if stream.ended:
@@ -77,20 +80,20 @@ class TargetControl(NamedTuple):
         session.stream = stream
 
     def _end(self, stream: TargetStream, why: str) -> None:
-        """End a stream: its user must close it before opening another one of the same kind."""
+        """End a stream for the reason `why`: its user must close it before opening another stream of the same kind."""
         stream.ended = why
         self._leave(stream, why)
 
     def _close(self, kind: StreamKind) -> TargetStream | None:
-        """Close the current user's stream of a kind, and return it."""
+        """Close the current user's stream of a kind, and return it; None if there is none."""
         stream = self.session.user_state.streams.pop(kind, None)
         if stream is not None:
             self._leave(stream)
         return stream
 
     def _leave(self, stream: TargetStream, why: str = "") -> None:
-        """Stop following a stream. The arm comes to rest in the way that was planned for the case that no more targets
-        arrive."""
+        """Stop following a stream. The arm stops as already planned for when targets stop arriving. `why`: the reason
+        shown to the user."""
         session = self.session
         if session.stream is not stream:
             return
@@ -103,8 +106,8 @@ class TargetControl(NamedTuple):
     # --- joints ---
 
     def steer(self, act: acts.Steer) -> None:
-        """Take a target given as joints. The first target of a stream has no velocity. Raises RequestRefused for a
-        target of a stream that has ended, RobotNotAttached, JointOutOfRange, PowerOff."""
+        """Take a joint target. The first target of a stream has no velocity. Raises RequestRefused if the robot has
+        ended the stream, RobotNotAttached, JointOutOfRange, PowerOff."""
         session, engine, user_state = self.session, self.session.engine, self.session.user_state
         speed = 1.0 if act.speed is None else act.speed
         if act.velocity is None:
@@ -122,11 +125,11 @@ class TargetControl(NamedTuple):
     # --- a button or a key ---
 
     def jog(self, jogger: Jogger, act: hand.Press | hand.StopJog | hand.Look, kind: StreamKind) -> hand.Seen:
-        """Carry out the action of a button or a key by which the user moves the arm. Return the resulting state of the
-        robot; for a refused key it contains the error. Releasing a button does not brake motions that others began.
-        Raises RoleWanted, LeaseHeld, UsageError for a button that has been held since a stop, RobotNotAttached. A
-        button opens and closes its stream even while its user does not drive, so a button that is held during a stop
-        moves nothing when its user drives later."""
+        """Carry out the action of a button or key that moves the arm. Return the resulting state of the robot; for a
+        refused key it contains the error. Releasing a button does not brake motions that other users began. Raises
+        RoleWanted, LeaseHeld, UsageError for a button that has been held since a stop, RobotNotAttached. A button opens
+        and closes its stream even while its user does not drive, so a button that is held during a stop does not move
+        the arm when its user drives later."""
         session, engine = self.session, self.session.engine
         if isinstance(act, hand.Press):
             stream = self._open(kind)
@@ -136,7 +139,7 @@ class TargetControl(NamedTuple):
             except VrsError as error:
                 if kind is StreamKind.BUTTON:
                     raise
-                jogger.said = str(error)  # shown on the screen until the next key
+                jogger.said = str(error)  # the screen shows the error until the next key
                 return jogger.do(hand.Look())
             seen = jogger.do(act)
             stream.version = engine.timeline.version
@@ -151,8 +154,9 @@ class TargetControl(NamedTuple):
     # --- a tool ---
 
     def drag(self, pose: Transform | None) -> dialogue.Dialogue[hand.Shortfall]:
-        """Take a target pose as `pull` does, and return how far the tool is from it. If other motions of the user came
-        between, the drag begins again. Raises RequestRefused, once, if the robot was stopped since the last pose."""
+        """Take a target pose as `pull` does, and return how far the tool is from the pose. If the user has moved the
+        robot in another way since the last pose, a new drag begins. Raises RequestRefused, once, if the robot was
+        stopped since the last pose."""
         session, stream = self.session, self._opened(StreamKind.DRAG)
         if (
             stream is not None
@@ -168,9 +172,9 @@ class TargetControl(NamedTuple):
         return session.pulled.held
 
     def pull(self, pose: Transform | None, issued: float | None = None) -> dialogue.Dialogue[None]:
-        """Take a target pose of the tool (T_world_tool); None releases the tool. A pose of a drag that has ended is
-        ignored. `issued`: when the user sent the pose, by the user's clock [s]. Raises RoleWanted, LeaseHeld,
-        RobotNotAttached, UsageError, PowerOff."""
+        """Take a target pose of the tool (T_world_tool); None releases the tool. A pose is ignored if the robot has
+        ended the drag and the user has not released the tool. `issued`: when the user sent the pose, by the user's
+        clock [s]. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff."""
         session = self.session
         try:
             if pose is None:
@@ -216,8 +220,8 @@ class TargetControl(NamedTuple):
             session.actor.repeat(partial(self._beat, stream))
 
     def _beat(self, stream: TargetStream) -> float | None:
-        """Carry out the robot's next step towards the last pose. Return when the next step is due [s]; None if the tool
-        was released."""
+        """Move the arm one step towards the last pose. Return the time of the next step [s]; None if the drag has
+        ended."""
         engine = self.session.engine
         clock = engine.clock
         assert isinstance(clock, WallClock)
@@ -232,7 +236,8 @@ class TargetControl(NamedTuple):
             self._follow_pose(stream)
         except VrsError as error:
             self._end(stream, str(error))
-        except Exception:  # the tool no longer follows, so the drag of the user must end
+        # the arm would not follow the tool any more, so end the user's drag before the error is reported
+        except Exception:
             self._end(stream, "the robot cannot follow: an internal error")
             raise
         return None if self.session.stream is not stream else max(due + streams.DRAG_TICK, engine.now)

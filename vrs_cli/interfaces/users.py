@@ -1,14 +1,15 @@
-"""The users of a robot: the role that a line requires, lines that may be carried out while a program runs, the lease
-(which user drives), the conversion from a user's clock to the robot's clock, and the state of each user. Every function
-takes the time of day as an argument.
+"""The users of a robot: the role that a line requires, the lines that may be carried out while a program runs, the
+lease (the exclusive right to drive the robot), the conversion from a user's clock to the robot's clock, and the state
+that is kept for each user. Every function that needs the time of day takes it as an argument.
 
-One holder of the lease drives at a time, and keeps the lease by a heartbeat. Other users can ask for the lease. The
-holder gives it away, or loses it after a time without a heartbeat, and never earlier.
+One user at a time holds the lease and drives; regular heartbeats prolong it. Other users can ask for the lease. The
+holder can give it away, and may lose it only after a fixed time without a heartbeat.
 
-The robot has one clock. A command takes effect at the clock's time of its arrival, t_c = t_iss + D_f, or later: nothing
-before t_c changes. The time of issue is the sender's claim, limited to possible values. A user's clock may be ahead of
-the robot's by an offset D. With D = -D_f, a command for the user's "now" is never late, because that clock is behind
-by the time that commands take to arrive. (A viewer has D = D_b, or looks further ahead: `Subscribe.ahead`.)
+The robot has one clock. A command that was issued at t_iss takes effect at its arrival t_c = t_iss + D_f (D_f: the
+transmission delay) or later: nothing before t_c changes. The sender states the time of issue; vrs limits it to possible
+values. A user's clock may be ahead of the robot's by an offset D. With D = -D_f the user's clock is behind by the
+transmission delay, so a command for the user's "now" is never late. (A viewer, which receives data after a delay D_b,
+has D = D_b, or looks further ahead: `Subscribe.ahead`.)
 """
 
 from __future__ import annotations
@@ -37,33 +38,36 @@ STOPPING = ("ABORT",)  # words of commands that overtake all other requests
 
 
 def check_may(said: str, wanted: Role, role: Role) -> None:
-    """Check that a user's role includes the role `wanted`. Raises RoleWanted."""
+    """Check that a user's `role` includes the role `wanted`. `said`: the name of the request, for the error message.
+    Raises RoleWanted."""
     if wanted not in role:
         raise RoleWanted(f"{said} is for {wanted.title_with_article}", f"you are {role.title_with_article}")
 
 
 def may_all(said: str, wanted: Role) -> bool:
-    """Return whether users who do not drive may also make a request: to look at the robot, or to stop it. `said`: the
-    name of the request."""
+    """Return whether users who do not drive may make a request, too: requests that only look at the robot, and requests
+    that stop it. `said`: the name of the request; `wanted`: the role that it needs."""
     return wanted is Role.OBSERVER or said in STOPPING
 
 
 def must_drive(said: str, wanted: Role, role: Role) -> bool:
-    """Return whether only the user who drives may make a request. Everybody may look, and a supervisor may stop every
-    other user. `said`: the name of the request."""
+    """Return whether only the user who drives may make a request. Every user may look at the robot, and a supervisor
+    may stop it without driving. `said`: the name of the request; `wanted`: the role that it needs; `role`: the user's
+    role."""
     return not may_all(said, wanted) or (said in STOPPING and Role.SUPERVISOR not in role)
 
 
 def check_beside(statement: Statement, *, elsewhere: bool) -> None:
-    """Check that a line can be carried out while a program runs. `elsewhere`: the program runs on a branch other than
-    the user's. Raises UsageError if the line must wait."""
+    """Check that a line can be carried out while a program runs. `elsewhere`: whether the program runs on a branch
+    other than the user's. Raises UsageError if the line must wait."""
     said, role = need_of(statement)
     check_goes_beside(CHANGE if isinstance(_inner(statement), Assignment) else said, role, elsewhere=elsewhere)
 
 
 def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
-    """Check that a request with this name and role can be carried out while a program runs. Raises UsageError if it
-    must wait."""
+    """Check that a request can be carried out while a program runs. `said`: the name of the request; `role`: the role
+    that it needs; `elsewhere`: whether the program runs on a branch other than the user's. Raises UsageError if the
+    request must wait."""
     if elsewhere and said in monitor.ON_BRANCH:
         raise UsageError(f"{said} has to wait until the program on another branch stops", "{ABORT} stops it")
     if not (said == CHANGE or said in monitor.BESIDE or role is Role.OBSERVER):
@@ -71,12 +75,12 @@ def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
 
 
 def role_of(word: str) -> Role:
-    """Return the role that a word needs."""
+    """Return the role that a user needs for the command or instruction `word`."""
     return (monitor.COMMANDS.get(word) or instructions.INSTRUCTIONS[word]).role
 
 
 def need_of(statement: Statement) -> tuple[str, Role]:
-    """Return the name of a line for messages, and the role that it needs."""
+    """Return the name that messages use for a line, and the role that the line needs."""
     statement = _inner(statement)
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
@@ -102,7 +106,7 @@ class Granted(results.TaggedValue, frozen=True):
 
 
 class Requested(results.TaggedValue, frozen=True):
-    """Notice to `of`, the holder of the lease: the user `by` asks to drive."""
+    """Notice to the user `of`, who holds the lease: the user `by` asks to drive."""
 
     of: str
     by: str
@@ -119,7 +123,7 @@ Notice = Granted | Requested | Lost
 
 
 def notice_text(notice: Notice | None, user: str) -> str:
-    """Return the text of a notice for a user; empty if the notice only reports who drives."""
+    """Return the text of a notice for a user; empty if the notice only reports which user drives."""
     match notice:
         case Requested(of, by) if of == user:
             return f"{by} would like to drive"
@@ -131,9 +135,9 @@ def notice_text(notice: Notice | None, user: str) -> str:
 
 
 class RobotLease(Struct, frozen=True):
-    """The right to drive. `holder`: the user who drives, at least until the time `until` [s]; empty: nobody drives.
-    `asking`: the users who have asked the holder for the lease, in order. After `until` the holder keeps the lease
-    until another user takes it."""
+    """The right to drive. `holder`: the user who drives; empty if nobody drives. `until` [s]: until this time nobody
+    can take the lease from the holder; afterwards the holder keeps it until another user takes it. `asking`: the users
+    who have asked for the lease, in order. `length` [s]: how long the lease is secure after a heartbeat."""
 
     holder: str = ""
     until: float = 0.0
@@ -155,7 +159,8 @@ class RobotLease(Struct, frozen=True):
             )
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Take the lease if nobody drives or the holder's time has passed. Raises LeaseHeld otherwise."""
+        """Give the lease to `who` if nobody drives, or if the holder's time has passed. Return the new lease and the
+        notices to send. Raises LeaseHeld if another user drives."""
         if self.drives(who):
             return self.beat(who, now), ()
         if not self.is_free(now):
@@ -166,7 +171,7 @@ class RobotLease(Struct, frozen=True):
         return self._give(who, now), (*lost, Granted(who))
 
     def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Ask for the lease: take it now if possible, otherwise notify the holder once."""
+        """Ask for the lease: take it now if possible; otherwise notify the holder, once for each user who asks."""
         if self.is_free(now) or self.drives(who):
             return self.acquire(who, now)
         if who in self.asking:
@@ -181,7 +186,8 @@ class RobotLease(Struct, frozen=True):
         return self._give(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
-        """Prolong the lease of its holder. Raises LeaseHeld if `who` does not drive or has lost the lease."""
+        """Prolong the lease after a heartbeat of its holder. Raises LeaseHeld if `who` does not drive or has lost the
+        lease."""
         self.check(who)
         return structs.replace(self, until=max(now + self.length, self.until))
 
@@ -200,12 +206,12 @@ class RobotLease(Struct, frozen=True):
         return f"{self.holder} drives" if self.holder else "nobody drives"
 
 
-USUAL_ALLOWED = 10.0  # [s] maximum time that a command may have been on its way
+USUAL_ALLOWED = 10.0  # [s] maximum transmission time that a user may claim for a command
 
 
 class HolderTimes(Struct, frozen=True):
-    """The correction of times given by a user [s]. `offset`: D, how far the user's clock is ahead of the robot's.
-    `allowed`: the maximum time that a command may have been on its way."""
+    """How to convert times given by a user [s]. `offset`: D, how far the user's clock is ahead of the robot's.
+    `allowed`: the maximum time that a command may have been in transmission; a user cannot claim more."""
 
     offset: float = 0.0
     allowed: float = USUAL_ALLOWED
@@ -237,7 +243,7 @@ R = TypeVar("R")
 
 
 class LineEditor(Protocol):
-    """An open line editor (EDIT), which takes lines and stores a program in memory."""
+    """The line-based program editor (EDIT) while it is open: it takes lines, and stores a program in memory."""
 
     @property
     def name(self) -> str: ...
@@ -251,18 +257,18 @@ class LineEditor(Protocol):
 
     @property
     def source(self) -> str:
-        """The program as text of a file."""
+        """The edited program, as the text of a program file."""
 
     def take(self, line: str) -> Dialogue[tuple[replies.Reply, ...]]:
-        """Carry out a line. Raises LineRefused, VrsError."""
+        """Carry out one line typed in the editor. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
-        """Return the mistake in a line that has not been sent yet; None if there is none."""
+        """Return the mistake in a line that is still being typed; None if there is none."""
 
 
 class StreamKind(Enum):
-    """How a user sends a stream of targets: as joints, by dragging the tool, by holding a button down, or by the keys
-    of JOG."""
+    """How a user sends a stream of targets: as joints, by dragging the tool, by holding a button of the page down, or
+    by pressing keys in JOG."""
 
     STEER = auto()
     DRAG = auto()
@@ -271,10 +277,10 @@ class StreamKind(Enum):
 
 
 class TargetStream(Struct, eq=False):
-    """A stream of targets that a user has opened and not closed. `ended`: why the robot no longer follows it; empty
-    while the robot does. `version`: the version of the timeline after the last target. For a dragged tool: `dragging`
-    follows the last target `pose`, which the user sent at `issued` (the user's clock) and which arrived at `heard` (the
-    robot's clock) [s]."""
+    """A stream of targets that a user has opened and not yet closed. `ended`: why the robot no longer follows the
+    stream; empty while the robot follows it. `version`: the version of the timeline after the last target. Only for a
+    dragged tool: `dragging` controls the arm; `pose` is the last target, which the user sent at `issued` [s] (the
+    user's clock) and which arrived at `heard` [s] (the robot's clock)."""
 
     kind: StreamKind
     user_state: UserState
@@ -291,15 +297,22 @@ MAX_TYPED_LINES = 1000  # maximum number of lines kept for HISTORY
 
 
 class UserState(Struct, eq=False, weakref=True):
-    """The state of a user. `attended`: a person is present who can be asked. `lives`: the user continues typing while a
-    program runs, and does not wait for its end. `times`: how the user's clock differs from the robot's; `issued`: when
-    the current line was given, by the robot's clock, as claimed by the user [s]. `editor`: the open EDIT, which takes
-    the lines; `last_edited`: its program, or that of the last editor. `on_screen`: the program of SEE, the arm of JOG,
-    or the recording of REPLAY while it fills the screen. `drafted`: the unsaved text of SEE, as text of a file.
-    `last_statement`: the statement that a bare DO repeats. `typed`: the lines so far. `command_files`: the command
-    files that are being carried out, the innermost last. `interrupted`: Ctrl-C or ABORT was given, and the lines after
-    the current one are dropped. `left`: the user has left, and the program for which this user waited continues.
-    `streams`: the streams of targets that the user has opened and not closed."""
+    """The state that is kept for one user.
+
+    - `attended`: a person is present who can be asked.
+    - `lives`: the user continues typing while a program runs, and does not wait for its end.
+    - `times`: how the user's clock differs from the robot's.
+    - `issued` [s]: when the current line was given, as claimed by the user, by the robot's clock.
+    - `editor`: the open EDIT, which takes the lines. `last_edited`: the program that it edits, or that EDIT edited
+      last.
+    - `on_screen`: what fills the screen: the program of SEE, the arm of JOG, or the recording of REPLAY.
+    - `drafted`: the unsaved text of SEE, as the text of a program file.
+    - `last_statement`: the statement that a bare DO repeats.
+    - `typed`: the lines typed so far.
+    - `command_files`: the command files that are being carried out, the innermost last.
+    - `interrupted`: Ctrl-C or ABORT was given; the lines after the current one are dropped.
+    - `left`: the user has left; the program for which this user waited continues.
+    - `streams`: the streams of targets that the user has opened and not yet closed."""
 
     name: str = ""
     role: Role = Role.SUPERVISOR
@@ -319,8 +332,8 @@ class UserState(Struct, eq=False, weakref=True):
     streams: dict[StreamKind, TargetStream] = field(default_factory=dict)
 
     def show(self, it: object, question: questions.OnScreen) -> Dialogue[bool]:
-        """Show an object on the full screen until the user leaves it. Return False if the user's front end has no such
-        screen."""
+        """Show `it` on the full screen until the user leaves it. `question`: asks the front end to open the screen.
+        Return False if the user's front end has no full screen."""
         self.on_screen = it
         try:
             return (yield question) is not None
@@ -328,7 +341,7 @@ class UserState(Struct, eq=False, weakref=True):
             self.on_screen, self.drafted = None, ""
 
     def with_issue_time(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """Carry out a dialogue for a line that was issued at a time of the robot's clock [s]."""
+        """Carry out a dialogue for a line that was issued at time `issued` of the robot's clock [s]."""
         self.issued = issued
         try:
             return (yield from dialogue)

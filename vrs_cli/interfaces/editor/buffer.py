@@ -1,6 +1,6 @@
-"""The buffer for programs that are typed (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text, and a cursor. It
-parses and checks its lines, and does not depend on a terminal. The sections of a file (`.LOCATIONS`, `.REALS`,
-`.STRINGS`) can be typed too, so that a whole file can be pasted."""
+"""The buffer for a program that is typed at the prompt (`.PROGRAM`) or edited (EDIT, SEE): a heading, lines of text,
+and a cursor. It parses and checks its lines, and does not depend on a terminal. The sections of a program file
+(`.LOCATIONS`, `.REALS`, `.STRINGS`) can be typed too, so that a whole file can be pasted at the prompt."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ FIRST_STEP_LINE = 2  # line number of the first step in a program's text; the he
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 _LABEL = re.compile(r"^\s*\d+\s+")
 _COMMENT = re.compile(r";.*|\"[^\"]*\"")
-_FIRST = re.compile(r"[A-Z][\w.]*(?!\s*(?:\[|=(?!=)))(?![\w.])", re.IGNORECASE)  # `end = 5` does not end a block
+# not an assignment: `end = 5` does not end a block
+_FIRST = re.compile(r"[A-Z][\w.]*(?!\s*(?:\[|=(?!=)))(?![\w.])", re.IGNORECASE)
 
 CLOSERS = frozenset({"END", "UNTIL"})
 MIDDLES = frozenset({"ELSE", "VALUE", "ANY"})
@@ -45,9 +46,9 @@ class ProgramReading(NamedTuple):
 
 
 class ProgramBuffer:
-    """A program or section that is being typed or edited. `at`: the index of the line at the cursor, from 0;
-    `len(lines)` after the last line. `inserting`: lines are inserted before that line until an empty line is typed.
-    `dialect`: the dialect in which the lines are parsed."""
+    """A program or section that is being typed or edited. `header`: its first line. `at`: the index from 0 of the line
+    at the cursor; `len(lines)` if the cursor is after the last line. `inserting`: new lines are inserted before the
+    line at the cursor until an empty line is typed. `dialect`: the dialect in which the lines are parsed."""
 
     def __init__(
         self,
@@ -62,13 +63,13 @@ class ProgramBuffer:
 
     @classmethod
     def of_program(cls, program: ast.Program, at: int = 0) -> ProgramBuffer:
-        """Return a buffer that contains the lines of a program."""
+        """Return a buffer with the lines of a program. `at`: the index of the line at the cursor."""
         return cls(printer.program_header(program), printer.step_texts(program), at, program.dialect)
 
     @classmethod
     def of_text(cls, text: str, dialect: diagnostics.Dialect) -> ProgramBuffer:
-        """Return a buffer with a text whose first line is the heading. Blank lines at the end of the text do not become
-        steps."""
+        """Return a buffer with a text whose first line is the heading. Blank lines at the end of the text are
+        dropped."""
         header, *lines = text.split("\n")
         while lines and not lines[-1].strip():
             lines.pop()
@@ -78,7 +79,7 @@ class ProgramBuffer:
 
     @property
     def name(self) -> str:
-        """The name in the heading; empty if there is none."""
+        """The program name in the heading; "" if there is none."""
         found = _NAME.match(self.header)
         return found.group(1) if found else ""
 
@@ -93,18 +94,18 @@ class ProgramBuffer:
 
     @property
     def source(self) -> str:
-        """The whole program as text of a file."""
+        """The whole program as the text of a program file."""
         return f"{self.text}\n.END\n"
 
     @property
     def prompt(self) -> str:
-        """The prompt with the number of the step at the cursor, as in VAL's editor: ` 1.? `. It is as wide as the
-        numbers in a listing."""
+        """The prompt with the number of the step at the cursor, as in the editor of VAL-II: `    1.? `. It is as wide
+        as the step numbers in a listing."""
         return f"{self.at + 1:5d}.? "
 
     @property
     def indent(self) -> str:
-        """The blanks before the next line: one INDENT for the program, and one for each open block."""
+        """The blanks at the start of the next line: one INDENT for the program, and one more for each open block."""
         return INDENT * (1 + self._open_blocks()) if self.is_program else ""
 
     def _open_blocks(self) -> int:
@@ -113,12 +114,12 @@ class ProgramBuffer:
     # --- changes ---
 
     def move(self, at: int) -> None:
-        """Move the cursor to a line, or to the nearest line that exists, and stop inserting."""
+        """Move the cursor to the line with index `at`, or to the nearest line that exists. Stop inserting."""
         self.at, self.inserting = max(0, min(at, len(self.lines))), False
 
     def add(self, line: str) -> None:
-        """Put a line at the cursor, replacing the current line unless `inserting`, and move to the next line. The END
-        or ELSE of a block gets the indentation of the block's first line."""
+        """Put a line at the cursor and move the cursor to the next line. The new line replaces the current line, unless
+        `inserting`. A line that ends or divides a block (END, ELSE) is indented like the first line of the block."""
         text = line.strip()
         if self.is_program and text:
             before = self._open_blocks()
@@ -130,7 +131,7 @@ class ProgramBuffer:
         self._blocks = _blocks_after(self._blocks, text) if last else depth(self.lines)
 
     def delete(self, wanted: int) -> int:
-        """Delete up to `wanted` lines from the cursor on. Return how many lines were deleted."""
+        """Delete up to `wanted` lines, starting at the cursor. Return the number of deleted lines."""
         gone = len(self.lines[self.at : self.at + wanted])
         del self.lines[self.at : self.at + wanted]
         self._blocks = depth(self.lines)
@@ -150,24 +151,25 @@ class ProgramBuffer:
         return ProgramReading(ast.resolve_program(program), findings)
 
     def read_among(self, memory: Memory) -> ProgramReading:
-        """Parse all lines, and analyse the program together with the programs in memory."""
+        """Parse all lines, and analyse the program together with the programs in memory. Return the program and all
+        mistakes."""
         program, findings = self.read()
         if program is None:
             return ProgramReading(None, findings)
         return ProgramReading(program, diagnostics.in_order((*findings, *analysis_of(memory, program).diagnostics)))
 
     def show(self, first: int, count: int, memory: Memory) -> tuple[replies.ListedStep, ...]:
-        """Return `count` steps from index `first` (from 0) on, formatted as in a listing."""
+        """Return up to `count` steps, starting at index `first` (from 0), formatted as in a listing."""
         program = self.read().program if first < len(self.lines) else None
         return () if program is None else list_steps(analysis_of(memory, program))[first : first + count]
 
     def check(self, line: str, known: Mapping[str, Kind]) -> tuple[ast.Step, tuple[diagnostics.Diagnostic, ...]]:
-        """Return the step in a line, and the warnings about the line. `known`: the kinds of the variables that have a
-        value. Raises LineRefused for the first mistake, also for one in the heading."""
+        """Return the step in a line, and warnings about the line. `known`: the kinds (real, location ...) of the
+        variables that have a value. Raises LineRefused for the first mistake in the line or in the heading."""
         step, heading = parser.parse_step(line, 1, self.dialect), parser.parse_prompt(self.header)
         if step.statement is None:
             return step, ()
-        # outside the program, a parameter's name may mean something else
+        # ignore the kinds of variables that have the name of a parameter: the parameter hides them
         own = {one.key for one in heading.parameters} if isinstance(heading, ast.ProgramHeader) else set[str]()
         meant = ast.resolve_line(step.statement, parser.variables_in((self.header, *self.lines)))
         found = analyzer.check_line(
@@ -178,7 +180,8 @@ class ProgramBuffer:
         return step, found
 
     def mistake(self, line: str, known: Mapping[str, Kind]) -> diagnostics.Diagnostic | None:
-        """Return the first mistake in the next line. `.END` and the lines of a section are not checked."""
+        """Return the first mistake in a line that will be added next; None if there is none. `.END` and the lines of a
+        section are not checked."""
         if closes_entry(line) or not self.is_program:
             return None
         try:
@@ -192,7 +195,7 @@ class ProgramBuffer:
 
 
 def opens_entry(line: str) -> bool:
-    """Return whether a line at the prompt begins a program or a section."""
+    """Return whether a line typed at the prompt begins a program or a section."""
     return _directive(line) in (parser.PROGRAM, *parser.SECTIONS)
 
 
@@ -206,7 +209,7 @@ def _directive(line: str) -> str:
 
 
 def depth(lines: Sequence[str]) -> int:
-    """Return how many blocks are open after several lines."""
+    """Return how many blocks are open after the given lines."""
     return reduce(_blocks_after, lines, 0)
 
 
@@ -223,7 +226,7 @@ def _first_word(line: str) -> str:
 
 
 def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
-    """Return the parsed heading, or the mistake in it."""
+    """Return the parsed heading of a program, or the mistake in it."""
     try:
         header = parser.parse_prompt(line)
     except diagnostics.LineRefused as refused:
@@ -236,7 +239,8 @@ def read_header(line: str) -> ast.ProgramHeader | diagnostics.Diagnostic:
 
 
 def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.Step, diagnostics.Diagnostic | None]:
-    """Return a step, or a bad line that contains its mistake. Raises nothing."""
+    """Return the step in a line, and None; for a line that cannot be parsed, a step with a BadLine, and the mistake.
+    Raises nothing."""
     try:
         return parser.parse_step(text, line, dialect), None
     except diagnostics.LineRefused as refused:
@@ -248,8 +252,8 @@ def read_step(text: str, line: int, dialect: diagnostics.Dialect) -> tuple[ast.S
 
 
 def canonical(text: str, dialect: diagnostics.Dialect) -> str:
-    """Return a text with keywords in upper case, names in lower case and blocks indented. Lines that cannot be parsed
-    stay unchanged."""
+    """Return the text of a program with keywords in upper case, names in lower case, and blocks indented. Lines that
+    cannot be parsed stay unchanged."""
     if (program := ProgramBuffer.of_text(text, dialect).read().program) is None:
         return text
     typed, count = text.split("\n")[1:], len(program.steps)
@@ -261,18 +265,18 @@ def canonical(text: str, dialect: diagnostics.Dialect) -> str:
 
 
 def canonical_line(text: str, row: int, dialect: diagnostics.Dialect) -> str:
-    """Return one line of a text, given by its index from 0, in canonical form."""
+    """Return one line of a program text in canonical form (as `canonical`). `row`: its index from 0."""
     lines, changed = text.split("\n"), canonical(text, dialect).split("\n")
     return changed[row] if row < len(changed) else lines[row]
 
 
 def program_text(program: ast.Program) -> str:
-    """Return the text of a program as SEE shows it, with one empty step if the program has no steps."""
+    """Return the text of a program as SEE shows it: without .END, and with one empty step if the program has none."""
     return "\n".join((printer.program_header(program), *printer.step_texts(program), *("",) * (not program.steps)))
 
 
 def list_steps(analysis: names.Analysis) -> tuple[replies.ListedStep, ...]:
-    """List the steps of a program in canonical form, with numbers. Steps with a mistake are marked."""
+    """Return the steps of a program in canonical form, with numbers. Steps with a mistake are marked as `bad`."""
     program, wrong = analysis.program, {one.span.line for one in diagnostics.errors(analysis.diagnostics)}
     return tuple(
         replies.ListedStep(number, text, bad=isinstance(step.statement, ast.BadLine) or step.span.line in wrong)
@@ -284,14 +288,15 @@ def list_steps(analysis: names.Analysis) -> tuple[replies.ListedStep, ...]:
 
 
 def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
-    """Return a program whose steps refer to positions in its canonical text, and that text."""
+    """Return the canonical text of a program, and the program with its steps parsed from this text, so that their spans
+    match the text."""
     texts, steps = printer.step_texts(program), list[ast.Step]()
     for line, (step, text) in enumerate(zip(program.steps, texts, strict=True), FIRST_STEP_LINE):
         if isinstance(step.statement, ast.BadLine):
             span = diagnostics.Span(line, len(text) - len(text.lstrip()) + 1, len(text) + 1)
             steps.append(replace(step, statement=replace(step.statement, span=span), span=span))
         else:
-            # the printed parentheses have the same meaning in every dialect
+            # any dialect would do: the printer writes parentheses that have the same meaning in every dialect
             steps.append(parser.parse_step(text, line, diagnostics.Dialect.VPLUS))
     header = printer.program_header(program)
     source = "\n".join((header, *texts, ".END", ""))
@@ -301,7 +306,7 @@ def rebuild(program: ast.Program) -> tuple[ast.Program, str]:
 
 
 def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Reply, ...]]:
-    """Put an edited program in memory. Return replies about its first fault and its new state."""
+    """Store an edited program in memory. Return replies: its first mistake, if any, and whether it can be executed."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuild(program))
     first = diagnostics.first_error((yield from station.keep(whole, source)))
     report: tuple[replies.Reply, ...] = ()
@@ -314,8 +319,9 @@ def store(station: Station, program: ast.Program) -> Dialogue[tuple[replies.Repl
 
 
 def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogue[ProgramBuffer]:
-    """Return a buffer with the named program from memory, or with a new program. Given parameters replace those of the
-    program. Raises UsageError if the program is running."""
+    """Return a buffer with a program from memory, or with a new program. `asked`: its name, and parameters that replace
+    those of the program, if any. `step`: the step at the cursor, from 1. Raises UsageError if the program is
+    running."""
     check_not_running(station, asked.name)
     stored = station.programs.get(key_of(asked.name))
     program = replace(asked, dialect=station.dialect) if stored is None else stored.program
@@ -327,7 +333,8 @@ def open_program(station: Station, asked: ast.Program, step: int = 1) -> Dialogu
 
 
 def analysis_of(memory: Memory, program: ast.Program) -> names.Analysis:
-    """Analyse a program together with the programs in memory; it stands in for the stored program of the same name."""
+    """Analyse a program together with the programs in memory. It replaces the stored program of the same name for the
+    analysis."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
     return analyzer.analyze(program, memory.kinds, programs)
 
@@ -339,7 +346,7 @@ def check_not_running(station: Station, name: str) -> None:
 
 
 def named_program(text: str) -> ast.Program:
-    """Return an empty program with the name and parameters in a text such as `pick(part, height)`. Raises
+    """Return an empty program with the name and parameters given in a text such as `pick(part, height)`. Raises
     LineRefused.
     """
     header = parser.parse_prompt(f".PROGRAM {text}")
@@ -348,7 +355,7 @@ def named_program(text: str) -> ast.Program:
 
 
 def asked_program(expression: ast.Expression) -> ast.Program:
-    """Return an empty program with the name and parameters in an argument. Raises IllegalValue."""
+    """Return an empty program with the name and parameters given as an argument of EDIT or SEE. Raises IllegalValue."""
     given = expression.arguments if isinstance(expression, ast.ProgramCall) else ()
     parameters = tuple(one for one in given if isinstance(one, ast.Variable))
     if not isinstance(expression, ast.ProgramCall) or len(parameters) < len(given):

@@ -1,8 +1,8 @@
 """EDIT, the line editor of VAL-II (val2 section 3.6), and SEE without its screen. Both work on a `ProgramBuffer` and do
-not depend on a terminal. Each sub-command of EDIT is a function (`SUBCOMMANDS`) of the buffer, the text after its
-letter, and the whole line. Every other line is an instruction that replaces the step at the cursor. Memory does not
-change until `E` or `C` ends EDIT, or SEE stores: then the program is stored and its structure checked. A letter before
-`=` or `[` is a variable: `d = 4` is an assignment, `D 4` deletes four steps."""
+not depend on a terminal. A line of EDIT is a sub-command (a letter and its argument, see `SUBCOMMANDS`) or an
+instruction that replaces the step at the cursor. A letter before `=` or `[` is a variable: `d = 4` is an assignment, `D
+4` deletes four steps. The program in memory changes only when `E` or `C` ends EDIT, or when SEE stores: then the
+program is stored and its structure is checked."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ _STEP_NUMBER = re.compile(r"\d{1,9}$")
 
 
 class _Context(NamedTuple):
-    """The input of a sub-command: the buffer of EDIT, the memory, the text after the letter, and the whole line."""
+    """The input of a sub-command. `buffer`: the edited program; `memory`: the stored programs and variables;
+    `argument`: the text after the letter; `line`: the whole line."""
 
     buffer: ProgramBuffer
     memory: Memory
@@ -50,7 +51,8 @@ class _Context(NamedTuple):
     line: str
 
     def number(self, form: str) -> int:
-        """Parse the number of a step, or a number of steps; the default is 1. Raises IllegalValue."""
+        """Return the argument as a step number or a number of steps; 1 if it is empty. `form`: the correct form, for
+        the error message. Raises IllegalValue."""
         if not self.argument:
             return 1
         if _STEP_NUMBER.match(self.argument) is None or int(self.argument) == 0:
@@ -72,8 +74,8 @@ def _delete(it: _Context) -> Replies:
 
 
 def _find(it: _Context) -> None:
-    """Move to the next step that contains the text, ignoring case. After the last step, the search continues at the
-    first."""
+    """Move the cursor to the next step that contains the text, ignoring case. The search continues at the first step
+    after the last one."""
     if not it.argument:
         raise UsageError("F without a text", "F text")
     buffer, wanted = it.buffer, it.argument.strip()
@@ -97,20 +99,21 @@ def _print(it: _Context) -> Replies:
 
 
 def _overlay(it: _Context) -> None:
-    """Replace characters of the current step by the characters typed below them. A blank keeps the character above
-    it."""
+    """Replace characters of the current step by the characters typed below them; a typed blank keeps the character
+    above it."""
     buffer, line = it.buffer, it.line
     if buffer.at == len(buffer.lines):
         raise IllegalValue("R", "there is no step here to change")
     program = buffer.read().program
     assert program is not None
     above, first = printer.step_texts(program)[buffer.at], len(line) - len(line.lstrip())
-    below = f"{line[:first]} {line[first + 1 :]}"  # remove the letter, and keep every other character in its column
+    # replace the letter R by a blank, so that the text stays in its columns
+    below = f"{line[:first]} {line[first + 1 :]}"
     width = max(len(above), len(below.rstrip()))
     text = "".join(
         old if new.isspace() else new for old, new in zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     )
-    parser.parse_step(text, 1, buffer.dialect)  # check the line; raises LineRefused
+    parser.parse_step(text, 1, buffer.dialect)  # only to check the line: raises LineRefused
     at, buffer.inserting = buffer.at, False
     buffer.add(text)
     buffer.move(at)
@@ -124,7 +127,8 @@ def _teach(_it: _Context) -> None:
 
 
 class Subcommand(NamedTuple):
-    """The form of a sub-command, its description, and its function, which returns replies or None."""
+    """A sub-command of EDIT: its form, its description, and the function that carries it out and returns replies or
+    None."""
 
     form: str
     summary: str
@@ -157,7 +161,7 @@ def subcommand(line: str) -> tuple[str, str] | None:
 
 
 def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
-    """Carry out a line of EDIT except E and C, and return its replies. Raises LineRefused for an instruction that
+    """Carry out a line of EDIT other than E and C. Return its replies. Raises LineRefused for an instruction that
     cannot be parsed, VrsError for a wrong sub-command; in both cases the buffer is unchanged."""
     if not line.strip():
         buffer.move(buffer.at if buffer.inserting else buffer.at + 1)
@@ -171,13 +175,15 @@ def edit_line(buffer: ProgramBuffer, line: str, memory: Memory) -> Replies:
 
 
 def _among_memory(station: Station, long: bool, work: Callable[[Memory], W]) -> Dialogue[W]:
-    """Call a function that uses the memory. Long work is done in another thread, with a copy of the memory."""
+    """Call a function that reads the memory. If the work is `long`, another thread does it with a copy of the
+    memory."""
     memory = station.environment.copy() if long else station.environment
     return (yield from beside_if(long, lambda: work(memory)))
 
 
 class Editor:
-    """The editor of EDIT: it holds a program of a station in a buffer, from the line that opens it until `E`."""
+    """The open line editor EDIT: it holds a program of a station (one robot with its programs and variables) in a
+    buffer until `E` stores it."""
 
     def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
         self._station = station
@@ -201,8 +207,8 @@ class Editor:
         return self.buffer.lines != self._opened
 
     def take(self, line: str) -> Dialogue[Replies]:
-        """Carry out a line, and return its replies. Raises LineRefused, VrsError; the editor then prompts for the same
-        step again."""
+        """Carry out a line. Return its replies. Raises LineRefused, VrsError; the editor then prompts for the same step
+        again."""
         letter, argument = subcommand(line) or ("", "")
         if letter == "E" or closes_entry(line):
             _check_alone(argument, "E")
@@ -221,7 +227,7 @@ class Editor:
         return (yield from _among_memory(self._station, len(self.buffer.lines) > LONG_PROGRAM, work))
 
     def screen(self) -> Dialogue[Replies]:
-        """Return the lines that are shown when EDIT opens: the heading and the current step."""
+        """Return what is shown when EDIT opens: the heading and the current step."""
         buffer = self.buffer
         return _among_memory(
             self._station,
@@ -230,7 +236,8 @@ class Editor:
         )
 
     def mistake(self, line: str) -> diagnostics.Diagnostic | None:
-        """Return the mistake in an instruction that has not been sent yet; None for a sub-command."""
+        """Return the mistake in an instruction that is still being typed; None if there is none, and for a
+        sub-command."""
         if not line.strip() or subcommand(line) is not None:
             return None
         return self.buffer.mistake(line, self._station.environment.kinds)
@@ -241,7 +248,7 @@ class Editor:
         return (yield from store(self._station, program))
 
     def _change(self, argument: str) -> Dialogue[Replies]:
-        """Store the program, and open another one."""
+        """Store the program, and open the program named in the argument (sub-command C)."""
         name, comma, step = (part.strip() for part in argument.partition(","))
         if not name or (comma and not step):
             raise UsageError("C", LEAVING["C"])
@@ -257,7 +264,8 @@ class Editor:
 
 
 class ScreenDraft:
-    """SEE: a program of a station, edited as one text without `.END`."""
+    """The state of SEE: a program of a station (one robot with its programs and variables), edited as one text without
+    `.END`. `row`: the line of the cursor, from 0. `said`: the replies of the last storing."""
 
     def __init__(self, station: Station, buffer: ProgramBuffer) -> None:
         self._station = station
@@ -268,8 +276,8 @@ class ScreenDraft:
         self._stored = self.text
 
     def do(self, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
-        """Find the mistakes in the text and keep it as the draft, or store it. Raises LineRefused, and ProgramExists if
-        the text has the name of another program."""
+        """Find the mistakes in the text and keep it as the draft (ReadDraft), or store it (KeepDraft). Raises
+        LineRefused, and ProgramExists if the text has the name of another program."""
         user_state, programs = self._station.user_state, self._station.programs
         user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
         program, findings = yield from _read_text(self._station, act.text, self.dialect)
@@ -283,8 +291,8 @@ class ScreenDraft:
 
 
 def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) -> Dialogue[acts.Findings | acts.Kept]:
-    """Find the mistakes in the text of a program; or store the program, replacing the one of the same name. Raises
-    LineRefused if the heading cannot be parsed, UsageError if the program is running."""
+    """Find the mistakes in the text of a program (ReadDraft), or store it in place of the program of the same name
+    (KeepDraft). Raises LineRefused if the heading cannot be parsed, UsageError if the program is running."""
     header = read_header(act.text.partition("\n")[0])
     before = station.programs.get(key_of(header.name)) if isinstance(header, ast.ProgramHeader) else None
     dialect = station.dialect if before is None else before.program.dialect
@@ -297,7 +305,7 @@ def do_without_screen(station: Station, act: acts.ReadDraft | acts.KeepDraft) ->
 
 
 def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dialogue[ProgramReading]:
-    """Parse a text together with the programs in memory."""
+    """Parse the text of a program, and analyse it together with the programs in memory."""
     return _among_memory(
         station, len(text) > LONG_TEXT, lambda memory: ProgramBuffer.of_text(text, dialect).read_among(memory)
     )
@@ -306,7 +314,8 @@ def _read_text(station: Station, text: str, dialect: diagnostics.Dialect) -> Dia
 def _keep_text(
     station: Station, program: ast.Program | None, findings: tuple[diagnostics.Diagnostic, ...]
 ) -> Dialogue[tuple[acts.Kept, Replies]]:
-    """Store the program in a text. Raises LineRefused if its heading could not be read."""
+    """Store a program that was read from a text. `findings`: the mistakes in the text. Raises LineRefused if its
+    heading could not be parsed (`program` is None)."""
     if program is None:
         raise diagnostics.LineRefused(findings[0])
     said = yield from store(station, program)

@@ -24,19 +24,21 @@ from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
 from vrs_cli.values import commands, hand, questions, replies
 
-# [s] time before the end of a step at which the next step of a held key may begin, so that the arm does not stop
+# [s] the next step of a held key may begin this long before the current step ends, so that the arm does not stop
 NEXT_STEP_LEAD_S = 0.3
-# [rad, m] maximum motion of a joint in one step; a larger motion means that a singularity is near
+# [rad, m] refuse a step of the tool that moves a joint farther: a singularity is near
 MAX_JOINT_JUMP = radians(45.0)
-MAX_HALVED_STEPS = 7  # maximum number of halvings of a step that would end in a contact
-SAME_JOINTS = 1e-9  # [rad] tolerance for equal joints: a smaller change is not a step
-INCREMENT = 10.0  # [mm, deg] length of the pieces in which a long step is checked
+# try a step that would end in a contact with at most this many lengths, each half of the previous one
+MAX_HALVED_STEPS = 7
+SAME_JOINTS = 1e-9  # [rad] joints that change by less than this count as not moved
+INCREMENT = 10.0  # [mm, deg] check a long step of the tool in pieces of this length
 JOG_JOINTS_HINT = "jog the joints away from there first"
-# [mm, deg] lengths by which a line at the end of the reach is shortened until joints can follow
+# [mm, deg] at the end of the reach, shorten a line by these lengths in turn until the joints can follow it
 SHORTENINGS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
-HALVINGS = 12  # number of bisections between the last increment in reach and the first one out of reach
+HALVINGS = 12  # number of bisections that find the end of the reach within one piece (INCREMENT) of a step
 MAX_STEP = 1000.0  # [mm, deg] maximum size of a step
-MAX_TURN_DEG = 180.0  # [deg] maximum rotation of the tool; the arm would make a larger one in the other direction
+# [deg] rotations of the tool must be smaller: the arm would make a larger one in the other direction
+MAX_TURN_DEG = 180.0
 STEPS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # [mm, deg] sizes of steps that can be selected
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%] speeds that can be selected
 START_SPEED = 10.0  # [%] initial speed of jogging with keys
@@ -55,8 +57,8 @@ JOG_HINT = (
 
 @handles("JOG")
 def jog(station: Station, it: Instruction) -> dialogue.Dialogue[None]:
-    """Carry out JOG axis, amount; without arguments, jog by keys. Raises UsageError, IllegalValue, RobotNotAttached,
-    MotionError."""
+    """Carry out JOG axis, amount; without arguments, open the screen on which keys jog the arm. Raises UsageError,
+    IllegalValue, RobotNotAttached, MotionError."""
     station.tasks.check_robot_free()
     if it.arguments:
         axis, amount = _read_operands(station, it)
@@ -90,7 +92,7 @@ def _read_operands(station: Station, it: Instruction) -> tuple[hand.Axis, float]
 
 
 def axis_of(engine: Engine, name: str) -> hand.Axis:
-    """Return the axis with a name. Raises IllegalJoint, UsageError."""
+    """Return the axis with this name (a joint number, X, TRZ ...). Raises IllegalJoint, UsageError."""
     if name.upper() in AXES:
         return AXES[name.upper()]
     count = engine.model.joint_count
@@ -102,8 +104,8 @@ def axis_of(engine: Engine, name: str) -> hand.Axis:
 
 
 class Jogger:
-    """The control of a station's arm by steps. `speed`: in percent of full speed. `said`: the message about the last
-    key."""
+    """The control of a station's arm by steps. (A station is one robot with its programs, variables and clock.)
+    `speed`: in percent of full speed. `said`: the message about the last key."""
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
@@ -112,7 +114,7 @@ class Jogger:
         self.units = self.engine.model.units
         self._key: tuple[hand.Axis, float, float] | None = None  # axis, amount and speed of the current step
         self.said = ""
-        self._goes_on = False  # whether that step began during a step of the same key
+        self._goes_on = False  # whether the current step began before the previous step of the same key had ended
 
     def do(self, act: hand.Press | hand.StopJog | hand.Look) -> hand.Seen:
         """Carry out the action of a key. Return the resulting state of the robot, including the reason if the action
@@ -132,14 +134,14 @@ class Jogger:
         return hand.Seen(engine.position(), engine.end, engine.clock.paused, self.said)
 
     def press(self, axis: hand.Axis, amount: float) -> str:
-        """Carry out one of the many steps that a held key requests. The press is ignored while the arm is still making
-        the same step. Any other key takes effect at once; if its step is impossible, the arm brakes. Return a message
-        for the user. Raises MotionError."""
+        """Carry out one of the many steps that a held key requests; ignore it while the arm still makes the previous
+        step of this key. Any other key takes effect at once; if its step is impossible, the arm brakes. Return a
+        message for the user, or "". Raises MotionError."""
         self.station.settle()
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
-            # opposite keys cancel out: the opposite step returns to the start of the current step
+            # the opposite key cancels the current step: return to the point where it started
             takes_back = before is not None and before[:2] == (axis, -amount) and not self._goes_on
             begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
             present, self._goes_on = engine.timeline, False
@@ -154,13 +156,13 @@ class Jogger:
         return self.step(axis, amount)
 
     def step(self, axis: hand.Axis, amount: float) -> str:
-        """Move by `amount` [mm, deg] from the position that the arm will have, as far as the arm reaches. Return a
-        message for the user. Raises MotionError (no power, or too near a singularity), and CollisionAhead if the arm
-        cannot begin the step."""
+        """Move by `amount` [mm, deg], as far as the arm reaches, after all scheduled motions. Return a message for the
+        user, or "". Raises MotionError (no power, or too near a singularity), and CollisionAhead if even a short step
+        would end in a contact."""
         return self._step_to_contact(self.engine.destination(self.engine.end).joints, axis, amount)
 
     def _step_to_contact(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> str:
-        """Make a step, or the longest of its half, quarter and so on that ends before any contact."""
+        """Make a step from the joints `begin`. If it would end in a contact, try half of it, a quarter, and so on."""
         why = ""
         for _ in range(MAX_HALVED_STEPS):
             try:
@@ -180,9 +182,9 @@ class Jogger:
         return why
 
     def _go_straight(self, pose: transform.Transform, axis: hand.Axis, way: float, why: str) -> None:
-        """Move along a straight line from a pose. If `why` gives a reach limit, shorten the line: near the end of its
-        reach, joints may be unable to follow the whole line. Raises MotionError if the arm cannot follow any of these
-        lines."""
+        """Move the tool along a straight line by `way` [mm, deg] from a pose. If `why` names a limit of the reach, try
+        shorter lines, too: near the end of the reach the joints may be unable to follow the whole line. Raises
+        MotionError if the arm can follow none of these lines."""
         for left_out in SHORTENINGS if why else (0.0,):
             by = way - copysign(left_out, way)
             if by * way <= 0.0:
@@ -211,8 +213,8 @@ class Jogger:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: joints.Joints, axis: hand.Axis, amount: float) -> tuple[joints.Joints, float, str]:
-        """Return the joints at which a step ends, the possible fraction of the step, and the reason if the step is not
-        possible as a whole."""
+        """Return the joints at which a step ends, the fraction of the step that is possible, and the reason if this is
+        not all of it."""
         if axis.frame is hand.Frame.JOINT:
             return self._turn_joint(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
@@ -232,8 +234,9 @@ class Jogger:
     def _last_in_reach(
         self, pose: transform.Transform, axis: hand.Axis, increment: float, reached: float, near: joints.Joints
     ) -> tuple[joints.Joints, float]:
-        """Find by bisection how far the arm can move between an increment in reach and the next increment, which is out
-        of reach."""
+        """Find by bisection how far the arm can move within a piece of a step whose start is in reach and whose end is
+        not. `increment`: the length of a piece; `reached`: the number of pieces in reach. Return the last joints in
+        reach, and the length up to them as a number of pieces."""
         short = reached + 1.0
         for _ in range(HALVINGS):
             part = 0.5 * (reached + short)
@@ -248,14 +251,14 @@ class Jogger:
         wanted = begin[index] + change
         value = min(max(wanted, model.lower[index]), model.upper[index])
         goal = (*begin[:index], value, *begin[index + 1 :])
-        if value == wanted or not change:  # rounding may put a joint just outside its range
+        if value == wanted or not change:  # without a change, a joint may be just outside its range because of rounding
             return goal, 1.0, ""
         part = (value - begin[index]) / change
         return goal, part, f"Joint {index + 1} stops at the end of its range, {model.joint_text(index + 1, value, 1)}"
 
     def _joints_near(self, pose: transform.Transform, begin: joints.Joints) -> joints.Joints:
-        """Return the joints for a pose that are near given ones. Raises MotionError for a pose out of reach, TooNear if
-        a joint would jump near a singularity."""
+        """Return the joints for a pose that are nearest to the joints `begin`. Raises MotionError for a pose out of
+        reach, TooNear if a joint would jump near a singularity."""
         goal = self.engine.joints_for(pose, begin)
         if (change := joints.largest_change(begin, goal)) > MAX_JOINT_JUMP:
             joint = 1 + [abs(b - a) for a, b in zip(begin, goal, strict=True)].index(change)
@@ -270,8 +273,8 @@ class Jogger:
 
 
 def step_pose(T_world_tool: transform.Transform, axis: hand.Axis, amount: float) -> transform.Transform:
-    """Return a pose after a step along or about an axis [mm, deg]. A rotation about an axis of the world leaves the
-    tool tip in place."""
+    """Return the pose of the tool after a step along an axis [mm] or about it [deg]. A rotation about an axis of the
+    world leaves the tool tip in place."""
     unit = UNITS[axis.index % 3]
     x, y, z = (1e-3 * amount * u for u in unit)
     step, T = (

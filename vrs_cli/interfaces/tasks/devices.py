@@ -1,5 +1,5 @@
-"""The logical units of running programs: the disk, the terminal as a unit for reading and writing, and devices attached
-by name."""
+"""The logical units of running programs: units of the disk, the terminal as a unit for reading and writing, and devices
+(TCP, serial lines) that tasks attach by name."""
 
 from __future__ import annotations
 
@@ -13,27 +13,28 @@ from vrs_cli.devices.device import TCP, YET, Device, Outside, Waits
 from vrs_cli.files.disk import Disk, Unit
 from vrs_cli.language.run import effects
 
-END_OF_LINE = "\r"  # what GETC returns at the end of a terminal line, as for the Return key
+END_OF_LINE = "\r"  # GETC returns this character (the Return key) at the end of a line of the terminal
 
 
 class Devices(Struct, eq=False):
-    """The units of all tasks. `show` writes to the terminal (text, and whether the line ends); `line` receives lines of
-    the terminal. `outside` provides all devices except the disk; `missed` is called for a device that cannot be
-    opened."""
+    """The logical units of all tasks. `disk`: the units of the disk. `show`: writes to the terminal; its arguments are
+    a text, and whether the line ends after it. `outside`: provides all other devices; `missed`: called once for each
+    device that cannot be opened."""
 
     disk: Disk
     show: Callable[[str, bool], None]
     outside: Outside
     missed: Callable[[errors.DeviceNotReady], None]
-    _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # devices by task and unit
+    _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # attached devices by task and unit
     _missing: set[str] = field(default_factory=set)
     _terminal: Unit = field(default_factory=Unit)
-    _typed: list[int] = field(default_factory=list)  # input that GETC reads next: characters, or the end of the input
-    _taken: list[int] = field(default_factory=list)  # part of that input that the current step has already read
-    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same by task and unit, for devices
+    _typed: list[int] = field(default_factory=list)  # codes that GETC reads next from the terminal
+    _taken: list[int] = field(default_factory=list)  # codes that the current step has read from `_typed`
+    # codes read by the current step from devices, by task and unit
+    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)
 
     def perform(self, task: int, effect: effects.UnitEffect) -> str | Waits | None:
-        """Carry out a unit effect of a task. Return the answer, or `Waits` if the task must wait. Raises
+        """Carry out an operation of a task on a unit. Return the answer, or `Waits` if the task must wait. Raises
         UnitNotAttached, FileOutside."""
         if isinstance(effect, effects.AttachUnit):
             return self._attach(task, effect)
@@ -58,7 +59,8 @@ class Devices(Struct, eq=False):
         return str(unit)
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
-        """Attach a device. If it cannot be opened, each use of the unit returns the error as its status."""
+        """Attach a device to a unit of a task. If the device cannot be opened, each use of the unit sets its status to
+        that error."""
         there = self._devices.get((task, unit))
         if there is not None and there.attached == name and there.fault is None:
             there.status = effects.SUCCESS
@@ -79,7 +81,7 @@ class Devices(Struct, eq=False):
                 raise
 
     def _of_disk(self, task: int, effect: effects.UnitEffect) -> str | None:
-        """Carry out an effect on the disk or the terminal."""
+        """Carry out an operation on a unit of the disk, or on the terminal."""
         disk = self.disk
         match effect:
             case effects.DetachUnit(unit=unit) if unit != effects.TERMINAL:
@@ -134,31 +136,32 @@ class Devices(Struct, eq=False):
     @staticmethod
     @contextmanager
     def _attempt(device: Device) -> Iterator[None]:
-        """Perform an operation, and set the status to the error if the device raises one. Errors of the program are
-        raised."""
+        """Run the body of a `with` statement; if a device fails in it, set the status of the device to the error.
+        Errors made by the program are raised."""
         try:
             yield
         except errors.FileError as error:
             device.status, device.length = error.code, 0
 
     def expire(self, task: int, effect: effects.UnitEffect) -> None:
-        """End the wait of a task whose time limit has passed."""
+        """End the wait of a task for a unit because its time limit has passed."""
         self._devices[task, effect.unit].expire(of_getc=isinstance(effect, effects.AwaitLine))
 
     def unit(self, task: int, unit: int) -> Device | Unit:
-        """Return the unit, with the status of its last operation and the length of its last record."""
+        """Return the device, disk unit or terminal that a unit number of a task refers to. It has the status of its
+        last operation and the length of its last record."""
         of_program = self._terminal if unit == effects.TERMINAL else self.disk.unit(task, unit)
         return self._devices.get((task, unit), of_program)
 
     def connection(self, task: int, unit: int) -> int | None:
-        """Return the handle of the connection of the last READ; None for a unit without connections."""
+        """Return the handle of the connection from which the last READ came; None for a unit without connections."""
         device = self._devices.get((task, unit))
         return None if device is None else device.handle
 
     # --- arrivals from outside ---
 
     def arrive(self, now: float) -> None:
-        """Pass data that has arrived from outside to its devices."""
+        """Pass data that has arrived from outside by the time `now` [s] to its devices."""
         for arrival in self.outside.take(now):
             for device in self._devices.values():
                 if device.open and device.name == arrival.device:
@@ -176,8 +179,8 @@ class Devices(Struct, eq=False):
         self._taken_of = {}
 
     def character(self, task: int, unit: int, wait: bool) -> int:
-        """Return the code of the next character, or of the error. The terminal is read in whole lines. Raises
-        LineMissing if another line is needed."""
+        """Return the code of the next character, or of an error. The terminal delivers whole lines: raises LineMissing
+        if its next line must be typed first."""
         if (device := self._devices.get((task, unit))) is not None:
             try:
                 byte = device.character(wait)
@@ -202,8 +205,8 @@ class Devices(Struct, eq=False):
         )
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
-        """Receive a line of the terminal (None at the end of the input), and drop the characters of an earlier line
-        that GETC has not read."""
+        """Receive a line typed at the terminal (None: end of the input) and return it. `of_getc`: the line is for GETC,
+        which reads its characters one by one; otherwise unread characters of earlier lines are dropped."""
         come = [errors.EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
         terminal = self._terminal
@@ -213,17 +216,18 @@ class Devices(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """Record that a task has stopped but may continue: its connections stay open."""
+        """Save what a stopped task has written to the disk. Its connections stay open, because the task may
+        continue."""
         self.disk.rest(task)
 
     def release(self, task: int) -> None:
-        """Close all units of a task that has ended, and free them."""
+        """Close and detach all units of a task that has ended."""
         self.disk.release(task)
         for place in [place for place in self._devices if place[0] == task]:
             self._devices.pop(place).close()
 
     def close_all(self) -> None:
-        """Close all units, because no task runs any more."""
+        """Close all units of all tasks, when no task runs any more."""
         self.disk.close_all()
         self._devices.clear()
         self.outside.close_all()

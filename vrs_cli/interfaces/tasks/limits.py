@@ -1,5 +1,5 @@
-"""Limits of a run. They end programs that do not stop on their own, and deny programs of other people access to the
-network and to other processes."""
+"""Limits of a run of programs. They end programs that do not stop by themselves, and deny programs of other people
+access to the network and to other processes."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from msgspec import Struct, structs
 from vrs_cli.errors import LimitReached
 
 GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"
-Advice = Callable[[str], str]  # function: name of a limit -> advice ("signals": an input never changes)
+# returns the hint shown when the named limit is reached ("signals": a program waits for an input forever)
+Advice = Callable[[str], str]
 
 
 def at_prompt(_option: str) -> str:
-    """Return the advice for a user at a prompt at any limit."""
+    """Return the hint for a user at a prompt; it is the same for every limit."""
     return GO_ON
 
 
 class Limits(Struct, frozen=True, kw_only=True):
-    """The limits of a run of programs; they are counted in the same way on every machine. None: no limit. They limit
-    the robot's time [s], the steps of all programs together, elements of arrays and characters of strings, bytes typed,
-    and bytes written to files. The defaults are for programs that nobody watches, and soon end an endless program.
-    Raises ValueError for an invalid limit."""
+    """The limits of a run of programs; None: no limit. `max_time`: time of the robot's clock [s]; `max_steps`: steps of
+    all programs together; `max_elements`: elements of arrays and characters of strings; `max_output`: bytes typed;
+    `max_disk`: bytes written to files. All are counted in the same way on every machine. The defaults are for programs
+    that nobody watches: they end an endless program soon. Raises ValueError for an invalid limit."""
 
     max_time: float | None = 3600.0
     max_steps: int | None = 10_000_000
@@ -40,7 +41,7 @@ class Limits(Struct, frozen=True, kw_only=True):
 
     @property
     def last(self) -> float:
-        """The maximum robot time of a run [s]."""
+        """The time of the robot's clock at which a run ends [s]."""
         return inf if self.max_time is None else self.max_time
 
 
@@ -52,7 +53,8 @@ OWN = structs.replace(ATTENDED, max_steps=100_000_000)
 
 
 class Spent(Struct):
-    """A counter of the bytes of one kind of output: typed, or written to files. `advice`: the hint at the limit."""
+    """A counter of the bytes of one kind of output. `option`: the name of its limit in `Limits`; `done`: what the
+    program does with the bytes (a verb for the error message); `advice`: returns the hint shown at the limit."""
 
     option: str
     done: str
@@ -75,8 +77,9 @@ REFUSED = ("socket.", "subprocess.", "os.exec", "os.fork", "os.posix_spawn", "os
 
 
 class Isolation:
-    """A context in which this process opens no connection and starts no other process: before such an act Python calls
-    an audit hook (`sys.audit`). A hook cannot be removed, so all contexts share one."""
+    """A context in which this process can open no connection and start no other process. Python calls an audit hook
+    (`sys.audit`) before it does so, and the hook raises an error. A hook cannot be removed, so all contexts share
+    one."""
 
     hooked = entered = False
 

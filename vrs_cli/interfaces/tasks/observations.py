@@ -1,7 +1,9 @@
-"""Record on the timeline the signals that programs read (WAIT, SIG, BITS, REACT). After an edit, compare these
-readings with the timeline. Also find waits that no event can end. A step records the state of a signal once
-between two commands, and again when the state has changed: a loop that polls a signal records each change of the
-signal, not each reading."""
+"""Record on the timeline which signals programs have read, and their states (WAIT, SIG, BITS, REACT). After an edit of
+the timeline, find the readings that no longer hold. Also find tasks that wait for a state that no event can bring
+about.
+
+A step that reads a signal repeatedly records its state once after each command, and again when the state has changed:
+for a loop that polls a signal, the timeline contains the changes of the signal, not every reading."""
 
 from __future__ import annotations
 
@@ -21,26 +23,28 @@ from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import Event, SetChannels
 from vrs_cli.values.results import Untrue
 
-SAME_INSTANT = 1e-5  # [s] tolerance for equal times: after an edit, sensors are computed again to 1 us
+# [s] times closer than this are equal: after an edit, sensor changes are computed again to within 1 us
+SAME_INSTANT = 1e-5
 
 
 class Observations:
-    """The record of signals that the tasks of a robot have read."""
+    """The recorder of signals that the tasks of a robot read."""
 
     def __init__(self, engine: Engine, tasks: Tasks, signals: Signals) -> None:
         self._engine, self._tasks, self._signals = engine, tasks, signals
-        # readings by program, operation and signal
+        # last reading by program, operation and signal: its state, the number of the last command before it, its time
+        # [s]
         self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}
-        self._numbers = 0  # how many of the numbers of `engine.book` the observations themselves have used
+        self._numbers = 0  # numbers of `engine.book` used by observations, not by commands
         signals.observer, tasks.observed = self._read, self._record_reaction
 
     def _read(self, signal: int, on: bool) -> None:
-        """Record that a step of the current task has read a signal."""
+        """Record that the current step of the current task has read a signal."""
         if (track := self._tasks.get(self._tasks.current)) is not None and track.in_program:
             self._record(track, self._signals.place, signal, on)
 
     def _record_reaction(self, track: Track, signal: int, on: bool) -> None:
-        """Record the signal to which a task has reacted."""
+        """Record that a task has reacted to a signal (REACT)."""
         if track.in_program:
             self._record(track, None, signal, on)
 
@@ -67,8 +71,8 @@ class Observations:
 
 
 def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineDelta]) -> float:
-    """Return a time [s] such that readings before it still hold after changes of a timeline; infinity if the changes
-    only add later motions and events."""
+    """Return the earliest time [s] at which `changes` may have invalidated readings, or infinity if they only add later
+    motions and events. `before`, `after`: the timeline before and after the changes."""
     since, latest = inf, before.event(before.event_count - 1).time if before.event_count else -inf
     for delta in changes:
         edit = delta.events
@@ -86,8 +90,9 @@ def changed_since(before: Timeline, after: Timeline, changes: Iterable[TimelineD
 
 
 def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue]:
-    """Find the readings of programs, at `since` [s] or later, that no longer hold on the timeline of a book."""
-    wrong, instant, given = list[Event](), -inf, dict[int, float]()  # values set so far by events at this instant
+    """Yield the readings of programs, made at `since` [s] or later, that do not agree with the timeline of a book."""
+    # given: values that earlier events at the same instant have set
+    wrong, instant, given = list[Event](), -inf, dict[int, float]()
     for event in book.timeline.events_between(since, inf):
         if event.time != instant:
             instant, given = event.time, {}
@@ -112,12 +117,14 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
 
 
 def _holds(signals: Signals, event: Event, given: float | None) -> bool:
-    """Return whether a signal reading agrees with the timeline. `given`: the value set by earlier events at the same
-    instant; later events at that instant cannot have affected the reading."""
+    """Return whether the recorded reading of a signal agrees with the timeline. `given`: the value that earlier events
+    at the same instant have set; None if they have set none. Later events at that instant cannot have affected the
+    reading."""
     on, computed, t = event.value > 0.0, signals.cell_inputs, event.time
     changed = event.duration == 0.0
     if computed is not None and event.channel in computed.numbers:
-        if signals.on_at(event.channel, t) is not on:  # the reading may have preceded the change at this instant
+        # also true if the signal was read just before it changed at this instant
+        if signals.on_at(event.channel, t) is not on:
             return not changed and signals.on_at(event.channel, t - TICK) is on
     elif (signals.on_at(event.channel, t - TICK) if given is None else given > 0.0) is not on:
         return False
@@ -125,7 +132,8 @@ def _holds(signals: Signals, event: Event, given: float | None) -> bool:
 
 
 def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
-    """Return, by the number of each observation, the program position of the reading, and the motion commanded next."""
+    """Return two dictionaries, by the number of an observation: the position in the program where the signal was read,
+    and the text of the next motion command."""
     places, commands, waiting = dict[int, str](), dict[int, str](), list[int]()
     for delta in book.deltas:
         number, text = delta.motion.number, delta.motion.text
@@ -140,11 +148,12 @@ def _place_texts(book: Book) -> tuple[dict[int, str], dict[int, str]]:
     return places, commands
 
 
-UNTIMED = (Wait, WaitEvent, AttachRobot)  # requests whose wait may never end
+UNTIMED = (Wait, WaitEvent, AttachRobot)  # requests that may wait forever, because they have no time limit
 
 
 def in_vain(tracks: Iterable[Track], now: float) -> bool:
-    """Return whether all tasks wait for states that will not change by the passing of time."""
+    """Return whether every task is waiting for a state that the passage of time alone will not change. `now` [s]: the
+    time of the robot's clock."""
     return all(track.wake > now and not track.reacts and _stays(track) for track in tracks)
 
 
@@ -158,7 +167,7 @@ def _stays(track: Track) -> bool:
 
 
 def _condition(track: Track) -> ast.Expression | None:
-    """Return the condition of the WAIT at which a task has stopped."""
+    """Return the condition of the WAIT instruction at which a task has stopped; None for a WAIT without one."""
     it = track.task.statement
     return it.arguments[0] if isinstance(it, ast.Instruction) and it.word == "WAIT" and it.arguments else None
 
@@ -166,13 +175,13 @@ def _condition(track: Track) -> ast.Expression | None:
 def _wait_is_over(wait: Wait) -> bool:
     try:
         return wait.condition()
-    except VrsError:  # the task itself gets the error when it evaluates the condition
+    except VrsError:  # the task will raise this error when it evaluates the condition, so its wait is not endless
         return True
 
 
 def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> EndlessWait:
-    """Return the error for a task whose wait can never end. `help_`: how an input can be changed here; "" at a prompt,
-    where SIGNAL changes it and RETRY continues the task. `said`: formats a condition with the names of its signals."""
+    """Return the error for a task whose wait can never end. `help_`: how the user can change an input; "" if SIGNAL at
+    the prompt changes it and RETRY continues the task. `said`: formats a condition with the names of its signals."""
     if isinstance(track.pending, AttachRobot):
         return EndlessWait("waits for the robot, which another task keeps", "DETACH there, or ABORT it")
     if isinstance(track.pending, WaitEvent):
@@ -189,7 +198,8 @@ def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> Endle
 
 
 def _signal(condition: ast.Expression | None) -> int | None:
-    """Return the signal for which a condition waits, if it is a single one: WAIT SIG(1003), or WAIT 3 as in VAL."""
+    """Return the number of the signal for which a condition waits (negative: for its off state); None if the condition
+    is more than a single signal, as in WAIT SIG(1003), or WAIT 3 in VAL."""
     if condition is not None and (asked := ast.channel(condition)) is not None:
         return asked
     if not isinstance(condition, ast.Call) or condition.name != "SIG" or len(condition.arguments) != 1:
