@@ -1,9 +1,9 @@
-"""The driver runs programs: it carries out their requests at the times of the robot's clock. A program and its motions
-run side by side: after a motion begins, the program continues, and the next motion waits until it may begin. Several
-programs also run side by side, each as a task with a number; a prompt line precedes all programs. Each task has an
-instant at which it continues. The task with the earliest instant continues first; if instants are equal, the task with
-the lowest number. So the same programs always give the same timeline. The given clock sets the pace. A task that waits
-for a condition tests it at every tick and whenever a signal changes."""
+"""The driver runs programs: it carries out their requests at the times of the robot's clock. A program runs while its
+motions are executed: after a motion begins, the program continues until its next motion, which waits until it may
+begin. Several programs run at the same time, each as a task with a number; a line typed at the prompt is a task too,
+and comes first. For each task the driver knows the time at which it continues, and always continues the task with the
+earliest time; of several, the one with the lowest number. So the same programs always give the same timeline. The given
+clock sets the pace. A task that waits for a condition tests it at every tick and whenever a signal changes."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ if TYPE_CHECKING:
 _P = TypeVar("_P", bound=tasks.Pending)
 
 
-# memory is counted again only after (elements held / this number) steps, so that counting takes little of the time
+# count the used memory only every (elements in memory / this number) steps, so that counting takes little time
 ELEMENTS_A_STEP = 20
-AN_EVENT = 10  # number of elements that use as much memory as one event of the timeline
-MAX_ELEMENTS_A_STEP = 200  # maximum number of elements that one step can add; a string has up to 128 characters
+AN_EVENT = 10  # one event of the timeline uses as much memory as this many array elements
+MAX_ELEMENTS_A_STEP = 200  # no step adds more elements to memory than this; a string has up to 128 characters
 
 
 def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals | None]:
-    """Return the world of a cell, and the signals that it computes; (None, None) for a cell that only has names."""
+    """Return the world of a cell (its parts and sensors), and the signals that the world computes; (None, None) for a
+    cell that only names signals."""
     if not cell.follows and cell.scene == NO_SCENE:
         return None, None
     from vrs_cli.world.course import World
@@ -61,14 +62,14 @@ def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals 
 
 
 class AskedInVain(Exception):
-    """The exception raised in a request that shows a task's question, when the task no longer needs the answer."""
+    """Raised in the dialogue that shows a task's question to a user, when the task no longer needs the answer."""
 
 
 class _Run(Struct, eq=False):
-    """A task for whose end a user waits, within limits. `started`: when it began; `last`: when it must end [s];
-    `before`: the number of steps of all tasks before the run. `then` is called with the result if no request waits for
-    it. `all_tasks`: the run lasts until the other tasks have ended too. `look`: the number of steps of the run after
-    which memory is counted next."""
+    """A task that a user started and waits for, with its limits. `started`: when the run began [s]; `last`: when it
+    must end [s]; `before`: the number of steps that all tasks had done when it began. `then`: the function to call with
+    the result if no request waits for it any more. `all_tasks`: the run lasts until all other tasks have ended, too.
+    `look`: the number of steps of the run after which memory is counted next."""
 
     track: tasks.Track
     limits: Limits
@@ -81,12 +82,16 @@ class _Run(Struct, eq=False):
 
 
 class Driver:
-    """The driver of the `tasks` of one robot. `disk`: the files of programs. `advice`: the hint at a limit. `begin`
-    sets a task to wait for, `step` carries out the next event, `peek` returns its time. `run` waits until a task has
-    stopped; `settle` processes everything that is due. `answers` returns whether the current user gets a task's
-    questions. `then` returns the function to call at the end of a task whose user no longer waits, None if the task
-    must stop now. `lags` returns whether users have not yet read what programs have typed. `asking`: the numbers of the
-    questions that are being shown to users."""
+    """The driver of the `tasks` of one robot.
+
+    - `begin` starts the wait for a task, `step` carries out the next event, and `peek` returns its time. `run` waits
+      until a task has stopped. `settle` carries out all events up to a time.
+    - `disk`: the files that programs use. `advice`: returns the hint shown at a limit.
+    - `answers` returns whether the current user is asked a task's questions.
+    - `then` returns the function to call at the end of a task whose user no longer waits; None if the task must stop
+      now.
+    - `lags` returns whether users have not yet read all output of the programs (TYPE).
+    - `asking`: the numbers of the questions that are being shown to users."""
 
     def __init__(
         self,
@@ -101,7 +106,7 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.cell = NO_CELL
         self._living = LivingCell(NO_CELL)
-        self.world: World | None = None  # world of the robot's latest cell
+        self.world: World | None = None  # world (parts and sensors) of the cell that the robot was in last
         self._advice = advice
         self._transcript = performing.TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
@@ -110,7 +115,7 @@ class Driver:
             self.disk,
             self._transcript.show,
             outside or Outside(),
-            # a missing device is only a warning: the program continues without it
+            # only a warning, because the program continues without the device
             lambda missing: terminal.show(replies.Message(str(missing), replies.Tone.WARNING)),
         )
         self.devices.outside.tell = lambda text: terminal.show(replies.Message(text))
@@ -118,7 +123,7 @@ class Driver:
         self._performer = performing.Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
-        self._runs: list[_Run] = []  # the program, and a prompt line that runs at the same time
+        self._runs: list[_Run] = []  # the run of a program, then that of a prompt line typed while the program runs
         self.asking: set[int] = set()
         self.answers: Callable[[tasks.Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[tasks.Track], Callable[[results.RunResult], None] | None] = lambda _track: None
@@ -130,30 +135,32 @@ class Driver:
 
     @property
     def awaited(self) -> tasks.Track | None:
-        """The task for whose end a request lets time advance. May be read in any thread."""
+        """The task whose end a request is waiting for; only then does the driver advance the clock by itself. Any
+        thread may read this."""
         last = self._runs[-1:]
         return last[0].track if last and last[0].then is None else None
 
     def end_by(self, error: LimitReached) -> bool:
-        """End the run with this error before its next step. Return False if there is no run. Safe to call in a signal
-        handler."""
+        """End the current run with this error before its next step. Return False if there is no run. Signal handlers
+        may call this method."""
         if self._runs:
             self._ended_by = error
         return bool(self._runs)
 
     def interrupt(self) -> None:
-        """Stop the run before its next step, and the robot as soon as possible. Safe to call in a signal handler."""
+        """Stop the current run before its next step, and the robot as soon as possible. Signal handlers may call this
+        method."""
         self._interrupted = True
 
     @property
     def _ends(self) -> bool:
-        """Return whether the run must end even if its task still waits."""
+        """Return whether the current run must end even if its task is still waiting."""
         return self._interrupted or self._ended_by is not None
 
     @property
     def waits_for_users(self) -> bool:
-        """Return whether programs wait until users have received their output (TYPE). Programs that are ending do not
-        wait."""
+        """Return whether programs must wait until users have received their output (TYPE). Programs that are ending do
+        not wait."""
         return (
             self.lags()
             and not self._ends
@@ -162,7 +169,7 @@ class Driver:
 
     @property
     def stands(self) -> bool:
-        """Return whether a program for which no user waits is held up by a paused clock."""
+        """Return whether programs cannot continue because the clock is paused, while no request is waiting for them."""
         clock = self.engine.clock
         return clock.paused and not self._ends and self.awaited is None and self.peek() > clock.reached
 
@@ -171,8 +178,9 @@ class Driver:
     def run(
         self, track: tasks.Track, limits: Limits = ATTENDED, *, all_tasks: bool = False
     ) -> Dialogue[results.RunResult]:
-        """Run until a task stops or, with `all_tasks`, until all tasks have stopped. At each RUNNING the actor carries
-        out one event (`step`). The other tasks run beside the task, and their questions are asked."""
+        """Run until a task stops or, with `all_tasks`, until all tasks have stopped. Return the result. For each
+        RUNNING that this dialogue yields, the actor carries out one event (`step`). Meanwhile the other tasks continue,
+        and users are asked their questions."""
         run = self.begin(track, limits)
         run.all_tasks = all_tasks
         try:
@@ -191,16 +199,16 @@ class Driver:
         return self._result(self._over(track))
 
     def _foreground(self, run: _Run) -> tasks.Track | None:
-        """Return the task for which a run waits now; None if the run has ended."""
-        if run.track.outcome is None:  # called several times for each step
+        """Return the task that a run is waiting for; None if the run has ended."""
+        if run.track.outcome is None:  # fast path: this is called several times for each step
             return run.track
         return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
 
     def begin(
         self, track: tasks.Track, limits: Limits = ATTENDED, then: Callable[[results.RunResult], None] | None = None
     ) -> _Run:
-        """Start waiting for a task, within limits. `then` is called at the end of the task if no request waits for
-        it."""
+        """Start to wait for a task, within limits. `then`: the function to call at the end of the task if no request
+        waits for it."""
         now = self.engine.now
         run = _Run(track, limits, now, now + limits.last, self.tasks.steps_done, then)
         self._runs.append(run)
@@ -220,7 +228,7 @@ class Driver:
         return run
 
     def step(self) -> None:
-        """Carry out the next event, or advance time towards it. The run may reach a limit here."""
+        """Carry out the next event, or advance the clock towards it. A run that reaches a limit is ended."""
         if not self._runs:
             if (coming := self.peek()) < inf:
                 self.engine.clock.wait(coming)
@@ -243,19 +251,20 @@ class Driver:
             self._exceed_time(run)
         elif self._let_time_pass(track, coming):
             most = run.limits.max_steps
-            # one more step begins after the last allowed one, but is not carried out
+            # + 1: the limit is noticed when one more step would begin; that step is not carried out
             self._happen(runtime.BUDGET if most is None else most - (self.tasks.steps_done - run.before) + 1)
             self._look()
         self._tell_ends()
 
     def abort(self, number: int) -> tasks.Track | None:
-        """Stop a task now, even if its next step is far in the future. Return None if no task with this number is
-        running."""
+        """Stop a task at the current time, even if its next step is far in the future. Return the task; None if no task
+        with this number is running."""
         self.engine.clock.advance(self.engine.clock.reached)
         return self.tasks.abort(number)
 
     def drop(self, foreground: tasks.Track | None = None) -> None:
-        """Stop the robot, the task for which a user waited, and all tasks stopped by an internal error of vrs."""
+        """Stop the robot, the task `foreground` for which a user waited, and all tasks stopped by an internal error of
+        vrs."""
         self.engine.clock.advance(self.engine.clock.reached)
         self.engine.stop()
         for track in self.tasks.running:
@@ -264,7 +273,7 @@ class Driver:
                 self.tasks.stop(track, results.RunOutcome.ABORTED)
 
     def broken_off(self, error: LimitReached) -> results.RunResult:
-        """Return the result of a run that `error` has ended in the middle of a step."""
+        """Return the result of a run that `error` has ended in the middle of a step of the robot program."""
         track = self.tasks.get(tasks.ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
@@ -295,14 +304,14 @@ class Driver:
     # --- questions ---
 
     def questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """Return the tasks that wait for a line of the terminal, with their questions, in the order in which they
+        """Return the tasks that wait for a line of the terminal, each with its question, in the order in which they
         asked."""
         waiting = [(track, track.pending) for track in self.tasks if isinstance(track.pending, tasks.PendingInput)]
         return sorted(waiting, key=lambda one: one[1].number)
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:
-        """Give a line to the task that asked this question: None at the end of the input, or an error. If the task no
-        longer waits, do nothing."""
+        """Give the answer to question `number` to the task that asked it: a line, None at the end of the input, or an
+        error. Do nothing if the task no longer waits for it."""
         if (found := next((one for one in self.questions() if one[1].number == number), None)) is None:
             return
         self.tasks.current = found[0].number
@@ -313,7 +322,7 @@ class Driver:
         self.tasks.current = tasks.PROMPT_LINE
 
     def ask(self) -> Dialogue[None]:
-        """Ask the users the questions of the tasks that they drive. Ctrl-C stops the task that asks."""
+        """Ask the current user the questions of the tasks. Ctrl-C stops the task that asks."""
         self._performer.asked = False
         while waiting := self.open_questions():
             track, asked = waiting[0]
@@ -322,7 +331,7 @@ class Driver:
                 answer = yield asked.question
                 self.answer(asked.number, answer if isinstance(answer, str) else None)
             except AskedInVain:
-                pass  # the question is asked again if the task still waits for the answer
+                pass  # the loop asks the question again if the task still waits for the answer
             except VrsError as error:
                 self.answer(asked.number, error)
             except KeyboardInterrupt:
@@ -331,44 +340,45 @@ class Driver:
                 self.asking.discard(asked.number)
 
     def open_questions(self) -> list[tuple[tasks.Track, tasks.PendingInput]]:
-        """Return the questions for the current user that are not being shown to any user."""
+        """Return the questions for the current user that are not shown to any user yet."""
         return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
     def has_withdrawn(self) -> bool:
-        """Return whether a question is still shown to a user although its task no longer waits for the answer."""
+        """Return whether a user still sees a question although its task no longer waits for the answer."""
         return not self.asking <= {asked.number for _, asked in self.questions()}
 
     # --- limits ---
 
     def _end_vain_wait(self, run: _Run, track: tasks.Track) -> None:
-        """End a task's wait for an event that can never occur, with an error."""
+        """End the wait of a task for an event that can never occur: raise an error in the task."""
         more = self._advice("signals")
         error = observations.endless(track, "" if more == GO_ON else more, self.environment.signals.with_names)
         if track is run.track:
             self._fail(track, error)
-        else:  # the program has ended, and no more events will occur in this task
+        else:  # the program of the run has ended; only this task is left, and would wait forever
             place = f"task {track.number} is ended at {track.task.program} step {track.task.step}"
             self.terminal.show(replies.Message(f"{place}: {error}", replies.Tone.WARNING))
             self.tasks.abort(track.number)
 
     def _exceed_time(self, run: _Run) -> None:
-        """End a run that has reached its limit of robot time."""
+        """End a run that has reached its limit of the robot's time."""
         self.engine.clock.advance(max(run.last, self.engine.now))
         what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
         late = (one.text for one in self.engine.book.records() if one.asked is not None and one.asked > run.last)
-        if text := next(late, None):  # the cause is the first motion requested for a time after the limit
+        if text := next(late, None):  # name the first motion that was requested for a time after the limit as the cause
             what += f", and {text} was asked for later than that"
         self._end_at_limit(run, what, self._advice("max_time"))
 
     def _in_vain(self) -> bool:
-        """Return whether time could pass for ever without any event."""
+        """Return whether all tasks are waiting, and the clock could advance forever without an event that ends a
+        wait."""
         engine = self.engine
         more_comes = engine.realtime or self._next_signal() < inf or engine.now < engine.end
         return not more_comes and observations.in_vain(self.tasks.running, engine.now)
 
     def _look(self) -> None:
-        """Check each run for its limits of steps and memory, and end it at a limit."""
+        """Check the limits of steps and memory of each run, and end a run that exceeds one."""
         for run in self._runs:
             if (track := self._foreground(run)) is None or isinstance(track.pending, effects.Failed | tasks.Aborted):
                 continue
@@ -387,8 +397,8 @@ class Driver:
                     self._end_at_limit(run, what, self._advice("max_elements"))
 
     def _let_time_pass(self, foreground: tasks.Track, coming: float) -> bool:
-        """Advance time towards `coming`. Return whether that time was reached. On a paused clock the task for which the
-        run waits fails."""
+        """Advance the clock towards the time `coming` [s]. Return whether that time was reached. If the clock is
+        paused, the task `foreground` fails."""
         try:
             self.engine.clock.wait(coming)
         except ClockPaused as error:
@@ -396,7 +406,7 @@ class Driver:
         return self.engine.now >= coming
 
     def _check_held(self, characters: int) -> None:
-        """Check how many characters are kept in memory for files that are open for reading. Raises LimitReached."""
+        """Check the number of characters in memory of files that are open for reading. Raises LimitReached."""
         most = None if not self._runs else self._runs[-1].limits.max_elements
         if most is not None and characters > most:
             raise LimitReached(
@@ -404,7 +414,8 @@ class Driver:
             )
 
     def _end_at_limit(self, run: _Run, what: str, hint: str) -> None:
-        """End the task of a run at a limit, together with the tasks of all other runs."""
+        """Stop the robot and end the task of a run with LimitReached; end its other tasks too if the run includes all
+        tasks. `what`: which limit was reached."""
         if (foreground := self._foreground(run)) is None:
             return
         error = LimitReached(f"{what}: {'; '.join(self._whereabouts(foreground))}", hint)
@@ -415,12 +426,12 @@ class Driver:
                 self.tasks.abort(track.number)
 
     def _fail(self, track: tasks.Track, error: VrsError) -> None:
-        """Raise an error in a task, instead of the event for which it waits."""
+        """Raise an error in a task, which stops waiting."""
         track.pending = None
         self._do(track, self._throw(track, error))
 
     def _whereabouts(self, foreground: tasks.Track) -> Iterator[str]:
-        """Yield the position at which each task waits or works, the task of the run first."""
+        """Yield a text for each running task that says at which step it waits or works, the task of the run first."""
         others = [track for track in self.tasks.in_order() if track.running and track is not foreground]
         for track in [foreground, *others]:
             task = track.task
@@ -432,7 +443,7 @@ class Driver:
     # --- events for which no user waits ---
 
     def settle(self, until: float | None = None) -> None:
-        """Let the tasks do everything that is due up to an instant, by default the current one."""
+        """Carry out all events up to the time `until` [s], by default the current time, and advance the clock to it."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
         while (coming := min(self.peek(), self._next_signal())) <= until and not self.waits_for_users:
@@ -443,7 +454,7 @@ class Driver:
         self._tell_ends()
 
     def _tell_ends(self) -> None:
-        """Report the ends of runs for which no request waits."""
+        """Call `then` of each run that has ended and for which no request waits."""
         for run in tuple(self._runs):
             if run.then is not None and not run.track.running:
                 run.then(self._result(self._over(run.track)))
@@ -451,19 +462,19 @@ class Driver:
     # --- the next event ---
 
     def peek(self) -> float:
-        """Return when the next event is due [s]; infinity if there is none without a new request."""
+        """Return the time of the next event [s]; infinity if only a new request can cause one."""
         if (track := self.tasks.next()) is None:
             return inf
         return min(track.wake, self._next_signal(), self.devices.outside.due(self.engine.clock))
 
     def _next_signal(self) -> float:
-        """Return the time of the next change of an input or the next event on the timeline [s]."""
+        """Return the time of the next change of an input, or of the next event on the timeline [s]."""
         dated = self.environment.signals.follow_clock()
         return dated if self.inputs is NO_INPUTS else min(self.inputs.next_time, dated)
 
     def _happen(self, budget: int) -> None:
-        """Process all due events: arriving data, a signal change, or a task, which runs until its next request that
-        takes time or until another task has its turn."""
+        """Carry out one kind of event due now: the arrival of data, changes of inputs, or the next task. That task runs
+        until it makes a request that takes time, or has done `budget` steps."""
         clock, signals = self.engine.clock, self.environment.signals
         signals.follow_clock()
         if self.devices.outside.due(clock) <= clock.now:
@@ -474,18 +485,20 @@ class Driver:
             self._change_inputs()
             return
         if (track := self.tasks.next()) is None or track.wake > self.engine.now:
-            return  # a signal has changed for which no task waits
+            return  # only a signal has changed, and no task waits for it
         self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))
         self.tasks.current = tasks.PROMPT_LINE
-        signals.follow_clock()  # changes that the task itself made on the timeline are not signal changes now
-        # reactions to several signals are carried out one after the other
+        # note the signal changes that the task itself has just written to the timeline, so that they are not reported
+        # later
+        signals.follow_clock()
+        # if more reactions are due, let the task continue at the same time: each turn carries out one reaction
         if track.reacts and self._left_now(track) > 0:
             track.wake = self.engine.now
 
     def _do(self, track: tasks.Track, event: tasks.Pending) -> None:
-        """Carry out a request of a task. If it fails, raise the error in the task, and carry out the task's next
-        request."""
+        """Carry out a request of a task. If that fails, raise the error in the task, and carry out the next request of
+        the task."""
         while True:
             track.wake = self.engine.now
             try:
@@ -495,7 +508,7 @@ class Driver:
                 event = self._throw(track, error)
 
     def _change_inputs(self) -> None:
-        """Carry out the changes of inputs that are due now, and apply the cell's rules to each of them."""
+        """Carry out the changes of inputs that are due now. Each change also triggers the cell's rules."""
         due, self.inputs = self.inputs.take_until(self.engine.now)
         for change in due:
             for name, value in change.values.items():
@@ -506,17 +519,18 @@ class Driver:
 
     @property
     def course(self) -> WorldCourse | None:
-        """The course of the cell's parts on the current timeline; None without a cell."""
+        """The states of the cell's parts over time on the current timeline; None without a cell."""
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:
-        """Put the robot in a cell. The cell gives names to signals, and its rules apply automatically."""
+        """Put the robot in a cell. The cell names signals, and from now on its rules react to signal changes."""
         self.cell, self._living = cell, LivingCell(cell)
         self.environment.signals.names = cell.names
         self.world, self.environment.signals.cell_inputs = world_of(self.engine, cell)
 
     def _follow(self, signal: int, on: bool) -> None:
-        """Apply the cell's rules to a signal that has changed, unless the world computes that signal."""
+        """Apply the cell's rules to a signal that has changed. Inputs that the world computes are not changed by
+        rules."""
         if self.cell.follows:
             computed = self.environment.signals.cell_inputs
             known = frozenset[int]() if computed is None or signal in INTERNAL else computed.numbers
@@ -528,8 +542,8 @@ class Driver:
 
     @contextmanager
     def surrounding(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
-        """Within this context, put the robot in another cell (None: the same one), and let inputs change at times [s]
-        from now. Changes that are not due by the end are dropped."""
+        """Put the robot in another cell (None: the same cell) within this context, and let `inputs` change at times [s]
+        counted from now. Changes that are not due before the end of the context are dropped."""
         signals = self.environment.signals
         before, world = (self.cell, self._living, signals.names, signals.cell_inputs), self.world
         own, given = self.inputs.left, inputs.later(self.engine.now).left
@@ -541,14 +555,16 @@ class Driver:
         finally:
             stay = signals.computed_states() if cell is not None else ()
             self.cell, self._living, signals.names, signals.cell_inputs = before
-            self.world = world or self.world  # the parts of a call's own cell can be examined after the call
-            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))  # keep the computed states
+            # keep the world of the cell, so that its parts can be examined after the context has ended
+            self.world = world or self.world
+            # the inputs that the cell's world computed keep their states
+            signals.write(*stay, inputs=True, stamp=commands.Stamp(self.engine.now))
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
     def _event(self, track: tasks.Track, budget: int) -> tasks.Pending:
-        """Return what a task requests now: the event for which it waited, or the next request of its program."""
+        """Return what a task requests now: the event for which it has waited, or the next request of its program."""
         reacts, pending, track.pending = track.reacts, track.pending, None
         if pending is not None:
             if not reacts:
@@ -562,7 +578,7 @@ class Driver:
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
         looked_at = track.stepping is not None or self.tasks.breakpoints or self.tasks.watches
-        # examine each step before it is carried out
+        # for TRACE, breakpoints, watches and single steps, carry out one step at a time
         if (looked_at or self.engine.settings.switch("TRACE")) and not track.at_prompt:
             return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
@@ -574,7 +590,8 @@ class Driver:
 
     @staticmethod
     def _asked_again(track: tasks.Track, event: _P) -> _P:
-        """Restore the original request time of an event that a reaction interrupted. Return the event."""
+        """Return an event of a task. If a reaction interrupted the wait for this event, restore the time of its
+        original request."""
         for held in track.held:
             if held[0] is event:
                 track.asked = held[1]
@@ -583,14 +600,15 @@ class Driver:
         return event
 
     def _left_now(self, track: tasks.Track) -> int:
-        """Return how many more steps a task may do at the current instant; after that, time must advance."""
+        """Return how many more steps a task may do at the current time. Afterwards the clock must advance, so that an
+        endless loop cannot stop time."""
         if track.instant != self.engine.now:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return runtime.BUDGET - (track.task.steps_done - track.before)
 
     def _step_by_step(self, track: tasks.Track, answer: str | None) -> effects.Event | tasks.Stopped | tasks.Onward:
-        """Carry out the current step of a task. Return its request, or whether the program stops before the next
-        step.
+        """Carry out the next step of a task. Return what the step requests, or whether the program stops before the
+        following step (single step, breakpoint or watched value).
         """
         task, stepping = track.task, track.stepping
         if task.between:

@@ -1,5 +1,6 @@
-"""Carry out the requests of tasks (`ACTS`): requests to the robot, waits, the terminal, other tasks, the end of a
-program. An act that takes time sets the instant at which the task continues; nothing in this module advances time."""
+"""Carry out the requests of tasks (`ACTS`): requests to the robot, waits, input and output, requests to other tasks,
+and the end of a program. An act that takes time sets the time at which the task continues; only the driver advances the
+clock."""
 
 from __future__ import annotations
 
@@ -22,27 +23,27 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values import commands, results
 
-VAIN_READ = 100  # a READ that finds no input counts as this many steps, because it takes as much CPU time
-LOOK = 1.0  # [s] time between two checks of a silent unit, so that time limits are noticed
+VAIN_READ = 100  # count a READ that finds no input as this many steps, because it takes as much CPU time
+LOOK = 1.0  # [s] check a unit that waits for data again after this time, so that time limits are noticed
 EVERYBODYS = (
     commands.SetChannels,
     commands.SetMonitorSpeed,
     commands.SetParameter,
     commands.SetSwitch,
-)  # requests that a task without the robot may make
+)  # requests that a task may make even if another task has the robot
 STAMPED = (commands.Move, commands.SetChannels, commands.OperateHand)  # requests that may have a time stamp
-STEPS_A_START = 100  # the start of a task counts as this many steps
+STEPS_A_START = 100  # count the start of a task as this many steps, because it takes as much CPU time
 
 
 class TypedLine(Struct, frozen=True):
-    """A line that a program typed (TYPE), and the robot's time at the end of that line [s]."""
+    """A line that a program typed (TYPE). `t`: the time of the robot's clock when the line was complete [s]."""
 
     t: float
     text: str
 
 
 class TypedLines:
-    """The output that programs type. `lines` are the complete lines since the run began."""
+    """The output of programs (TYPE). `lines`: the complete lines since the run began."""
 
     def __init__(self, engine: Engine, terminal: dialogue.Terminal, advice: Advice) -> None:
         self.lines: list[TypedLine] = []
@@ -55,11 +56,13 @@ class TypedLines:
         self._spent.begin(limits)
 
     def count(self, text: str, newline: bool = False) -> None:
-        """Count a text before it is typed. Raises LimitReached."""
+        """Count a text before it is typed. `newline`: whether a line end follows. Raises LimitReached if the output is
+        too long."""
         self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
-        """Type a text, but not on the terminal if the switch MESSAGES is off. Raises LimitReached."""
+        """Type a text. If the switch MESSAGES is off, it is only recorded, not shown on the terminal. Raises
+        LimitReached."""
         self.count(text, newline)
         self._put(text, newline)
 
@@ -77,7 +80,7 @@ class TypedLines:
 
 class Performer:
     """The executor of requests from the tasks of one robot. An act that fails raises VrsError. `asked`: whether a task
-    has asked a question since users last saw the questions. `last`: when the run will be stopped [s]."""
+    has asked a question that has not yet been passed to the users. `last`: when the current run will be stopped [s]."""
 
     def __init__(
         self,
@@ -119,13 +122,13 @@ class Performer:
             self._devices.expire(track.number, event)
 
     def _ask(self, track: Track, event: effects.Prompt | effects.ReadRecord | effects.AwaitLine) -> None:
-        """Ask a question; the task continues when it is answered."""
+        """Ask a question; the task waits until it is answered."""
         self.asked = True
         track.until(inf, PendingInput(next(self._questions), event))
 
     def answer(self, track: Track, asked: PendingInput, answer: str | VrsError | None) -> None:
-        """Give a line to a task that has asked. If there is no line and the task needs one, raise EndOfInput or the
-        line's earlier error."""
+        """Give a line to a task that has asked for one; None at the end of the input. If the task needs a line and
+        there is none, raise EndOfInput, or the error of the last wrong line."""
         track.until(self._engine.now)
         event = asked.event
         if isinstance(event, effects.Prompt) and answer is None:
@@ -174,7 +177,7 @@ class Performer:
                 self._engine.perform(setting)
 
     def request(self, track: Track, request: commands.Request) -> None:
-        """Pass a request to the robot when the robot is ready for it."""
+        """Pass a request to the robot; if the robot is not ready for it, let the task wait until it is."""
         if not (self._tasks.owns(track) or isinstance(request, EVERYBODYS)):
             if isinstance(request, commands.Break | commands.Brake):
                 return
@@ -190,11 +193,13 @@ class Performer:
         request = request if in_program else by_robot_clock(request, track.times)
         track.until(engine.begin(request, program=in_program, issued=issued))
         for other in self._tasks.running if isinstance(request, commands.Brake) else ():
-            if isinstance(other.pending, commands.Request):  # its wait for the robot now ends at another time
+            # the robot may now be ready earlier: let the waiting task ask again
+            if isinstance(other.pending, commands.Request):
                 other.wake = engine.now
 
     def _check_in_bounds(self, stamp: commands.Stamp) -> None:
-        """Check that a motion begins before the time limit of its run. Raises IllegalValue if not."""
+        """Check that the time stamp of a request (AT, IN) is not after the time limit of the run. Raises
+        IllegalValue."""
         word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
         if begin > self.last:
             more = self._advice("max_time")
@@ -212,8 +217,8 @@ class Performer:
     # --- other tasks ---
 
     def _start_task(self, track: Track, event: effects.StartTask) -> None:
-        """Start a task. Until time advances, it may only do as many steps as the starting task has left, so that a
-        program that starts itself repeatedly cannot stop time."""
+        """Start a task at the request of `track`. Until the clock advances, it may only do as many steps as the
+        starting task has left, so that a program that starts itself repeatedly cannot stop time."""
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
         arguments = [None if one is None else variables.Reference(*one) for one in call.arguments]
@@ -240,8 +245,8 @@ class Performer:
         track: Track,
         event: effects.ProgramCompleted | effects.Halt | effects.Pause | effects.Failed | Aborted | Stopped,
     ) -> None:
-        """End the task. A task that has the robot and is not a prompt line ends when the robot is at rest; a task
-        stopped while the clock is paused does not wait for that."""
+        """End the task. A task that has the robot first waits until the robot is at rest, except a prompt line, and
+        except a task that fails or is aborted while the clock is paused."""
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
         stands = self._engine.clock.paused and isinstance(event, effects.Failed | Aborted)
         if rests and not stands and self._tasks.owns(track) and self._engine.now < self._engine.end:
@@ -257,15 +262,14 @@ class Performer:
 
 
 def by_robot_clock(request: commands.Request, times: users.HolderTimes) -> commands.Request:
-    """Return a request with its time converted from the clock of the user who typed the prompt line to the robot's
-    clock."""
+    """Return a request of a prompt line with its time stamp converted from the user's clock to the robot's clock."""
     if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):
         return request
     return structs.replace(request, stamp=commands.Stamp(times.robot_time(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:
-    """Return the line in an answer. If the answer is an error, raise it."""
+    """Return the line in an answer; None at the end of the input. Raises the error if the answer is an error."""
     if isinstance(answer, VrsError):
         raise answer
     return answer
@@ -288,7 +292,7 @@ ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     effects.SetEvent: Performer._set_event,
     effects.EventSignal: Performer._event_signal,
     effects.Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + memory.TICK),
-    Onward: lambda _performer, _track, _event: None,  # continue with the next step at once
+    Onward: lambda _performer, _track, _event: None,  # nothing to do: the task continues with its next step at once
     effects.CycleBegins: Performer._cycle_begins,
     effects.AttachRobot: Performer._attach,
     effects.DetachRobot: Performer._detach,

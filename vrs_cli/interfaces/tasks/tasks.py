@@ -1,6 +1,7 @@
-"""The tasks of one robot, by number: which tasks run, which have stopped, what each waits for, and which one has the
-robot. Task 0 is the robot program, 1 the process control program of VAL-II, others are tasks of V+; -1 is a prompt
-line. One task at a time has the robot: task 0 when it starts, or the task that attaches the robot."""
+"""The tasks of one robot, by number: which tasks run or have stopped, what each of them waits for, and which task has
+the robot. Task 0 is the robot program, task 1 the process control program of VAL-II, the others are tasks of V+; task
+-1 is a line typed at the prompt. Only one task has the robot: task 0 from its start, or a task that attaches the
+robot."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from vrs_cli.language.run.runtime import Task
 
 ROBOT_PROGRAM = 0
-PROMPT_LINE = -1  # task number of a prompt line
+PROMPT_LINE = -1  # task number of a line typed at the prompt
 
 RUN_STATES = {
     effects.TaskState.RUNNING: operations.EXECUTING,
@@ -36,26 +37,26 @@ RUN_STATES = {
     effects.TaskState.ABORTED: operations.ABORTED,
     effects.TaskState.COMPLETED: operations.COMPLETED,
 }
-NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # words that STATUS shows
+NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # codes that the function STATUS returns
 
 
 # --- pending values of a task that are not events of its program ------------------------------------------------------
 
 
 class Aborted(Struct, frozen=True):
-    """The pending value of a task that was stopped from outside and waits until the robot is at rest."""
+    """The pending value of a task that was stopped from outside: it ends when the robot is at rest."""
 
 
 class PendingInput(Struct, frozen=True):
     """The pending value of a task that waits for a line of the terminal. `number`: the number of its question; `event`:
-    its request."""
+    the request of the task."""
 
     number: int
     event: effects.Prompt | effects.ReadRecord | effects.AwaitLine
 
     @property
     def question(self) -> questions.LineWanted:
-        """The question that is shown to the user who drives the task."""
+        """The question to show to the user who drives the task."""
         if not isinstance(self.event, effects.Prompt):
             return questions.LineWanted("")
         wrong = self.event.wrong
@@ -63,15 +64,15 @@ class PendingInput(Struct, frozen=True):
 
 
 class Stopped(Struct, frozen=True):
-    """The pending value of a task whose program has stopped before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED;
-    `detail`: the change of a watched value."""
+    """The pending value of a task whose program stops before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED;
+    `detail`: for WATCHED the change of the value."""
 
     outcome: str
     detail: str = ""
 
 
 class Onward(Struct, frozen=True):
-    """The pending value of a task whose program is before a step and continues at once."""
+    """The pending value of a task whose program has finished one step and continues with the next step at once."""
 
 
 Pending = effects.Event | Aborted | Stopped | Onward | PendingInput
@@ -82,8 +83,9 @@ ONWARD = Onward()
 
 
 class Stepping(Struct):
-    """One step of a program, into a called program or (`over`) over it. `begun`: the step is being carried out, and
-    `depth` programs are on the stack; before that, the task has not yet reached the step."""
+    """A request to carry out one step of a program. `over`: a step that calls a program runs until that program
+    returns. `begun`: whether the step is being carried out; `depth`: how many programs were on the stack when it
+    began."""
 
     over: bool
     begun: bool = False
@@ -91,15 +93,18 @@ class Stepping(Struct):
 
 
 class Track(Struct, eq=False):
-    """A task and its timing. At the time `wake` [s] it carries out `pending`, if that is not None, and continues.
+    """A task and its timing. At the time `wake` [s] the task carries out `pending`, if that is not None, and continues.
 
-    `outcome` is None while the task runs. `asked`: the time at which `pending` was requested [s]. `mine`: the task
-    takes the robot when it continues; `awaited`: a user waits for its end. `instant`: when the task last continued;
-    `before`: its number of steps until then. `held`: events that reactions have interrupted, with their times.
-    `driven_by`: the user who last continued the task and gets its questions; None if that user has left. `times`: clock
-    corrections of the user who typed the task's line; `issued`: when the line was typed, until its first request.
-    `event`: whether the task's event is set; `event_signal`: the input that sets it; `run_signal`: the output that is
-    on while the task runs.
+    - `outcome`: how the task ended or stopped; None while it runs. `detail`: more about it.
+    - `asked`: when `pending` was requested [s]. `answer`: what the program receives when it continues.
+    - `mine`: the task takes the robot when it continues. `awaited`: a user waits for its end.
+    - `instant`: when the task last continued [s]. `before`: the number of its steps until then.
+    - `held`: events that reactions (REACT) have interrupted, each with the time of its request.
+    - `driven_by`: the user who last continued the task and is asked its questions; None if that user has left.
+    - `times`: clock corrections of the user who typed the task's line. `issued`: when the line was typed, until its
+      first request [s].
+    - `event`: whether the task's event is set (SET.EVENT). `event_signal`: the input that sets it. `run_signal`: the
+      output that is on while the task runs.
     """
 
     number: int
@@ -135,15 +140,15 @@ class Track(Struct, eq=False):
 
     @property
     def in_program(self) -> bool:
-        """Return whether the task is more than a prompt line. A motion of a prompt line has ended when the line
-        returns, and a motion with a time stamp does not advance the clock. A program that the line CALLs runs like any
-        other program."""
+        """Return whether the task runs a program, not only a prompt line. The motion of a prompt line has ended when
+        the line returns, and a motion with a time stamp does not advance the clock. A program that the line CALLs runs
+        like any other program."""
         return not self.at_prompt or len(self.task.stack) > 1
 
     @property
     def reacts(self) -> bool:
-        """Return whether a reaction is due that interrupts the event for which the task waits: a WAIT or a peer; for
-        REACTI also the robot."""
+        """Return whether a reaction must interrupt the event for which the task waits. REACT interrupts a wait for a
+        condition, an event or a unit; REACTI also interrupts a wait for the robot."""
         due = self.task.reactions.due
         return due is not None and (
             isinstance(self.pending, effects.Wait | effects.WaitEvent | effects.UnitEffect)
@@ -151,7 +156,7 @@ class Track(Struct, eq=False):
         )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
-        """Let the task carry out `pending` (None: nothing) and continue at an instant [s]."""
+        """Let the task wait until a time [s], then carry out `pending` (None: nothing) and continue."""
         self.wake, self.pending = instant, pending
 
 
@@ -159,7 +164,7 @@ class Track(Struct, eq=False):
 
 
 class Watch(Struct):
-    """An expression with its text and its value at the last evaluation; None: it had no value."""
+    """A watched expression. `text`: as typed; `last`: its value at the last evaluation, None if it had no value."""
 
     text: str
     evaluate: Callable[[], numbers.Value]
@@ -167,7 +172,7 @@ class Watch(Struct):
     last: numbers.Value | None = None
 
     def change(self) -> str:
-        """Return a text with the current and the previous value; empty if the two are equal."""
+        """Evaluate the expression. Return a text with the current and the previous value, or "" if they are equal."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -181,11 +186,11 @@ class Watch(Struct):
 
 
 class Tasks(memory.System):
-    """The tasks that run or have stopped. `current` is the number of the task that is carrying out steps now. `who`:
-    the user who is being served, and who drives the tasks that begin. `failed`: the tasks that stopped with an error
-    while a user waited for another task; `told` is called with each of them. `observed` is called when a signal makes a
-    task react. `breakpoints`: programs stop before these steps (program keys, and steps from 1), and when the value of
-    one of the `watches` changes."""
+    """The tasks of a robot that run or have stopped. `current`: the number of the task that is carrying out steps.
+    `who`: the user who is being served; this user drives the tasks that begin now. `failed`: the tasks that stopped
+    with an error while a user waited for another task; `told` is called with each of them. `observed` is called when a
+    task reacts to a signal. `breakpoints`: programs stop before these steps (program keys, and step numbers from 1).
+    `watches`: programs stop when the value of one of these expressions changes."""
 
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
         self.current = PROMPT_LINE
@@ -194,7 +199,7 @@ class Tasks(memory.System):
         self.breakpoints = set[tuple[str, int]]()
         self.watches = list[Watch]()
         self._latch: tuple[transform.Transform, joints.Joints] | None = (
-            None  # robot's position at the last LATCH.SIGNAL
+            None  # robot's pose and joints when the signal of LATCH.SIGNAL last turned on
         )
         self._latched = False
         self.told: Callable[[results.StoppedTask], None] = lambda _beside: None
@@ -222,21 +227,22 @@ class Tasks(memory.System):
         return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
-        """Return the running task with the earliest instant; of equal instants, the lowest task number."""
+        """Return the running task that continues first: the one with the earliest `wake`; of several, the lowest
+        number."""
         first: Track | None = None
-        for track in self._tracks.values():  # called twice for each step
+        for track in self._tracks.values():  # a plain loop, because this is called twice for each step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
                 first = track
         return first
 
     def uses(self, program: str) -> Track | None:
-        """Return a task that has a program on its stack; None if there is none."""
+        """Return a task that is executing a program, also indirectly by CALL; None if there is none."""
         return next((track for track in self.in_order() if not track.task.is_over and track.task.uses(program)), None)
 
     # --- start and continue ---
 
     def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """Start a task beside the running ones. `folder`: the folder of its files, if it has its own. Raises
+        """Start a task; the other tasks continue. `folder`: the folder of its files, if it has one of its own. Raises
         TaskActive.
         """
         if (there := self.get(number)) is not None and there.running:
@@ -251,7 +257,7 @@ class Tasks(memory.System):
         return track
 
     def free(self) -> int:
-        """Return the lowest task number that is not in use. Raises TaskActive if all are in use."""
+        """Return the lowest number that no running task has. Raises TaskActive if all are in use."""
         free = set(range(1, effects.LAST_TASK + 1)) - {track.number for track in self.running}
         if not free:
             raise TaskActive("every task is in use", "{KILL} clears one")
@@ -267,7 +273,8 @@ class Tasks(memory.System):
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
-        track.task.state = effects.TaskState.RUNNING  # set now, before the task has its turn
+        # set now, because the task itself would set it only at its next step
+        track.task.state = effects.TaskState.RUNNING
         track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
@@ -276,7 +283,8 @@ class Tasks(memory.System):
     # --- ending ---
 
     def abort(self, number: int) -> Track | None:
-        """Stop a task, and the robot if this task has the robot. Return None if no task with this number is running."""
+        """Stop a task, and the robot if this task has it. Return the task; None if no task with this number is
+        running."""
         if (track := self.get(number)) is None or not track.running:
             return None
         if isinstance(track.pending, Aborted):
@@ -288,7 +296,8 @@ class Tasks(memory.System):
         return track
 
     def only_waits(self, track: Track) -> bool:
-        """Return whether the task is a prompt line in real time: it only waits, and the arm also moves without it."""
+        """Return whether a task is a prompt line in real time: aborting it ends only its wait, and the arm continues to
+        move."""
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
@@ -299,20 +308,20 @@ class Tasks(memory.System):
         return track
 
     def stop(self, track: Track, outcome: results.RunOutcome) -> None:
-        """End or pause a task: it releases the robot, its signal and its files."""
+        """End or pause a task: the task releases the robot, turns off its run signal, and releases its files."""
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
         self._run_signal(track, running=False)
         if track.task.is_over and not track.at_prompt:
             self._devices.release(track.number)
-        else:  # the task may continue: its files stay open, but everything written so far is saved
+        else:  # the task may continue: keep its files open, but save what it has written so far
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(results.StoppedTask(track.number, track.fault, self._engine.now))
             self.told(self.failed[-1])
 
     def kill(self, number: int) -> None:
-        """Forget a task that has stopped. Raises TaskNotActive, TaskActive."""
+        """Remove a task that has stopped. Raises TaskNotActive, TaskActive."""
         if (track := self.get(number)) is None:
             raise TaskNotActive(f"task {number}", "there is nothing to clear")
         if track.running:
@@ -327,7 +336,7 @@ class Tasks(memory.System):
     # --- the robot ---
 
     def owns(self, track: Track) -> bool:
-        """Return whether a task has the robot. A prompt line has the robot if no task does."""
+        """Return whether a task has the robot. A prompt line also has it if no task has."""
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
@@ -341,7 +350,7 @@ class Tasks(memory.System):
         return RobotNotAttached(f"task {self._owner} has it", "DETACH there and ATTACH here, or send it a signal")
 
     def attach_robot(self, track: Track) -> bool:
-        """Give the robot to a task. Return False if another task has the robot."""
+        """Give the robot to a task. Return False if another task has it."""
         if self._owner not in (None, track.number):
             return False
         self._owner, track.mine = track.number, True
@@ -352,7 +361,7 @@ class Tasks(memory.System):
             self._owner = track.number
 
     def release_robot(self, track: Track) -> None:
-        """Take the robot from a task. Tasks that wait for the robot try again."""
+        """Take the robot from a task, if the task has it. Tasks that wait for the robot then try again."""
         if self._owner != track.number:
             return
         self._owner = None
@@ -363,7 +372,7 @@ class Tasks(memory.System):
     # --- units ---
 
     def look_at_units(self) -> None:
-        """Let the tasks that wait for a device check it again, because data has arrived."""
+        """Wake the tasks that wait for a device, because data has arrived."""
         for track in self.running:
             if isinstance(track.pending, effects.UnitEffect):
                 track.wake = self._engine.now
@@ -371,7 +380,7 @@ class Tasks(memory.System):
     # --- signals ---
 
     def _signal_changed(self, signal: int, on: bool) -> None:
-        """Check the waits that a signal may end and the reactions that it may start."""
+        """Wake the tasks whose wait may end, and note the reactions that are due, because a signal has changed."""
         if on and signal == self._engine.settings.parameters["LATCH.SIGNAL"]:
             position = self._engine.position()
             self._latch, self._latched = (position.T_world_tool, position.joints), True
@@ -384,20 +393,21 @@ class Tasks(memory.System):
                 track.wake = self._engine.now
 
     def set_event(self, track: Track) -> None:
-        """Set the event of a task (SET.EVENT), and check its WAIT.EVENT now."""
+        """Set the event of a task (SET.EVENT). A task that waits for it (WAIT.EVENT) continues now."""
         track.event = True
         if isinstance(track.pending, effects.WaitEvent):
             track.wake = self._engine.now
 
     def set_run_signal(self, track: Track, signal: int) -> None:
-        """Set the output signal that is on while the task runs (RUNSIG)."""
+        """Set the number of the output signal that is on while the task runs (RUNSIG)."""
         self._run_signal(track, running=False)
         track.run_signal = signal
         self._run_signal(track, running=True)
 
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
-            # with a stamp at the current time: this act belongs to the program, so UNDO does not revert it as a command
+            # stamp the change with the current time: it then belongs to the program, and UNDO does not revert it as a
+            # command
             stamp = commands.Stamp(self._engine.now)
             self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
